@@ -22,12 +22,11 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
 from grazemap_worker.queue import bells
-from grazemap_worker.store import Asker, Bell, QueueFull, Submission
+from grazemap_worker.store import ANYBODY, Asker, Bell, QueueFull, Submission
 
 PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
 RESULTS_RELATION = "http://www.opengis.net/def/rel/ogc/1.0/results"
-ANYBODY = Asker()
 NAME = "^[A-Za-z0-9._-]+$"
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
 # The notes on requests, by the ids of their jobs.
@@ -142,7 +141,7 @@ def start(
 ) -> list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError]:
     """Start the jobs of requests, and return for each what `submit` returns or raises, without its notes (blocking)."""
     settings = context.settings
-    outcomes = context.store.jobs.submit_each(
+    outcomes = context.store.jobs.submit(
         submissions, context.core_version, settings.max_pending_tiles, asker, settings.max_seconds
     )
     found: list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError] = []

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+import submitting
 from watching import until
 
 from grazemap.codec import decode_npz
@@ -30,7 +31,7 @@ def computed(server: RedisServer, store: Store, workers: int, tile: tuple[int, i
     """The map by so many workers in tiles of (clearances, frequencies), and the number of tiles."""
     store.redis.flushall()
     plan = Plan(rows=128, columns=6, tile_rows=tile[0], tile_columns=tile[1])
-    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
+    job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
     command = [sys.executable, "-m", "grazemap_worker", "--workers", str(workers), "--redis-url", server.url]
     with subprocess.Popen(command) as process:
         try:

@@ -172,7 +172,7 @@ def test_a_redis_that_refuses_commands_is_told_from_one_that_is_full(
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError(text)
 
-    monkeypatch.setattr(client.app.state.context.store.jobs, "submit_each", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     answer = client.post("/v1/grazing-curves", json=CURVE)
     assert answer.status_code == status
     assert answer.json()["type"] == f"urn:grazemap:problem:{kind}"
@@ -184,7 +184,7 @@ def test_a_redis_that_refuses_the_password_is_named_in_the_log(
     def refuse(*_: object) -> None:
         raise redis.exceptions.AuthenticationError("WRONGPASS")
 
-    monkeypatch.setattr(client.app.state.context.store.jobs, "submit_each", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 503
     assert "Redis refuses the password" in [entry["event"] for entry in logs]
 
@@ -193,7 +193,7 @@ def test_another_error_of_redis_is_an_internal_error(client: TestClient, monkeyp
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError("WRONGTYPE Operation against a key holding the wrong kind of value")
 
-    monkeypatch.setattr(client.app.state.context.store.jobs, "submit_each", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 500
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import anyio
 import numpy as np
 import pytest
+import submitting
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
@@ -280,7 +281,7 @@ def test_large_json_is_made_in_short_pieces() -> None:
 
 def test_a_result_of_another_version_is_computed_anew(client: TestClient, worker: Any) -> None:
     request = parse_request("grazing-curves", CURVE)
-    job, _ = worker.store.jobs.submit("grazing-curves", request, "0.1.0", Plan(), 100)
+    job, _ = submitting.submit(worker.store, "grazing-curves", request, "0.1.0", Plan(), 100)
     data = worker.finish(job.id)
     assert worker.store.results.data(job.id) == data
     path = f"/v1/jobs/{job.id}/result"

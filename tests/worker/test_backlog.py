@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+import submitting
 from steps import commit_result, commit_tile, fingerprint_of, pending, register
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
@@ -19,12 +20,12 @@ FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
 
 
 def submit(store: Store, number: int, most: int = 10**6) -> Job:
-    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
+    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
 
 
 def submit_map(store: Store, number: int = 0) -> Job:
     request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return store.jobs.submit("unfolding-maps", request, "1", FOUR, 10**6)[0]
+    return submitting.submit(store, "unfolding-maps", request, "1", FOUR, 10**6)[0]
 
 
 def commands(store: Store, step: Callable[[], object]) -> int:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import submitting
 from planted import INFO, NUMERICS
 from steps import commit_result, commit_tile
 
@@ -24,7 +25,7 @@ def curve(first: float = 1.0, length: int = 2) -> GrazingCurvesRequest:
 
 
 def submit(store: Store, request: GrazingCurvesRequest | None = None) -> Job:
-    return store.jobs.submit("grazing-curves", request or curve(), core_version(), Plan(), 1000)[0]
+    return submitting.submit(store, "grazing-curves", request or curve(), core_version(), Plan(), 1000)[0]
 
 
 def finish(store: Store, job: Job, data: bytes = b"12") -> None:

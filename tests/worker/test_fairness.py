@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+import submitting
 from steps import commit_result, commit_tile, register
 
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
@@ -28,12 +29,12 @@ def worker(store: Store) -> None:
 
 def submit_map(store: Store, number: int, plan: Plan = HOUR, asker: Asker = Asker("one")) -> Job:  # noqa: B008
     request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return store.jobs.submit("unfolding-maps", request, "1", plan, 10**6, asker)[0]
+    return submitting.submit(store, "unfolding-maps", request, "1", plan, 10**6, asker)[0]
 
 
 def submit_curve(store: Store, number: int, asker: Asker = Asker("one")) -> Job:  # noqa: B008
     request = GrazingCurvesRequest(omega=[1, 2 + number])
-    return store.jobs.submit("grazing-curves", request, "1", Plan(), 10**6, asker)[0]
+    return submitting.submit(store, "grazing-curves", request, "1", Plan(), 10**6, asker)[0]
 
 
 def claimed(store: Store, times: int, worker: WorkerInfo = LARGE) -> list[Claim]:
@@ -111,7 +112,7 @@ def test_a_small_tile_that_failed_is_computed_in_a_process_of_its_own(store: Sto
 def test_tiles_wait_for_their_kernels(store: Store) -> None:
     eight = {"masses": [1] * 8, "stiffnesses": [1] * 8, "forcing": [1] + [0] * 7}
     request = UnfoldingMapsRequest(oscillator=eight, omega=[1, 2], clearance=[1, 2])
-    job, _ = store.jobs.submit("unfolding-maps", request, "1", HOUR, 10**6)
+    job, _ = submitting.submit(store, "unfolding-maps", request, "1", HOUR, 10**6)
     assert claimed(store, 1) == []
     assert store.tiles.waiting("f") == {("long", "maps-8")}
     store.workers.say_compiling("maps-8", "kernels for 8 masses")

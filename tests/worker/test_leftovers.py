@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 import pytest
+import submitting
 from steps import commit_result, commit_tile, register
 
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
@@ -19,7 +20,7 @@ LONG = Plan(estimate=Estimate(seconds=1.0))
 
 
 def submit(store: Store, number: int = 0) -> Job:
-    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", LONG, 1000)[0]
+    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", LONG, 1000)[0]
 
 
 @pytest.mark.parametrize("end", ["successful", "dismissed"])
@@ -97,7 +98,7 @@ def test_memory_is_freed_before_a_result_is_stored(own_redis_server: RedisServer
 def test_the_tiles_of_a_map_are_read_in_a_few_steps(store: Store) -> None:
     request = UnfoldingMapsRequest(omega={"start": 1, "stop": 2, "points": 10}, clearance=[1, 2])
     cut = Plan(rows=2, columns=10, tile_rows=1, tile_columns=1)
-    job, _ = store.jobs.submit("unfolding-maps", request, "1", cut, 1000)
+    job, _ = submitting.submit(store, "unfolding-maps", request, "1", cut, 1000)
     for tile in (*range(15), 19):
         store.tiles.claim(job.id, tile, "w", "f", LEASE)
         commit_tile(store, job.id, tile, b"%d" % tile, "f", 0.0)

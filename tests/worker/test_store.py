@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+import submitting
 from steps import commit_result, commit_tile, fingerprint_of, pending, register, unfinished
 
 from grazemap.wire import (
@@ -57,14 +58,16 @@ def curve_request(points: int = 5) -> GrazingCurvesRequest:
 
 
 def submit_map(store: Store, points: int = 4) -> Job:
-    job, created = store.jobs.submit("unfolding-maps", map_request(points), "1", FOUR, 1000)
+    job, created = submitting.submit(store, "unfolding-maps", map_request(points), "1", FOUR, 1000)
     assert created
     return job
 
 
 def submit_curve(store: Store, points: int = 5) -> Job:
     request = curve_request(points)
-    job, created = store.jobs.submit("grazing-curves", request, "1", PLANNING["grazing-curves"].plan(request), 1000)
+    job, created = submitting.submit(
+        store, "grazing-curves", request, "1", PLANNING["grazing-curves"].plan(request), 1000
+    )
     assert created
     return job
 
@@ -77,8 +80,8 @@ def test_same_request_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
     cut = PLANNING["grazing-curves"].plan(request)
-    first, created = store.jobs.submit("grazing-curves", request, "1", cut, 10)
-    second, again = store.jobs.submit("grazing-curves", same, "1", cut, 10)
+    first, created = submitting.submit(store, "grazing-curves", request, "1", cut, 10)
+    second, again = submitting.submit(store, "grazing-curves", same, "1", cut, 10)
     assert (created is None, again is None) == (False, True)
     assert first == second
     assert first.id == canonical_id("grazing-curves", canonical(request), "1")
@@ -89,7 +92,9 @@ def test_same_request_is_one_job(store: Store) -> None:
 def test_fifty_at_once_start_one_computation(redis_server: object, store: Store) -> None:
     request = map_request()
     with ThreadPoolExecutor(20) as pool:
-        answers = list(pool.map(lambda _: store.jobs.submit("unfolding-maps", request, "1", FOUR, 1000), range(50)))
+        answers = list(
+            pool.map(lambda _: submitting.submit(store, "unfolding-maps", request, "1", FOUR, 1000), range(50))
+        )
     assert sum(created is not None for _, created in answers) == 1
     assert len({job.id for job, _ in answers}) == 1
     assert unfinished(store) == {answers[0][0].id: 4}
@@ -287,13 +292,13 @@ def test_a_problem_of_the_core_fails_the_job(store: Store) -> None:
 
 
 def test_a_full_queue_accepts_nothing_and_stores_nothing(store: Store) -> None:
-    store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 7)
+    submitting.submit(store, "unfolding-maps", map_request(), "1", FOUR, 7)
     with pytest.raises(QueueFull) as caught:
-        store.jobs.submit("unfolding-maps", map_request(5), "1", FOUR, 7)
+        submitting.submit(store, "unfolding-maps", map_request(5), "1", FOUR, 7)
     assert caught.value.retry_after >= 1
     assert store.jobs.get(canonical_id("unfolding-maps", canonical(map_request(5)), "1")) is None
     assert len(store.jobs.page()[0]) == 1
-    _, created = store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 4)
+    _, created = submitting.submit(store, "unfolding-maps", map_request(), "1", FOUR, 4)
     assert not created  # what is there already needs no room
 
 
@@ -313,7 +318,7 @@ def test_least_recently_used_results_are_evicted_first(redis_server: object, sto
     again = small.jobs.get(jobs[1].id)
     assert again is not None
     assert again.status == "accepted"
-    _, created = small.jobs.submit("grazing-curves", curve_request(5), "1", Plan(), 1000)
+    _, created = submitting.submit(small, "grazing-curves", curve_request(5), "1", Plan(), 1000)
     assert not created
 
 
@@ -340,7 +345,7 @@ def test_pages_of_jobs_are_newest_first_and_do_not_shift(store: Store) -> None:
 
 def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
     long = Plan(estimate=Estimate(seconds=10.0))
-    job, _ = store.jobs.submit("grazing-curves", curve_request(), "1", long, 1000)
+    job, _ = submitting.submit(store, "grazing-curves", curve_request(), "1", long, 1000)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
     assert store.jobs.progress(job.id, 3, 12)
     running = store.jobs.get(job.id)
@@ -356,7 +361,7 @@ def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
 
 def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: Store) -> None:
     cut = FOUR.model_copy(update={"after": 10})
-    job, _ = store.jobs.submit("unfolding-maps", map_request(), "1", cut, 1000)
+    job, _ = submitting.submit(store, "unfolding-maps", map_request(), "1", cut, 1000)
     assert (job.progress.done, job.progress.total, job.progress.unit) == (0, 14, "steps")
     for tile in range(4):
         store.tiles.claim(job.id, tile, "w", "f", LEASE)

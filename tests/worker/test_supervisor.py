@@ -17,6 +17,7 @@ from typing import IO
 import numpy as np
 import psutil
 import pytest
+import submitting
 from hostile import hostile_entries
 from steps import pending
 from watching import living, until
@@ -78,7 +79,7 @@ def descendants(pid: int) -> list[psutil.Process]:
 
 
 def submit(store: Store, plan: Plan = SIX) -> Job:
-    job, bell = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
+    job, bell = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
     assert bell is not None
     if bell.fingerprint:
         bells.ring(store.redis, bell.fingerprint, small=bell.small)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import submitting
 from planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
 from steps import commit_tile
 
@@ -49,12 +50,12 @@ def drain(store: Store, info: WorkerInfo = INFO, tiles: int = 1000) -> None:
 
 
 def submit(store: Store, plan: Plan = TWO) -> Job:
-    return store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100)[0]
+    return submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100)[0]
 
 
 def submit_curve(store: Store, number: int = 0, plan: Plan = Plan()) -> Job:  # noqa: B008
     request = GrazingCurvesRequest(omega=[1, 2 + number])
-    return store.jobs.submit("grazing-curves", request, core_version(), plan, 100)[0]
+    return submitting.submit(store, "grazing-curves", request, core_version(), plan, 100)[0]
 
 
 def whole(store: Store, identity: str) -> bytes:
@@ -220,7 +221,7 @@ def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
     plan = TWO.model_copy(update={"estimate": Estimate(seconds=estimate)})
     # a tile ends before it is looked at, so it is the commit that notices
     worker.setattr(horse, "_LOOK_SECONDS", 60.0)
-    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
+    job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
     drain(store)
     found = store.jobs.get(job.id)
     assert found is not None
@@ -233,7 +234,7 @@ def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
         assert "0.08 s" in found.problem.detail
         assert f"{found.cpu_seconds:.3g} s" in found.problem.detail
         # another request goes on from there, with the same time again
-        store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
+        submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
         drain(store)
         again = store.jobs.get(job.id)
         assert again is not None
@@ -244,7 +245,7 @@ def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.Monkey
     process = Process(whole=lambda request, report: compute_for(30.0) or {"x": np.zeros(1)})
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": process})
     plan = ONE.model_copy(update={"estimate": Estimate(seconds=0.1)})
-    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
+    job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
     drain(store)
     found = store.jobs.get(job.id)
     assert found is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import submitting
 from steps import register
 
 from grazemap.wire import GrazingCurvesRequest, Job
@@ -14,7 +15,7 @@ LEASE = 5.0
 
 
 def submit(store: Store, version: str) -> Job:
-    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), version, Plan(), 100)[0]
+    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2]), version, Plan(), 100)[0]
 
 
 def a_minute_passes(store: Store, job: Job) -> None:

@@ -12,6 +12,7 @@ from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
 from grazemap_worker.store.problems import full_problem, refused_problem
 from grazemap_worker.store.records import (
+    ANYBODY,
     EVENT_KINDS,
     Asker,
     Bell,
@@ -34,6 +35,7 @@ def core_version() -> str:
 
 
 __all__ = [
+    "ANYBODY",
     "ASSEMBLY",
     "EVENT_KINDS",
     "MOST_RESULT_BYTES",

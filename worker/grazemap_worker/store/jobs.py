@@ -12,7 +12,7 @@ from typing import Any
 import structlog
 from redis.exceptions import RedisError
 
-from grazemap.wire import FINISHED, Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
+from grazemap.wire import FINISHED, Estimate, Job, Problem, Progress, Status, canonical, canonical_id
 from grazemap_worker.planning import LANE_WEIGHTS, TILE_SECONDS, Plan, kernels_of
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
@@ -28,10 +28,9 @@ from grazemap_worker.store.keys import (
     job_key,
 )
 from grazemap_worker.store.problems import costly_problem, outdated_problem
-from grazemap_worker.store.records import Asker, Bell, Event, QueueFull, QuotaUsed, Submission
+from grazemap_worker.store.records import ANYBODY, Asker, Bell, Event, QueueFull, QuotaUsed, Submission
 from grazemap_worker.store.workers import Workers
 
-ANYBODY = Asker()
 GOES_ON = 2
 _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
@@ -46,50 +45,26 @@ class Jobs:
 
     def submit(
         self,
-        process: str,
-        request: ProcessRequest,
-        core_version: str,
-        plan: Plan,
-        max_pending_tiles: int,
-        asker: Asker = ANYBODY,
-        max_seconds: float | None = None,
-    ) -> tuple[Job, Bell | None]:
-        """Start the job of a request, unless it exists already.
-
-        It is stopped when its processor time is more than `max_seconds` and `SPENT_FACTOR` times its estimate.
-
-        Returns
-        -------
-        job : Job
-            Its id is the hash of process, core version and canonical request.
-        bell : Bell or None
-            Where to ring for a worker if the job is new, or was started again after it had failed, was dismissed or had
-            lost its result; None if it goes on as it is.
-
-        Raises
-        ------
-        QueueFull
-            The unfinished tiles of all jobs would be more than `max_pending_tiles`, or their requests more than
-            `MOST_RECORD_BYTES`; nothing was stored.
-        QuotaUsed
-            Those of this asker would be more than his own limit.
-        """
-        outcome = self.submit_each(
-            [Submission(process, request, plan)], core_version, max_pending_tiles, asker, max_seconds
-        )[0]
-        if isinstance(outcome, Exception):
-            raise outcome
-        return outcome
-
-    def submit_each(
-        self,
         submissions: Sequence[Submission],
         core_version: str,
         max_pending_tiles: int,
         asker: Asker = ANYBODY,
         max_seconds: float | None = None,
     ) -> list[tuple[Job, Bell | None] | QueueFull | RedisError]:
-        """Return what `submit` returns or raises for each of several requests, which are sent to Redis together."""
+        """Start the jobs of requests, unless they exist already; all are sent to Redis together.
+
+        A job is stopped when its processor time is more than `max_seconds` and `SPENT_FACTOR` times its estimate.
+
+        Returns
+        -------
+        list
+            For each request either an error, when nothing was stored, or its job and a bell. The job's id is the hash
+            of process, core version and canonical request. The bell says where to ring for a worker if the job is new,
+            or was started again after it had failed, was dismissed or had lost its result; it is None if the job goes
+            on as it is. The errors: `QueueFull`, the unfinished tiles of all jobs would be more than
+            `max_pending_tiles`, or their requests more than `MOST_RECORD_BYTES`; `QuotaUsed`, those of this asker would
+            be more than his own limit; what Redis says.
+        """
         of_all = {
             "core_version": core_version,
             "asker": asker.name,
@@ -130,7 +105,7 @@ class Jobs:
                 outcomes.append(kind(retry_after=min(120, max(1, wait))))
             elif (job := self._seen(str(sent["id"]), answer[1])) is None:
                 # its record could not be read, and is gone now
-                outcomes += self.submit_each([one], core_version, max_pending_tiles, asker, max_seconds)
+                outcomes += self.submit([one], core_version, max_pending_tiles, asker, max_seconds)
             elif answer[0] == b"started":
                 bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
                 outcomes.append((job, Bell(bound.decode(), sent["lane"] == "small")))

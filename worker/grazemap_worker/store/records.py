@@ -92,6 +92,9 @@ class Asker:
     group: str = ""
 
 
+ANYBODY = Asker()
+
+
 class Submission(NamedTuple):
     """A request for a process, and how it is cut into tiles."""
 
