@@ -145,7 +145,7 @@ def test_slow_modes_of_a_stiff_chain_would_lose_digits_without_the_refinement(mo
     # the checker above is worth something only if a plain Schur form fails it
     monkeypatch.setattr("grazemap_core.model.tolerances.MODAL_REFINEMENT_GOAL", np.inf)
     monkeypatch.setattr(
-        "grazemap_core.model.modal_refinement.invariance_residual",
+        "grazemap_core.model.chain.invariance_residual",
         lambda m, k, c, columns, *rest: np.zeros_like(columns),
     )
     with pytest.raises(AssertionError):

@@ -6,15 +6,19 @@ stop, whose first mass is linked to a wall.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.model.kernels.chain_residual import invariance_residual
+from grazemap_core.model.kernels.tridiagonal import RESONANT, Links, steady_amplitudes
+from grazemap_core.model.structure import Response, Structure
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(Structure):
     """n masses in a row; link i joins mass i to mass i + 1, or the last mass to ground.
 
     Attributes
@@ -37,6 +41,49 @@ class Chain:
     def size(self) -> int:
         """Number of masses n."""
         return len(self.masses)
+
+    @property
+    def mass_matrix(self) -> Floats:
+        """M, shape (n, n), diagonal."""
+        return np.diag(self.masses)
+
+    @property
+    def stiffness_matrix(self) -> Floats:
+        """K, shape (n, n), symmetric, tridiagonal and positive definite."""
+        return _of_links(self.stiffnesses, self.wall_stiffness)
+
+    @property
+    def damping_matrix(self) -> Floats:
+        """C, shape (n, n), built from the links as K is."""
+        return _of_links(self.link_damping, self.wall_damping)
+
+    def mass_norms(self, vectors: Floats) -> Floats:
+        """Return ``sqrt(x^T M x)`` of every column of vectors (n, m), shape (m,)."""
+        return np.sqrt(self.masses @ vectors**2)
+
+    def row_of_coordinates(self, row: Floats) -> Floats | None:
+        """Return a row on displacements whose numbers have the sum 0 as one on elongations; None for any other."""
+        sums = np.cumsum(row)
+        return sums if sums[-1] == 0.0 else None
+
+    def solve_mass(self, vectors: Floats) -> Floats:
+        """Return ``M^-1 vectors``, shape (n,) or (n, m)."""
+        return np.asarray((vectors.T / self.masses).T)
+
+    def ground_forces(self, influence: Floats) -> tuple[Floats, Floats]:
+        """Return ``K r`` and ``C r``, as `Structure.ground_forces`; only the last link is moved by r = (1, ..., 1)."""
+        stretched = elongations(influence)
+        return _on_masses(self.stiffnesses * stretched), _on_masses(self.link_damping * stretched)
+
+    def response(self, frequencies: Floats, forces: Complexes, row: Floats) -> Response:
+        """Return the steady response to forces ``Im(f e^{i w t})``, as `Structure.response`."""
+        links = Links(self.masses, self.stiffnesses, self.link_damping, self.wall_stiffness, self.wall_damping)
+        amplitudes, coordinate, status = steady_amplitudes(links, frequencies, forces, row)
+        return Response(amplitudes, coordinate, status != RESONANT)
+
+    def undamped(self) -> Chain:
+        """Return the chain without damping."""
+        return replace(self, link_damping=np.zeros(self.size), wall_damping=0.0)
 
     def bidiagonal(self) -> Floats:
         """Return B with ``B^T B = M^-1/2 K M^-1/2``, rows by link; shape (n, n), or (n + 1, n) with a wall.
@@ -69,3 +116,81 @@ class Chain:
                 square[j, j + 1] = below / square[j, j] * tall[j + 1, j + 1]
                 above = above / square[j, j] * tall[j + 1, j + 1]
         return square
+
+    def energy_matrix(self) -> Floats:
+        """Return A of ``z' = A z``, where z holds ``U M^1/2 x`` and ``M^1/2 v``; shape (2n, 2n).
+
+        U is `square_root`. Without a wall the first half is ``sqrt(k_i) (x_i - x_{i+1})``.
+        """
+        root, links = self.square_root(), self.bidiagonal()
+        ratios = self.link_damping / self.stiffnesses
+        if self.wall_stiffness > 0.0:
+            ratios = np.concatenate(([self.wall_damping / self.wall_stiffness], ratios))
+        return np.block([[np.zeros_like(root), root], [-root.T, -links.T @ (ratios[:, None] * links)]])
+
+    def from_energy(self) -> Floats:
+        """Return the matrix that takes z to elongations ``x_i - x_{i+1}`` and velocities; shape (2n, 2n)."""
+        count = self.size
+        matrix = np.zeros((2 * count, 2 * count))
+        matrix[count:, count:] = np.diag(1.0 / np.sqrt(self.masses))
+        if self.wall_stiffness == 0.0:
+            matrix[:count, :count] = np.diag(1.0 / np.sqrt(self.stiffnesses))
+        else:
+            displacement = solve_triangular(self.square_root(), np.eye(count)) / np.sqrt(self.masses)[:, None]
+            matrix[:count, :count] = elongations(displacement)
+        return matrix
+
+    def weighted(self, columns: Floats) -> Floats:
+        """Return elongations and velocities (2n, m), times the square roots of stiffness and mass."""
+        return self._weights[:, None] * columns
+
+    def unweighted(self, columns: Floats) -> Floats:
+        """Return the inverse of `weighted`."""
+        return columns / self._weights[:, None]
+
+    def displacements(self, columns: Floats) -> Floats:
+        """Return displacements (n, m): each is the sum of the elongations of its own link and of all that follow."""
+        return np.cumsum(columns[self.size - 1 :: -1], axis=0)[::-1]
+
+    def rows_of_states(self, rows: Floats) -> Floats:
+        """Return rows (m, 2n) that act on weighted coordinates as rows that act on displacements and velocities."""
+        count = self.size
+        of_elongations = rows * self._weights
+        of_states = of_elongations.copy()
+        of_states[:, 1:count] -= of_elongations[:, : count - 1]  # elongation i is x_i - x_{i+1}
+        return of_states
+
+    def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
+        """Return ``A X - X T`` in elongations and velocities, computed in double-double, shape (2n, 2n)."""
+        return invariance_residual(
+            self.masses,
+            self.stiffnesses,
+            self.link_damping,
+            columns,
+            frequency_squared,
+            decay,
+            self.wall_stiffness,
+            self.wall_damping,
+        )
+
+    @property
+    def _weights(self) -> Floats:
+        return np.sqrt(np.concatenate((self.stiffnesses, self.masses)))
+
+
+def elongations(displacement: Floats) -> Floats:
+    """Return ``x_i - x_{i+1}`` of every column of displacements, the last mass against ground; shape as given."""
+    elongation = displacement.copy()
+    elongation[:-1] -= displacement[1:]
+    return elongation
+
+
+def _on_masses(forces: Floats) -> Floats:
+    """Return the forces on the masses by forces in the links, (n,) each."""
+    return forces - np.concatenate(([0.0], forces[:-1]))
+
+
+def _of_links(links: Floats, wall: float) -> Floats:
+    """Return the tridiagonal matrix of a chain whose last link goes to ground."""
+    diagonal = links + np.concatenate(([wall], links[:-1]))
+    return np.diag(diagonal) - np.diag(links[:-1], 1) - np.diag(links[:-1], -1)

@@ -12,7 +12,6 @@ from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.model.chain import Chain
-from grazemap_core.model.kernels.tridiagonal import RESONANT, ForcedLinks, steady_amplitudes
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
@@ -87,13 +86,11 @@ def forced_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     values = checked_omega(omega)
     if not np.any(oscillator.forcing):
         return np.zeros((len(values), oscillator.size), dtype=np.complex128)
-    links = ForcedLinks(
-        oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing, 0.0, 0.0
-    )
-    amplitudes, status = steady_amplitudes(links, values)
-    if np.any(status == RESONANT):
+    forces = np.broadcast_to(oscillator.forcing.astype(np.complex128), (len(values), oscillator.size)).copy()
+    response = oscillator.structure.response(values, forces, oscillator.contact)
+    if not np.all(response.exists):
         raise SteadyMotionError("omega", "is at a resonance that is practically undamped, so there is no steady motion")
-    return amplitudes
+    return response.amplitudes
 
 
 def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Complexes, Booleans]:
@@ -116,11 +113,11 @@ def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Comp
     values = checked_omega(omega)
     if not np.any(forcing):
         return np.zeros((len(values), chain.size), dtype=np.complex128), np.ones(len(values), dtype=np.bool_)
-    links = ForcedLinks(
-        chain.masses, chain.stiffnesses, chain.link_damping, forcing, chain.wall_stiffness, chain.wall_damping
-    )
-    amplitudes, status = steady_amplitudes(links, values)
-    return amplitudes, status != RESONANT
+    forces = np.broadcast_to(forcing.astype(np.complex128), (len(values), chain.size)).copy()
+    first = np.zeros(chain.size)
+    first[0] = 1.0
+    response = chain.response(values, forces, first)
+    return response.amplitudes, response.exists
 
 
 def hidden_by_rounding(amplitude: float, clearance: Floats) -> Booleans:

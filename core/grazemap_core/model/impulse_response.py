@@ -47,18 +47,22 @@ class ImpulseResponse:
 
 def impulse_response(model: ModalModel) -> ImpulseResponse:
     """Return the impulse response of mass 1 from the modal model."""
-    unit_impulse, row = model.unit_impulse, model.shape[0]
+    unit_impulse, row = model.unit_impulse, model.contact_row
     acceleration = -model.frequency_squared * unit_impulse[:, 0] - 2.0 * model.decay * unit_impulse[:, 1]
+    value = row[:, 0] * unit_impulse[:, 0] + row[:, 1] * unit_impulse[:, 1]
+    slope = row[:, 0] * unit_impulse[:, 1] + row[:, 1] * acceleration
+    # a mode that contact does not see adds nothing, and may be free
+    seen = (value != 0.0) | (slope != 0.0)
     split = np.sqrt(np.maximum(-model.discriminant, 0.0))
     rates = model.decay.copy()
     np.divide(model.frequency_squared, model.decay + split, out=rates, where=split > 0.0)
     return ImpulseResponse(
-        decay=model.decay,
-        discriminant=model.discriminant,
-        frequency_squared=model.frequency_squared,
-        value=row[:, 0] * unit_impulse[:, 0] + row[:, 1] * unit_impulse[:, 1],
-        slope=row[:, 0] * unit_impulse[:, 1] + row[:, 1] * acceleration,
-        slowest=float(np.min(rates)),
+        decay=model.decay[seen],
+        discriminant=model.discriminant[seen],
+        frequency_squared=model.frequency_squared[seen],
+        value=value[seen],
+        slope=slope[seen],
+        slowest=float(np.min(rates[seen])),
         conditioning=model.conditioning,
     )
 

@@ -1,9 +1,9 @@
-"""The modal model: the free motion of the chain as N independent second-order blocks, for every kind of damping.
+"""The modal model: the free motion of a structure as N independent second-order blocks, for every kind of damping.
 
 A block has coordinates (u, u') with ``u'' = -frequency_squared u - 2 decay u'`` and stands for one pair of exponents,
-complex, real or equal, so critical damping needs no special treatment. Proportional damping gives the classical modes
-(theory, section 2); a damping coefficient for each link gives blocks whose shapes also depend on u'
-(`grazemap_core.model.link_modes`).
+complex, real or equal, so critical damping needs no special treatment. Damping that is diagonal in the modes gives the
+classical modes (theory, section 2); any other gives blocks whose shapes also depend on u'
+(`grazemap_core.model.damped_blocks`).
 """
 
 from __future__ import annotations
@@ -12,17 +12,29 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import svd
+from scipy.linalg import eigh, svd
 
 from grazemap_core.arrays import Floats
-from grazemap_core.model.chain import Chain
-from grazemap_core.model.link_modes import chain_elongations, link_blocks
+from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.model.chain import Chain, elongations
+from grazemap_core.model.damped_blocks import damped_blocks
+from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.tolerances import PROPORTIONAL_SPREAD, UNDAMPED_RATIO
+from grazemap_core.model.structure import Structure
+from grazemap_core.model.tolerances import (
+    CLASSICAL_COUPLING,
+    PROPORTIONAL_SPREAD,
+    UNDAMPED_RATIO,
+    VANISHING_WEIGHT,
+)
+from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.tolerances import EPSILON
 
 KEPT_MODELS = 16
 """Number of modal models that are kept; one of 64 masses has 256 KiB."""
+
+_NO_CONTACT = np.zeros((0, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +51,18 @@ class ModalModel:
         ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
         It is computed without cancellation; do not recompute it from the other two.
     shape : ndarray of shape (N, N, 2)
-        Displacement of mass i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With proportional damping
-        ``shape[:, :, 0]`` holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero.
+        Displacement i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With classical modes ``shape[:, :, 0]``
+        holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero.
+    contact_row : ndarray of shape (N, 2)
+        The contact coordinate ``h^T x`` in (u, u'); empty for a structure without a contact.
     unit_impulse : ndarray of shape (N, 2)
-        Change of (u_j, u_j') by a unit velocity given to mass 1.
+        Change of (u_j, u_j') by an impulse that changes the velocity of the contact coordinate by 1; or empty.
     to_modal : ndarray of shape (2N, 2N)
         Maps (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...).
     from_modal : ndarray of shape (2N, 2N)
         Inverse of `to_modal`.
     conditioning : float
-        Condition number of `from_modal` with unit columns in the energy norm; 1 for proportional damping.
+        Condition number of `from_modal` with unit columns in the energy norm; 1 for classical modes.
     undamped : ndarray of bool, shape (N,)
         True where the block's decay is zero to round-off.
     """
@@ -57,6 +71,7 @@ class ModalModel:
     decay: Floats
     discriminant: Floats
     shape: Floats
+    contact_row: Floats
     unit_impulse: Floats
     to_modal: Floats
     from_modal: Floats
@@ -69,27 +84,65 @@ class ModalModel:
         return len(self.decay)
 
 
+@dataclass(frozen=True, eq=False)
+class _Decomposition:
+    """A modal model without a contact, and its columns in the coordinates of the structure, (2N, 2N)."""
+
+    model: ModalModel
+    columns: Floats
+
+
 @lru_cache(maxsize=KEPT_MODELS)
-def modal_model(oscillator: Oscillator | Chain) -> ModalModel:
-    """Return the modal model of an oscillator or of a chain; the last ones are kept, by the object.
+def modal_model(subject: Oscillator | Structure) -> ModalModel:
+    """Return the modal model of an oscillator or of a structure; the last ones are kept, by the object.
 
     Raises
     ------
+    ParameterError
+        A free motion of the structure grows.
     ConditioningError
-        With a damping coefficient for each link, two blocks are nearly defective together.
+        Two blocks are nearly defective together.
     """
-    chain = oscillator.chain if isinstance(oscillator, Oscillator) else oscillator
-    if chain.gamma is not None:
-        return _proportional(chain, chain.gamma)
-    ratios = chain.link_damping / chain.stiffnesses
-    if chain.wall_stiffness > 0.0:
-        ratios = np.append(ratios, chain.wall_damping / chain.wall_stiffness)
+    if not isinstance(subject, Oscillator):
+        return _decomposition(subject).model
+    found = _decomposition(subject.structure)
+    model, contact = found.model, subject.contact
+    count = model.size
+    # a contact within a chain is an elongation, or a sum of some, which differences of displacements would round
+    inner = subject.structure.row_of_coordinates(contact)
+    output = (contact, model.from_modal[:count]) if inner is None else (inner, found.columns[:count])
+    row, impulse = _product(*output), _product(subject.jump, model.to_modal[:, count:].T)
+    free = model.frequency_squared == 0.0
+    if np.any(row.reshape(count, 2)[free]) or np.any(impulse.reshape(count, 2)[free]):
+        raise ParameterError("contact", "sees a free mode of the structure, which this version does not cover")
+    return replace(
+        model,
+        contact_row=np.ascontiguousarray(row.reshape(count, 2)),
+        unit_impulse=np.ascontiguousarray(impulse.reshape(count, 2)),
+    )
+
+
+def _product(row: Floats, columns: Floats) -> Floats:
+    """Return ``row @ columns``, and 0 where only the rounding of terms that cancel would be left."""
+    found = row @ columns
+    return np.where(np.abs(found) <= VANISHING_WEIGHT * (np.abs(row) @ np.abs(columns)), 0.0, found)
+
+
+def _decomposition(structure: Structure) -> _Decomposition:
+    if isinstance(structure, Matrices):
+        return _of_matrices(structure)
+    assert isinstance(structure, Chain)
+    if structure.gamma is not None:
+        return _proportional(structure, structure.gamma)
+    ratios = structure.link_damping / structure.stiffnesses
+    if structure.wall_stiffness > 0.0:
+        ratios = np.append(ratios, structure.wall_damping / structure.wall_stiffness)
     if np.ptp(ratios) <= PROPORTIONAL_SPREAD * np.max(ratios):
-        return _proportional(chain, 0.5 * float(np.mean(ratios)))
-    return _assemble(chain, link_blocks(chain))
+        return _proportional(structure, 0.5 * float(np.mean(ratios)))
+    return _assemble(structure, damped_blocks(structure))
 
 
-def _proportional(chain: Chain, gamma: float) -> ModalModel:
+def _proportional(chain: Chain, gamma: float) -> _Decomposition:
     """Return the classical modes; the errors of frequencies and shapes are a few roundings, however stiff the chain is.
 
     ``K`` is a product of bidiagonal matrices, so ``M^-1/2 K M^-1/2 = U^T U`` with U upper bidiagonal and entries that
@@ -106,72 +159,134 @@ def _proportional(chain: Chain, gamma: float) -> ModalModel:
     if chain.wall_stiffness == 0.0:
         columns[:count, 0::2] = left * singular / np.sqrt(stiffness)[:, None]
     else:  # the rows of U are not links; the differences lose digits on a stiff chain, and refinement restores them
-        columns[:count, 0::2] = chain_elongations(columns[count:, 1::2])
-    undamped = replace(chain, link_damping=np.zeros(count), wall_damping=0.0)
-    blocks = refine(undamped, columns, singular**2, np.zeros(count))
-    frequency, modes = singular, columns[count:, 1::2]
+        columns[:count, 0::2] = elongations(columns[count:, 1::2])
+    blocks = refine(chain.undamped(), columns, singular**2, np.zeros(count))
+    frequency = singular
     if np.isfinite(blocks.conditioning):
-        frequency, modes = np.sqrt(blocks.frequency_squared), blocks.columns[count:, 1::2]
+        frequency, columns = np.sqrt(blocks.frequency_squared), blocks.columns
+    return _classical(chain, frequency, columns, None, gamma)
+
+
+def _of_matrices(structure: Matrices) -> _Decomposition:
+    """Return the modes of a structure with dense matrices: classical ones where the damping is diagonal in them."""
+    if not structure.has_symmetric_stiffness:
+        _check_exponents(structure)
+        return _assemble(structure, damped_blocks(structure))
+    count = structure.size
+    squares, modes = eigh(structure.stiffness_matrix, structure.mass_matrix)
+    rounding = 16.0 * count * EPSILON * np.max(np.abs(squares))
+    if np.min(squares) < -rounding:
+        raise ParameterError("stiffness", "has a negative direction, in which a free motion grows")
+    squares = np.where(np.abs(squares) <= rounding, 0.0, squares)
+    columns = np.zeros((2 * count, 2 * count))
+    columns[:count, 0::2] = columns[count:, 1::2] = modes
+    blocks = refine(structure.undamped(), columns, squares, np.zeros(count))
+    if np.isfinite(blocks.conditioning):
+        squares, columns = blocks.frequency_squared, blocks.columns
+        modes = columns[count:, 1::2] / structure.mass_norms(columns[count:, 1::2])
+    if structure.ratios is not None:
+        return _classical(structure, np.sqrt(squares), columns, structure.ratios * np.sqrt(squares), None)
+    coupling = modes.T @ transformed(structure.damping_matrix, exact(modes)).rounded
+    twice = np.diag(coupling).copy()
+    largest = float(np.max(np.abs(coupling)))
+    if np.max(np.abs(coupling - np.diag(twice))) <= CLASSICAL_COUPLING * count * largest:
+        twice = np.where(np.abs(twice) <= CLASSICAL_COUPLING * largest, 0.0, twice)
+        if np.min(twice) < 0.0:
+            raise ParameterError("damping", "has a negative direction, in which a free motion grows")
+        return _classical(structure, np.sqrt(squares), columns, 0.5 * twice, None)
+    _check_exponents(structure)
+    return _assemble(structure, damped_blocks(structure))
+
+
+def _check_exponents(structure: Matrices) -> None:
+    """Raise ParameterError if a free motion grows."""
+    matrix = structure.energy_matrix()
+    exponents = np.linalg.eigvals(matrix)
+    if np.max(exponents.real) > np.sqrt(EPSILON) * np.max(np.abs(exponents)):
+        raise ParameterError("damping", "and stiffness let a free motion grow")
+
+
+def _classical(
+    structure: Structure, frequency: Floats, columns: Floats, decay: Floats | None, gamma: float | None
+) -> _Decomposition:
+    """Return the model of classical modes, from columns of coordinates in any order and of any length.
+
+    The decay is given for every mode, or by ``C = 2 gamma K``.
+    """
+    count = structure.size
+    modes = columns[count:, 1::2]
     order = np.argsort(frequency, kind="stable")
     frequency, modes = frequency[order], modes[:, order]
-    modes = modes * (np.where(modes[0] < 0.0, -1.0, 1.0) / np.sqrt(mass @ modes**2))
+    mass = structure.mass_matrix
+    factor = np.where(modes[0] < 0.0, -1.0, 1.0) / structure.mass_norms(modes)
+    modes = modes * factor
 
-    damping_ratio = gamma * frequency
     shape = np.zeros((count, count, 2))
     shape[:, :, 0] = modes
     to_modal = np.zeros((2 * count, 2 * count))
     from_modal = np.zeros((2 * count, 2 * count))
-    momentum = modes.T * mass  # rows P_j^T M
+    momentum = modes.T @ mass  # rows P_j^T M
     to_modal[0::2, :count] = momentum
     to_modal[1::2, count:] = momentum
     from_modal[:count, 0::2] = modes
     from_modal[count:, 1::2] = modes
-    unit_impulse = np.zeros((count, 2))
-    unit_impulse[:, 1] = momentum[:, 0]
-    return ModalModel(
-        frequency_squared=frequency**2,
-        decay=damping_ratio * frequency,
-        discriminant=frequency**2 * ((1.0 - damping_ratio) * (1.0 + damping_ratio)),
-        shape=shape,
-        unit_impulse=unit_impulse,
-        to_modal=to_modal,
-        from_modal=from_modal,
-        conditioning=1.0,
-        undamped=np.full(count, gamma == 0.0),
+    if gamma is not None:
+        ratio = gamma * frequency
+        decays, undamped = ratio * frequency, np.full(count, gamma == 0.0)
+    else:
+        assert decay is not None
+        decays = decay[order]
+        ratio = np.divide(decays, frequency, out=np.zeros(count), where=frequency > 0.0)
+        undamped = decays <= UNDAMPED_RATIO * frequency
+    free = (frequency == 0.0) & (decays > 0.0)
+    return _Decomposition(
+        ModalModel(
+            frequency_squared=frequency**2,
+            decay=decays,
+            discriminant=np.where(free, -(decays**2), frequency**2 * ((1.0 - ratio) * (1.0 + ratio))),
+            shape=shape,
+            contact_row=_NO_CONTACT,
+            unit_impulse=_NO_CONTACT,
+            to_modal=to_modal,
+            from_modal=from_modal,
+            conditioning=1.0,
+            undamped=undamped,
+        ),
+        columns[:, np.stack((2 * order, 2 * order + 1), axis=1).ravel()] * np.repeat(factor, 2),
     )
 
 
-def _assemble(chain: Chain, blocks: Blocks) -> ModalModel:
-    """Return the modal model of refined blocks: convert elongations to displacements; fix order, length and sign."""
-    count = chain.size
+def _assemble(structure: Structure, blocks: Blocks) -> _Decomposition:
+    """Return the modal model of refined blocks: convert coordinates to displacements; fix order, length and sign."""
+    count = structure.size
     frequency = np.sqrt(blocks.frequency_squared)
     order = np.argsort(frequency, kind="stable")
-    pick = np.stack((2 * order, 2 * order + 1), axis=1).ravel()
-    weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
-    energy = weights[:, None] * blocks.columns[:, pick]
+    columns = blocks.columns[:, np.stack((2 * order, 2 * order + 1), axis=1).ravel()]
+    energy = structure.weighted(columns)
 
-    # a displacement is the sum of the elongations of the mass's own link and of all following links
-    displacement = np.cumsum(blocks.columns[count - 1 :: -1, pick], axis=0)[::-1]
+    displacement = structure.displacements(columns)
     length = np.linalg.norm(energy[:, 1::2], axis=0)
     factor = np.repeat(np.where(displacement[0, 0::2] < 0.0, -1.0, 1.0) / length, 2)
-    from_modal = np.concatenate((displacement, blocks.columns[count:, pick])) * factor
+    from_modal = np.concatenate((displacement, columns[count:])) * factor
 
     column_length = np.linalg.norm(energy * factor, axis=0)
     inverse = np.linalg.inv(energy * factor / column_length) / column_length[:, None]
-    to_elongation = inverse * weights
-    to_modal = to_elongation.copy()
-    to_modal[:, 1:count] -= to_elongation[:, : count - 1]  # elongation i is x_i - x_{i+1}
+    to_modal = structure.rows_of_states(inverse)
 
     decay = blocks.decay[order]
     undamped = decay <= UNDAMPED_RATIO * frequency[order]
-    return ModalModel(
-        frequency_squared=blocks.frequency_squared[order],
-        decay=np.where(undamped, 0.0, decay),
-        discriminant=blocks.discriminant[order],
-        shape=np.ascontiguousarray(from_modal[:count].reshape(count, count, 2)),
-        unit_impulse=np.ascontiguousarray(to_modal[:, count].reshape(count, 2)),
-        to_modal=to_modal,
-        from_modal=from_modal,
-        conditioning=blocks.conditioning,
-        undamped=undamped,
+    return _Decomposition(
+        ModalModel(
+            frequency_squared=blocks.frequency_squared[order],
+            decay=np.where(undamped, 0.0, decay),
+            discriminant=blocks.discriminant[order],
+            shape=np.ascontiguousarray(from_modal[:count].reshape(count, count, 2)),
+            contact_row=_NO_CONTACT,
+            unit_impulse=_NO_CONTACT,
+            to_modal=to_modal,
+            from_modal=from_modal,
+            conditioning=blocks.conditioning,
+            undamped=undamped,
+        ),
+        columns * factor,
     )

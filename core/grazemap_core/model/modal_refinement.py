@@ -1,6 +1,6 @@
 """Newton's method for a decomposition into second-order blocks, with residuals in double-double.
 
-The error of the refined blocks is a few roundings, however stiff the links of the chain are.
+The error of the refined blocks is a few roundings, however stiff the structure is.
 
 References
 ----------
@@ -16,8 +16,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model import tolerances
-from grazemap_core.model.chain import Chain
-from grazemap_core.model.kernels.chain_residual import invariance_residual
+from grazemap_core.model.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Blocks:
     frequency_squared, decay, discriminant : ndarray of shape (N,)
         As in `grazemap_core.model.modal.ModalModel`.
     columns : ndarray of shape (2N, 2N)
-        (a_1, b_1, a_2, b_2, ...); rows are link elongations ``x_i - x_{i+1}``, then velocities.
+        (a_1, b_1, a_2, b_2, ...); rows are the coordinates of the structure.
     conditioning : float
         Condition number of `columns` with unit columns in the energy norm; infinite when refinement did not converge.
     """
@@ -41,29 +40,19 @@ class Blocks:
     conditioning: float
 
 
-def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:
+def refine(structure: Structure, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:
     """Return refined blocks of the decomposition ``A X = X T``, where T consists of companion blocks.
 
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
     on the diagonal, frequency_squared, decay, and a along its remaining degree of freedom are updated exactly.
     """
     count = len(decay)
-    weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
     previous = tolerances.MODAL_REFINEMENT_REACH
     conditioning = np.inf
     discriminant = frequency_squared - decay**2
     for _ in range(tolerances.MODAL_REFINEMENT_STEPS):
-        residual = invariance_residual(
-            chain.masses,
-            chain.stiffnesses,
-            chain.link_damping,
-            columns,
-            frequency_squared,
-            decay,
-            chain.wall_stiffness,
-            chain.wall_damping,
-        )
-        energy = weights[:, None] * columns
+        residual = structure.invariance_residual(columns, frequency_squared, decay)
+        energy = structure.weighted(columns)
         lengths = np.linalg.norm(energy, axis=0)
         if not np.all((lengths > 0.0) & np.isfinite(lengths)):
             conditioning = np.inf
@@ -72,7 +61,7 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
         conditioning = float(np.linalg.cond(unit)) if np.all(np.isfinite(unit)) else np.inf
         if not conditioning <= tolerances.REFINEMENT_CONDITION_FACTOR * tolerances.MODAL_CONDITION_LIMIT:
             break
-        error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
+        error = np.linalg.solve(unit, structure.weighted(residual) / lengths)
         update = _off_diagonal_update(error, frequency_squared, decay, lengths)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
         if not np.all(frequency_squared > 0.0):  # smaller than the round-off of faster blocks
@@ -94,7 +83,7 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
         frequency_squared = frequency_squared + product_change
         decay = decay + decay_change
 
-        change = (unit @ update) * lengths / weights[:, None]
+        change = structure.unweighted((unit @ update) * lengths)
         change[:, 0::2] += columns[:, 0::2] * e12 - columns[:, 1::2] * e11
         columns = columns + change
         if size <= tolerances.MODAL_REFINEMENT_GOAL or size > 0.5 * previous:

@@ -1,4 +1,4 @@
-"""The mechanical system: a chain of masses, its links, its forcing and the impact law of its first mass.
+"""The mechanical system: a linear structure, its forces, its contact coordinate and the impact law.
 
 Parameters are validated and stored as arrays. The core never rescales them: its tolerances are relative, so SI and
 nondimensional descriptions of a system go through the same code and agree to round-off.
@@ -7,7 +7,7 @@ nondimensional descriptions of a system go through the same code and agree to ro
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +16,8 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
+from grazemap_core.model.drive import Harmonic, force, harmonics
+from grazemap_core.model.structure import Structure
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 UNITS = ("nondimensional", "SI")
@@ -23,33 +25,31 @@ UNITS = ("nondimensional", "SI")
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """A chain of N masses: ``M x'' + C x' + K x = f sin(omega t + tau)`` while ``|x1| < clearance``, equation (3).
+    """A linear structure that is driven, and whose contact coordinate ``q = h^T x`` moves between stops.
 
-    Link i joins mass i to mass i + 1, the last one to ground. At a stop ``v1 -> -restitution v1``. Use
-    `create`, which validates the parameters.
+    ``M x'' + C x' + K x = forces + bias`` while ``-c_L < q < c_R``, and ``q' -> -restitution q'`` at a stop (general
+    theory, section 1). Use `create` for a chain of masses, `of_structure` for others; both validate the parameters.
 
     Attributes
     ----------
-    masses, stiffnesses : ndarray of shape (N,)
-        ``m_i > 0`` and ``k_i > 0``.
-    link_damping : ndarray of shape (N,)
-        ``c_i >= 0``, the coefficient of link i in the damping matrix.
-    gamma : float or None
-        The coefficient of proportional damping, ``C = 2 gamma K``; None when the links were given one by one.
-    forcing : ndarray of shape (N,)
-        Amplitudes f.
+    structure : Structure
+    contact : ndarray of shape (N,)
+        The contact row h.
+    drive : tuple of Harmonic
+        The harmonic forces, by increasing order.
     restitution : float
         R in [0, 1].
+    bias : ndarray of shape (N,)
+        Static forces.
     units : {"nondimensional", "SI"}
         Used by `create` only; the stored numbers do not depend on it.
     """
 
-    masses: Floats
-    stiffnesses: Floats
-    link_damping: Floats
-    gamma: float | None
-    forcing: Floats
+    structure: Structure
+    contact: Floats
+    drive: tuple[Harmonic, ...]
     restitution: float
+    bias: Floats
     units: str = "nondimensional"
 
     @classmethod
@@ -62,7 +62,9 @@ class Oscillator:
         restitution: float,
         units: str = "nondimensional",
     ) -> Oscillator:
-        """Return an oscillator with validated parameters.
+        """Return a chain of N masses whose first one hits the stops, with one harmonic force, equation (3).
+
+        Link i joins mass i to mass i + 1, the last one to ground.
 
         Parameters
         ----------
@@ -86,12 +88,11 @@ class Oscillator:
         mass = _list("masses", masses, count=None)
         count = len(mass)
         stiffness = _list("stiffnesses", stiffnesses, count)
-        force = _list("forcing", forcing, count)
+        amplitudes = _list("forcing", forcing, count)
         for name, values in (("masses", mass), ("stiffnesses", stiffness)):
             if not np.all(values > 0.0):
                 raise ParameterError(name, "every number must be greater than 0")
-        if not (math.isfinite(restitution) and 0.0 <= restitution <= 1.0):
-            raise ParameterError("restitution", "must lie between 0 and 1")
+        _check_restitution(restitution)
 
         gamma: float | None = None
         if np.ndim(damping) == 0:
@@ -104,17 +105,89 @@ class Oscillator:
             if not np.all(given >= 0.0):
                 raise ParameterError("damping", "every number must be 0 or greater")
             links = given if units == "SI" else 2.0 * given
-        return cls(mass, stiffness, links, gamma, force, float(restitution), units)
+        contact = np.zeros(count)
+        contact[0] = 1.0
+        chain = Chain(mass, stiffness, links, gamma)
+        return cls(chain, contact, harmonics([force(1, amplitudes)]), float(restitution), np.zeros(count), units)
+
+    @classmethod
+    def of_structure(
+        cls,
+        structure: Structure,
+        contact: Sequence[float] | Floats,
+        drive: Iterable[Harmonic],
+        restitution: float,
+        bias: Sequence[float] | Floats | None = None,
+    ) -> Oscillator:
+        """Return an oscillator of any linear structure and contact row.
+
+        Raises
+        ------
+        ParameterError
+            A number is out of its range, a list has not N numbers, or the contact row is zero.
+        """
+        count = structure.size
+        row = _list("contact", contact, count)
+        if not np.any(row):
+            raise ParameterError("contact", "is a row of zeros, so nothing ever touches a stop")
+        _check_restitution(restitution)
+        static = np.zeros(count) if bias is None else _list("bias", bias, count)
+        return cls(structure, row, harmonics(drive), float(restitution), static)
 
     @property
     def size(self) -> int:
-        """Number of masses N."""
-        return len(self.masses)
+        """Number of degrees of freedom N."""
+        return self.structure.size
+
+    @property
+    def chain(self) -> Chain:
+        """The structure, if it is a chain of masses. Raises TypeError."""
+        if not isinstance(self.structure, Chain):
+            raise TypeError("the structure is not a chain")
+        return self.structure
+
+    @property
+    def masses(self) -> Floats:
+        """``m_i > 0`` of a chain, shape (N,)."""
+        return self.chain.masses
+
+    @property
+    def stiffnesses(self) -> Floats:
+        """``k_i > 0`` of a chain, shape (N,)."""
+        return self.chain.stiffnesses
+
+    @property
+    def link_damping(self) -> Floats:
+        """``c_i >= 0`` of a chain, the coefficient of link i in the damping matrix, shape (N,)."""
+        return self.chain.link_damping
+
+    @property
+    def gamma(self) -> float | None:
+        """The coefficient of proportional damping of a chain, ``C = 2 gamma K``, or None."""
+        return self.chain.gamma
+
+    @property
+    def forcing(self) -> Floats:
+        """Amplitudes f of forces ``f sin(omega t)``, shape (N,). Raises TypeError if the drive is another one."""
+        if not self.drive:
+            return np.zeros(self.size)
+        one = self.drive[0]
+        if len(self.drive) > 1 or one.order != 1 or np.any(one.rate) or np.any(one.quadratic):
+            raise TypeError("the forces are not one harmonic of constant amplitude")
+        if np.any(one.constant.imag):
+            raise TypeError("the forces differ in phase")
+        return np.ascontiguousarray(one.constant.real)
 
     @cached_property
-    def chain(self) -> Chain:
-        """The whole chain, its first mass free."""
-        return Chain(self.masses, self.stiffnesses, self.link_damping, self.gamma)
+    def jump(self) -> Floats:
+        """The direction ``a = m_c M^-1 h`` of the change of velocity by an impulse along the stop, ``h^T a = 1``."""
+        response = self.structure.solve_mass(self.contact)
+        return np.asarray(response / (self.contact @ response))
+
+    @property
+    def effective_mass(self) -> float:
+        """``m_c = 1/(h^T M^-1 h)``: the mass that an impulse along the stop meets."""
+        return float(1.0 / (self.contact @ self.structure.solve_mass(self.contact)))
 
     @cached_property
     def held_chain(self) -> Chain | None:
@@ -132,18 +205,23 @@ class Oscillator:
 
     @property
     def mass_matrix(self) -> Floats:
-        """M, shape (N, N), diagonal."""
-        return np.diag(self.masses)
+        """M, shape (N, N)."""
+        return self.structure.mass_matrix
 
     @property
     def stiffness_matrix(self) -> Floats:
-        """K, shape (N, N), symmetric, tridiagonal and positive definite."""
-        return _chain_matrix(self.stiffnesses)
+        """K, shape (N, N)."""
+        return self.structure.stiffness_matrix
 
     @property
     def damping_matrix(self) -> Floats:
-        """C, shape (N, N), built from the links as K is."""
-        return _chain_matrix(self.link_damping)
+        """C, shape (N, N)."""
+        return self.structure.damping_matrix
+
+
+def _check_restitution(restitution: float) -> None:
+    if not (math.isfinite(restitution) and 0.0 <= restitution <= 1.0):
+        raise ParameterError("restitution", "must lie between 0 and 1")
 
 
 def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Floats:
@@ -152,7 +230,7 @@ def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Flo
     if array.ndim != 1 or array.size == 0:
         raise ParameterError(name, "must be a list of at least one number")
     if count is not None and array.size != count:
-        raise ParameterError(name, f"has {array.size} numbers and masses has {count}")
+        raise ParameterError(name, f"has {array.size} numbers; the structure has {count} degrees of freedom")
     if not np.all(np.isfinite(array)):
         raise ParameterError(name, "every number must be finite")
     size = np.abs(array[array != 0.0])
@@ -162,9 +240,3 @@ def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Flo
         )
     # writable, because numba compiles every kernel a second time for read-only arrays
     return array
-
-
-def _chain_matrix(links: Floats) -> Floats:
-    """Return the tridiagonal matrix of a chain whose last link goes to ground."""
-    diagonal = links + np.concatenate(([0.0], links[:-1]))
-    return np.diag(diagonal) - np.diag(links[:-1], 1) - np.diag(links[:-1], -1)

@@ -70,3 +70,16 @@ BOUND_SAFETY: Final = 1.0 + 1.0e-9
 REFINEMENT_CONDITION_FACTOR: Final = 1e3
 """Condition number, in units of MODAL_CONDITION_LIMIT, above which refinement stops: the first approximation may be
 worse conditioned than the refined blocks, but at most by this factor."""
+
+ASYMMETRY: Final = 16.0 * EPSILON
+"""Largest difference of M and its transpose, relative to its largest number, that is taken as rounding."""
+
+FLOOR_OF_WEIGHTS: Final = 16.0 * EPSILON
+"""Smallest squared frequency, relative to the largest one, by which displacements are weighted in the refinement."""
+
+CLASSICAL_COUPLING: Final = 16.0 * EPSILON
+"""Damping between two modes, relative to the largest entry of the damping in modal coordinates times N, up to which
+a damping matrix is taken as diagonal in the modes: the roundings of its numbers and of the shapes."""
+
+VANISHING_WEIGHT: Final = 16.0 * EPSILON
+"""Weight of the contact in a mode, relative to the sum of its terms, up to which it is the rounding of 0."""

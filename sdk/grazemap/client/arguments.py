@@ -17,6 +17,7 @@ from grazemap.wire import (
     PROCESSES,
     BasinCoordinate,
     BranchInterval,
+    ClearancePair,
     InitialState,
     Interval,
     OrbitMotion,
@@ -43,6 +44,8 @@ Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | M
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
 """A motion with impacts: (period, stops); a mapping or a wire model, which may have phases and velocities; or an orbit
 that was found. For curves in a window, a mapping may also have omega and clearance."""
+ClearanceLike = float | ClearancePair | Mapping[str, Any]
+"""The clearance of both stops, or of each: right and left, None for an absent one."""
 StatementLike = Statement | Mapping[str, Any]
 """A statement to be proven; its motion, initial state and range as those of other methods."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]

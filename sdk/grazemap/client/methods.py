@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.client import arguments, async_jobs, jobs
-from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, StatementLike, Values
+from grazemap.client.arguments import ClearanceLike, CoordinateLike, MotionLike, OscillatorLike, StateLike, StatementLike, Values
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.connection import Connection
 from grazemap.results import (
@@ -31,6 +31,7 @@ from grazemap.results import (
     PeriodicOrbit,
     Proof,
     Result,
+    Structure,
     UnfoldingDiagram,
     UnfoldingMap,
 )
@@ -124,6 +125,40 @@ def method(result: type[R]) -> Callable[[Callable[Concatenate[Any, P], Fields]],
 
 class ProcessMethods:
     """One method for each process; the exceptions that all of them raise are added to their docstrings."""
+
+    @method(Structure)
+    def structure(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values = (),
+        points: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] = (),
+        clearance: ClearanceLike | None = None,
+        progress: bool = True,
+    ) -> Fields:
+        """Compute what is checked first: natural frequencies, damping ratios, steady response, impulse response.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+            Of any kind; left out, the paper's example.
+        omega : (start, stop), or list or array
+            Forcing frequencies of the steady response; rad/s in SI.
+        points : int, optional
+            Number of values from start to stop, both included.
+        times : sequence of float
+            Times of the impulse response, each >= 0.
+        clearance : float, or mapping with right and left, optional
+            Distance of the stops from ``q = 0``; the result then has the gaps from the equilibrium.
+        progress : bool
+            Whether a bar is shown during the computation, as of `grazing_curve`.
+
+        References
+        ----------
+        The general theory, sections 1 to 4 and 8.
+        """
+        return {"omega": arguments.as_grid("omega", omega, points, "points")}
 
     @method(GrazingCurve)
     def grazing_curve(

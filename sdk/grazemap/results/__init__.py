@@ -18,6 +18,7 @@ from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, 
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.proofs import Proof
 from grazemap.results.records import ChanceToSettle, Impacts, InferredWrong, Motion, MotionShare, State, Sticking
+from grazemap.results.structures import Gaps, HarmonicResponse, Structure
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.results.unfolding_diagram import Border, BorderCurve, MapBorders, UnfoldingDiagram
@@ -39,7 +40,9 @@ __all__ = [
     "Family",
     "FollowedMotion",
     "Grazing",
+    "Gaps",
     "GrazingCurve",
+    "HarmonicResponse",
     "Impacts",
     "InferredWrong",
     "MapBorders",
@@ -55,6 +58,7 @@ __all__ = [
     "SpecialPoint",
     "State",
     "Sticking",
+    "Structure",
     "Trajectories",
     "Trajectory",
     "Unfolding",

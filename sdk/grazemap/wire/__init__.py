@@ -37,22 +37,27 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
+from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices
+from grazemap.wire.structures import StructuresRequest
 from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
 
 __all__ = [
     "FINISHED",
     "PROCESSES",
+    "Base",
     "BasinCoordinate",
     "BasinsRequest",
     "BifurcationCurvesRequest",
     "BifurcationDiagramsRequest",
     "BranchInterval",
+    "ClearancePair",
     "CodimensionTwoPointsRequest",
     "Computing",
     "CoordinateRange",
     "CurveMotion",
     "DiscontinuityMappingsRequest",
     "Estimate",
+    "Forcing",
     "Forecast",
     "GrazingCurvesRequest",
     "Grid",
@@ -61,6 +66,7 @@ __all__ = [
     "Job",
     "JobList",
     "Link",
+    "Matrices",
     "Note",
     "Operation",
     "OrbitBranchesRequest",
@@ -76,6 +82,7 @@ __all__ = [
     "ServiceStatus",
     "Statement",
     "Status",
+    "StructuresRequest",
     "TrajectoriesRequest",
     "UnfoldingDiagramsRequest",
     "UnfoldingMapsRequest",

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.wire.structure import Matrices, RayleighDamping
+
 if TYPE_CHECKING:
     from grazemap.wire.oscillator import Oscillator
 
@@ -22,12 +24,27 @@ _ROUND_OFF = 1e-13
 
 def matrices(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
     """Return mass, damping and stiffness matrix, each of shape (N, N)."""
+    if oscillator.matrices is not None:
+        return _given(oscillator.matrices)
     stiffness = _of_links(np.array(oscillator.stiffnesses))
     damping = oscillator.damping
     if isinstance(damping, list):
         coefficients = np.array(damping) * (1.0 if oscillator.units == "SI" else 2.0)
         return np.diag(oscillator.masses), _of_links(coefficients), stiffness
     return np.diag(oscillator.masses), 2.0 * damping * stiffness, stiffness
+
+
+def _given(described: Matrices) -> tuple[Floats, Floats, Floats]:
+    mass, stiffness, damping = np.array(described.mass), np.array(described.stiffness), described.damping
+    if isinstance(damping, list):
+        return mass, np.array(damping), stiffness
+    if isinstance(damping, RayleighDamping):
+        return mass, damping.rayleigh[0] * mass + damping.rayleigh[1] * stiffness, stiffness
+    inverse = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
+    momentum = mass @ inverse.T @ vectors
+    rates = 2.0 * np.array(damping.modal) * np.sqrt(np.maximum(squares, 0.0))
+    return mass, (momentum * rates) @ momentum.T, stiffness
 
 
 def _of_links(coefficients: Floats) -> Floats:
@@ -39,7 +56,11 @@ def _of_links(coefficients: Floats) -> Floats:
 
 
 def natural_frequencies(oscillator: Oscillator) -> Floats:
-    """Return the angular frequencies of the undamped chain without stops, increasing, shape (N,)."""
+    """Return the angular frequencies of the undamped structure without stops, increasing, shape (N,)."""
+    if oscillator.matrices is not None:
+        mass, _, stiffness = matrices(oscillator)
+        squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)
+        return np.asarray(np.sqrt(np.where(np.abs(squares) <= _ROUND_OFF * np.max(np.abs(squares)), 0.0, squares)))
     return _natural_frequencies(tuple(oscillator.masses), tuple(oscillator.stiffnesses)).copy()
 
 
@@ -64,16 +85,16 @@ def damping_ratios(oscillator: Oscillator) -> Floats:
     that the round-off of a much stronger damper hides is NaN.
     """
     mass, damping, stiffness = matrices(oscillator)
-    if not isinstance(oscillator.damping, list):
+    if oscillator.matrices is None and not isinstance(oscillator.damping, list):
         return oscillator.damping * natural_frequencies(oscillator)
-    count, inverse = oscillator.size, np.diag(1.0 / np.diag(mass))
+    count, inverse = oscillator.size, np.linalg.inv(mass)
     system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse @ stiffness, -inverse @ damping]])
     values = np.linalg.eigvals(system)
     upper, real = values[values.imag > 0.0], values[values.imag == 0.0].real
     size, ratio = np.abs(upper), -upper.real / np.abs(upper)
     if len(real) == 2:
         # the product is that of all, from the determinants: the smaller of two very different ones has no digits
-        logarithm = np.linalg.slogdet(stiffness)[1] - np.log(np.diag(mass)).sum()
+        logarithm = np.linalg.slogdet(stiffness)[1] - np.linalg.slogdet(mass)[1]
         mean = np.exp(0.5 * (logarithm - 2.0 * np.log(size).sum()))
         size, ratio = np.append(size, mean), np.append(ratio, -real.sum() / (2.0 * mean))
     ratio = np.where(np.abs(values).max() * _ROUND_OFF > ratio * size, np.nan, ratio)

@@ -13,6 +13,7 @@ from grazemap.wire.job import Note
 from grazemap.wire.linear import antiresonances, steady_amplitude
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import ProcessRequest
+from grazemap.wire.structures import StructuresRequest
 
 Span = tuple[float, float]
 # Frequencies at which the grazing curve is looked at, besides the natural ones.
@@ -35,7 +36,7 @@ def notes_on(request: ProcessRequest) -> list[Note]:
     found = [*_lists(request), *_damping(request.oscillator)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
-        if spans["clearance"] is not None:
+        if spans["clearance"] is not None and not isinstance(request, StructuresRequest):
             found += _window(request, spans["omega"], spans["clearance"])
     return found
 
@@ -66,12 +67,14 @@ def _span(request: ProcessRequest, name: str) -> Span | None:
     values = _values(request, name)
     if isinstance(values, Interval):
         return values.start, values.stop
-    if isinstance(values, list):
-        return values[0], values[-1]
+    if isinstance(values, list) and values:
+        return min(values), max(values)
     return (values, values) if isinstance(values, float | int) else None
 
 
 def _lists(request: ProcessRequest) -> Iterator[Note]:
+    if isinstance(request, StructuresRequest):  # few frequencies are what one asks for
+        return
     for name in ("omega", "clearance"):
         values = _values(request, name)
         if not isinstance(values, list):
@@ -86,7 +89,7 @@ def _lists(request: ProcessRequest) -> Iterator[Note]:
 
 def _damping(oscillator: Oscillator) -> Iterator[Note]:
     """Compare the damping ratios with those of a number that was meant as a ratio."""
-    if oscillator.units != "SI" or not np.any(oscillator.damping):
+    if oscillator.units != "SI" or oscillator.matrices is not None or not np.any(oscillator.damping):
         return
     ratios, first = oscillator.damping_ratios, float(oscillator.natural_frequencies[0])
     what = "damping is gamma in s"

@@ -1,15 +1,34 @@
-"""The mechanical system: a chain of masses whose first one moves between two symmetric rigid stops."""
+"""The mechanical system: a linear structure that moves between two rigid stops, by default a chain of masses."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    ConfigDict,
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    model_serializer,
+    model_validator,
+)
 
 from grazemap.wire import linear
-from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.structure import (
+    Base,
+    Contact,
+    ContactRow,
+    Forces,
+    Forcing,
+    Matrices,
+    Restitution,
+    RestitutionPair,
+    Row,
+)
 
 
 def _damping_tag(value: Any) -> str:
@@ -26,19 +45,22 @@ Damping = Annotated[
 
 
 _DESCRIPTION = """\
-A chain of N masses. Mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
+A linear structure whose contact coordinate moves between the stops A (+clearance) and C (-clearance), and rebounds
+from them: a chain of N masses, of which mass 1 hits the stops, unless other fields say so.
 
-Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; a field
+Link i of the chain, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; a field
 that is left out has its default, also in SI, except that damping has none there.
 """
 
 
 class Oscillator(Request):
-    """A chain of N masses; mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
+    """A linear structure that moves between the stops A (+clearance) and C (-clearance); by default a chain of masses.
 
     ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
     stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)
-    is on mass 1). The defaults are the paper's example.
+    is on mass 1). The defaults are the paper's example. With `matrices` the structure is any other; `contact` says
+    what hits the stops. The processes other than structures answer, in this version, for a chain whose mass 1 hits
+    equal stops under forces of one frequency and phase.
 
     Parameters
     ----------
@@ -51,17 +73,26 @@ class Oscillator(Request):
         damping ratio ``gamma omega_j``: for a ratio zeta in the first mode give ``zeta/omega_1``. A list has one
         entry per link: zeta_i, each link's coefficient being ``2 zeta_i`` (nondimensional), or the coefficients
         c_i themselves in N s/m (SI).
-    forcing : sequence of N floats
-        Amplitudes f; N in SI.
-    restitution : float in [0, 1]
-        Speed of mass 1 after an impact over the speed before it.
+    matrices : Matrices or mapping, optional
+        Mass, damping and stiffness matrix instead of masses, stiffnesses and damping; see `from_matrices`.
+    contact : int, pair of int, or {"row": sequence of N floats}
+        The contact coordinate: the displacement of a mass, counted from 1; that of one mass minus that of another;
+        or any row of displacements.
+    forcing : sequence of N floats, Forcing, or a sequence of Forcing
+        Amplitudes f (N in SI), or harmonics with phases and a law. Left out: 1 on mass 1 of a chain, or 0 with `base`.
+    restitution : float in [0, 1], or {"right": float, "left": float}
+        Speed after an impact over the speed before it, of both stops or of each.
+    base : Base or mapping, optional
+        A ground that moves.
+    bias : sequence of N floats, optional
+        Static forces. "At rest" is then the static equilibrium.
 
     Attributes
     ----------
     size : int
-        Number of masses N.
+        Number of degrees of freedom N.
     natural_frequencies : ndarray of float, shape (N,)
-        Of the undamped chain without stops, increasing; rad/s in SI.
+        Of the undamped structure without stops, increasing; rad/s in SI.
     damping_ratios : ndarray of float, shape (N,)
         Of each mode; 1 or more: the mode does not oscillate.
     """
@@ -77,29 +108,109 @@ class Oscillator(Request):
     """N stiffnesses: link i joins mass i to mass i + 1, the last one to the ground; N/m in SI."""
     damping: Damping = 0.05
     """gamma of C = 2 gamma K (seconds in SI); or one number per link, c_i = 2 zeta_i, in SI c_i itself (N s/m)."""
-    forcing: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] = [1.0, 0.0, 0.0]
-    """Amplitude of the force on each of the N masses; N in SI."""
-    restitution: Annotated[float, Field(ge=0, le=1), Listable] = 0.8
-    """Speed of mass 1 after an impact over the speed before it."""
+    matrices: Matrices | None = None
+    """Mass, damping and stiffness matrix, instead of masses, stiffnesses and damping."""
+    contact: Contact = 1
+    """What moves between the stops: mass i, counted from 1; [i, j]: x_i - x_j; {"row": [..N]}: any row of x."""
+    forcing: Forces = [1.0, 0.0, 0.0]
+    """Amplitude of the force on each of the N masses, N in SI; or one or several harmonics with phases and a law. Left
+    out: 1 on mass 1 of a chain, or 0 where the base moves."""
+    restitution: Restitution = 0.8
+    """Speed after an impact over the speed before it, of both stops or of each."""
+    base: Base | None = None
+    """A ground that moves."""
+    bias: Row | None = None
+    """Static force on each of the N masses."""
+
+    @classmethod
+    def from_matrices(cls, *, mass: Any, damping: Any, stiffness: Any, **fields: Any) -> Self:
+        """Return an oscillator with these matrices, N x N each, and other fields by their names.
+
+        `damping` may also be {"modal": ratios} or {"rayleigh": [alpha, beta]}. Raises pydantic.ValidationError.
+        """
+        return cls(matrices={"mass": mass, "damping": damping, "stiffness": stiffness}, **fields)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _forcing_has_a_default(cls, values: Any) -> Any:
+        """Write the forces of an oscillator for which they are left out, where that is allowed."""
+        if not isinstance(values, dict) or "forcing" in values:
+            return values
+        moved = values.get("base") is not None
+        of_mass = values.get("masses", [None] * 3)
+        given = values.get("matrices")
+        if given is not None:
+            of_mass = given.mass if isinstance(given, Matrices) else given.get("mass") if isinstance(given, dict) else 0
+        if not hasattr(of_mass, "__len__") or len(of_mass) == 0 or (given is not None and not moved):
+            return values
+        return values | {"forcing": [0.0 if moved else 1.0] + [0.0] * (len(of_mass) - 1)}
 
     @model_validator(mode="after")
-    def _lengths_agree(self) -> Oscillator:
-        count = len(self.masses)
-        lists = {"stiffnesses": self.stiffnesses, "forcing": self.forcing}
-        if isinstance(self.damping, list):
-            lists["damping"] = self.damping
-        for name, values in lists.items():
-            if len(values) != count:
-                raise invalid(
-                    f"{name} has {len(values)} numbers and masses has {count}",
-                    "masses, stiffnesses, forcing and a list of dampings of one length",
-                    name,
-                )
+    def _is_one_structure(self) -> Self:
+        if self.matrices is None:
+            count = len(self.masses)
+            lists = {"stiffnesses": self.stiffnesses}
+            if isinstance(self.damping, list):
+                lists["damping"] = self.damping
+            for name, values in lists.items():
+                if len(values) != count:
+                    raise invalid(
+                        f"{name} has {len(values)} numbers and masses has {count}",
+                        "masses, stiffnesses, forcing and a list of dampings of one length",
+                        name,
+                    )
+            return self
+        for name in ("masses", "stiffnesses", "damping"):
+            if name in self.model_fields_set:
+                raise invalid(f"{name} is given, and so are matrices", f"matrices, or a chain without them: not {name}", name)
+        if "forcing" not in self.model_fields_set and self.base is None:
+            raise invalid("forcing has no default where there are matrices", "forcing, or a base that moves", "forcing")
+        if self.base is not None and self.base.influence is None:
+            detail = "base.influence has no default where there are matrices"
+            raise invalid(detail, "by how much a unit displacement of the ground moves each coordinate", "base")
         return self
 
     @model_validator(mode="after")
-    def _damping_is_said_in_si(self) -> Oscillator:
-        if self.units == "SI" and "damping" not in self.model_fields_set:
+    def _rows_fit(self) -> Self:
+        count = self.size
+        of = "masses has" if self.matrices is None else "the matrices have"
+        rows: list[tuple[list[float], tuple[str, ...]]] = []
+        if isinstance(self.forcing, list) and not isinstance(self.forcing[0], Forcing):
+            rows.append((self.forcing, ("forcing",)))  # type: ignore[arg-type]
+        for i, one in enumerate(self.harmonics):
+            at: tuple[str, ...] = ("forcing", str(i)) if isinstance(self.forcing, list) else ("forcing",)
+            rows.append((one.amplitude, (*at, "amplitude")))
+            if one.phase is not None:
+                rows.append((one.phase, (*at, "phase")))
+        if self.base is not None and self.base.influence is not None:
+            rows.append((self.base.influence, ("base", "influence")))
+        if self.bias is not None:
+            rows.append((self.bias, ("bias",)))
+        if isinstance(self.contact, ContactRow):
+            rows.append((self.contact.row, ("contact", "row")))
+        for values, where in rows:
+            if len(values) != count:
+                detail = f"{'.'.join(where)} has {len(values)} numbers and {of} {count}"
+                raise invalid(detail, "one number for each mass", *where)
+        return self
+
+    @model_validator(mode="after")
+    def _contact_is_one(self) -> Self:
+        contact, count = self.contact, self.size
+        if isinstance(contact, ContactRow):
+            if not any(contact.row):
+                raise invalid("contact.row is a row of zeros", "at least one number that is not 0", "contact", "row")
+            return self
+        named = [contact] if isinstance(contact, int) else contact
+        if max(named) > count:
+            raise invalid(f"contact names mass {max(named)} and there are {count}", f"1 to {count}", "contact")
+        if len(set(named)) < len(named):
+            raise invalid("contact is between a mass and itself", "two different masses", "contact")
+        return self
+
+    @model_validator(mode="after")
+    def _damping_is_said_in_si(self) -> Self:
+        if self.units == "SI" and self.matrices is None and "damping" not in self.model_fields_set:
             raise invalid(
                 "damping has no default in SI units",
                 "gamma of C = 2 gamma K in seconds, or one coefficient in N s/m per link; 0 for no damping",
@@ -107,14 +218,70 @@ class Oscillator(Request):
             )
         return self
 
+    @model_serializer(mode="wrap")
+    def _normal(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the fields in their simplest form, so that oscillators that mean the same have the same text."""
+        fields: dict[str, Any] = dump(self)
+        for name in ("matrices",) if self.matrices is None else ("masses", "stiffnesses", "damping"):
+            fields.pop(name, None)
+        simplest = {
+            "contact": _simplest_contact(self.contact_row),
+            "forcing": _simplest_forcing(self.forcing),
+            "restitution": _simplest_restitution(self.restitution),
+            "base": None,
+            "bias": self.bias if any(self.bias or ()) else None,
+        }
+        if self.base is not None:
+            influence = [1.0] * self.size if self.base.influence is None else self.base.influence
+            simplest["base"] = {**self.base.model_dump(), "influence": influence}
+        absent = {"contact": 1, "base": None, "bias": None}
+        for name, value in simplest.items():
+            if name in absent and value == absent[name]:
+                fields.pop(name, None)
+            elif name in fields:
+                fields[name] = value
+        return fields
+
     @property
     def size(self) -> int:
-        """Number of masses N."""
-        return len(self.masses)
+        """Number of degrees of freedom N."""
+        return len(self.masses) if self.matrices is None else len(self.matrices.mass)
+
+    @property
+    def harmonics(self) -> list[Forcing]:
+        """The harmonics of the forces, where they are not a list of amplitudes."""
+        if isinstance(self.forcing, Forcing):
+            return [self.forcing]
+        return [one for one in self.forcing if isinstance(one, Forcing)]
+
+    @property
+    def contact_row(self) -> list[float]:
+        """The row h of the contact coordinate ``q = h x``, N numbers."""
+        if isinstance(self.contact, ContactRow):
+            return self.contact.row
+        row = [0.0] * self.size
+        for mass, sign in zip([self.contact] if isinstance(self.contact, int) else self.contact, (1.0, -1.0)):
+            row[mass - 1] = sign
+        return row
+
+    def beyond_the_chain(self) -> str | None:
+        """Return the field for which this is no chain with mass 1 between equal stops and forces of one phase."""
+        if self.matrices is not None:
+            return "matrices"
+        if _simplest_contact(self.contact_row) != 1:
+            return "contact"
+        plain = _simplest_forcing(self.forcing)
+        if any(isinstance(value, dict) for value in plain):
+            return "forcing"
+        if isinstance(_simplest_restitution(self.restitution), dict):
+            return "restitution"
+        if self.base is not None:
+            return "base"
+        return "bias" if any(self.bias or ()) else None
 
     @property
     def natural_frequencies(self) -> NDArray[np.float64]:
-        """The angular frequencies of the undamped chain without stops, increasing, shape (N,); rad/s in SI."""
+        """The angular frequencies of the undamped structure without stops, increasing, shape (N,); rad/s in SI."""
         return linear.natural_frequencies(self)
 
     @property
@@ -124,3 +291,29 @@ class Oscillator(Request):
         With a damping for each link, and several modes that do not oscillate, NaN for these, at the end.
         """
         return linear.damping_ratios(self)
+
+
+def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[float]]:
+    """Return a contact row as a mass or a pair of masses where it is one."""
+    ones, others = [i for i, value in enumerate(row) if value == 1.0], [i for i, value in enumerate(row) if value]
+    if len(others) == 1 and ones == others:
+        return ones[0] + 1
+    if len(others) == 2 and len(ones) == 1:
+        (other,) = set(others) - set(ones)
+        if row[other] == -1.0:
+            return [ones[0] + 1, other + 1]
+    return {"row": row}
+
+
+def _simplest_forcing(forcing: Any) -> list[Any]:
+    """Return the amplitudes of one plain harmonic, or a list of harmonics."""
+    harmonics = [forcing] if isinstance(forcing, Forcing) else [one for one in forcing if isinstance(one, Forcing)]
+    described = [one.normal() for one in harmonics] or [{"amplitude": forcing}]
+    return described[0]["amplitude"] if len(described) == 1 and len(described[0]) == 1 else described
+
+
+def _simplest_restitution(restitution: float | RestitutionPair) -> float | dict[str, float]:
+    """Return one number for two stops of equal restitution."""
+    if not isinstance(restitution, RestitutionPair):
+        return restitution
+    return restitution.right if restitution.right == restitution.left else restitution.model_dump()

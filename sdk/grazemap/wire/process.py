@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from grazemap.wire.base import Float, Listable, Positive, Request, invalid
 from grazemap.wire.oscillator import Oscillator
@@ -44,9 +44,23 @@ class ProcessRequest(Request):
     """Base of all requests; a class with an `operation` is the request of a process."""
 
     operation: ClassVar[Operation]
+    general: ClassVar[bool] = False
+    """Whether the process answers for every kind of oscillator."""
 
     oscillator: Oscillator = Oscillator()
-    """The chain of masses; fields that are left out are those of the paper's example."""
+    """The oscillator; fields that are left out are those of the paper's example."""
+
+    @model_validator(mode="after")
+    def _covers_the_oscillator(self) -> Self:
+        if not self.general and (name := self.oscillator.beyond_the_chain()) is not None:
+            raise invalid(
+                f"oscillator.{name} is not covered by this process in this version",
+                "a chain whose mass 1 hits equal stops, with forces of one frequency and phase; the process structures "
+                "covers every oscillator",
+                "oscillator",
+                name,
+            )
+        return self
 
 
 class PointRequest(ProcessRequest):

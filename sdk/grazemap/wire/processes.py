@@ -20,6 +20,7 @@ from grazemap.wire.process import ProcessRequest
 
 # The order in which documents and messages name the processes; others follow in alphabetical order.
 _ORDER = (
+    "structures",
     "grazing-curves",
     "codimension-two-points",
     "discontinuity-mappings",

@@ -93,6 +93,9 @@ MOST_TILE_SECONDS = 900.0
 # Machines differ, so a quarter of a map's speed is assumed.
 WORST_TILE_SECONDS = 900.0
 WORST_SLOWER = 4.0
+# The linear properties of a structure: its modes, and one response, per mass of a chain or cube of those of matrices.
+MODES_SECONDS = 2.0e-6
+RESPONSE_SECONDS = 1.0e-6
 # One sample of a grazing curve, per mass, and of each order of its sequence.
 CURVE_SECONDS = 2.2e-7
 SEQUENCE_SECONDS = 5.5e-8

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.wire import Oscillator, ProcessRequest, motion_label
+from grazemap.wire import Forcing, Oscillator, ProcessRequest, motion_label
 from grazemap_worker.planning import Plan
 
 if TYPE_CHECKING:
@@ -43,13 +43,53 @@ def _core_oscillator(described: str) -> CoreOscillator:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
     oscillator = Oscillator.model_validate_json(described)
+    if oscillator.beyond_the_chain() is not None:
+        return _general(oscillator)
+    plain = oscillator.model_dump()  # one list of amplitudes, and one restitution
     return CoreOscillator.create(
         oscillator.masses,
         oscillator.stiffnesses,
         oscillator.damping,
-        oscillator.forcing,
-        oscillator.restitution,
+        plain["forcing"],
+        plain["restitution"],
         units=oscillator.units,
+    )
+
+
+def _general(described: Oscillator) -> CoreOscillator:
+    from grazemap_core.model.drive import base_in_space, base_with_stops, force
+    from grazemap_core.model.matrices import Matrices
+    from grazemap_core.model.oscillator import Oscillator as CoreOscillator
+    from grazemap_core.model.structure import Structure
+
+    structure: Structure
+    if described.matrices is None:
+        structure = CoreOscillator.create(
+            described.masses, described.stiffnesses, described.damping, [0.0] * described.size, 1.0, described.units
+        ).structure
+    else:
+        damping = described.matrices.damping
+        kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
+        structure = Matrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
+    parts = [
+        force(
+            one.harmonic,
+            np.array(one.amplitude),
+            None if one.phase is None else np.array(one.phase),
+            unbalance=one.law == "unbalance",
+        )
+        for one in described.harmonics or [Forcing.model_validate({"amplitude": described.forcing})]
+    ]
+    if described.base is not None:
+        base = described.base
+        influence = np.ones(described.size) if base.influence is None else np.array(base.influence)
+        amplitude = base.amplitude * complex(np.cos(base.phase), np.sin(base.phase))
+        if base.stops_move:
+            parts.append(base_with_stops(amplitude, structure.mass_matrix @ influence))
+        else:
+            parts.append(base_in_space(amplitude, *structure.ground_forces(influence)))
+    return CoreOscillator.of_structure(
+        structure, described.contact_row, parts, 1.0, described.bias
     )
 
 

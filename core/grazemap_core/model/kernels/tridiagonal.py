@@ -27,8 +27,8 @@ RESONANT = 1
 """The matrix is singular, or so nearly that refinement does not converge: there is no steady motion."""
 
 
-class ForcedLinks(NamedTuple):
-    """Masses, links and forces of a chain; arrays of shape (N,).
+class Links(NamedTuple):
+    """Masses and links of a chain; arrays of shape (N,).
 
     `wall_stiffness` and `wall_damping` are those of the link from the first mass to a wall; 0 if there is none.
     """
@@ -36,7 +36,6 @@ class ForcedLinks(NamedTuple):
     masses: Floats
     stiffnesses: Floats
     link_damping: Floats
-    forcing: Floats
     wall_stiffness: float
     wall_damping: float
 
@@ -122,12 +121,12 @@ def _dd_product(a_high: float, a_low: float, b_high: float, b_low: float) -> tup
 
 
 @kernel
-def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: Complexes) -> None:
+def residual(links: Links, omega: float, forces: Complexes, high: Floats, low: Floats, out: Complexes) -> None:
     """Write ``f - (K - omega^2 M + i omega C) x`` to `out` of shape (N,), computed in double-double.
 
-    `high` + `low`, each of shape (N, 2), is x as real and imaginary parts.
+    `forces` (N,) is f, and `high` + `low`, each of shape (N, 2), is x as real and imaginary parts.
     """
-    masses, stiffnesses, link_damping, forcing, wall_stiffness, wall_damping = links
+    masses, stiffnesses, link_damping, wall_stiffness, wall_damping = links
     count = masses.size
     square_high, square_low = two_prod(omega, omega)
     real_high, real_low, imag_high, imag_low = 0.0, 0.0, 0.0, 0.0  # force in the previous link
@@ -156,11 +155,12 @@ def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: C
         # f + omega^2 m x + force of the previous link - force of the next link
         inertia_high, inertia_low = dd_scale(square_high, square_low, masses[i])
         a_high, a_low = _dd_product(inertia_high, inertia_low, high[i, 0], low[i, 0])
-        a_high, a_low = dd_add(a_high, a_low, forcing[i], 0.0)
+        a_high, a_low = dd_add(a_high, a_low, forces[i].real, 0.0)
         b_high, b_low = dd_add(real_high, real_low, -link_re_high, -link_re_low)
         a_high, a_low = dd_add(a_high, a_low, b_high, b_low)
         real = a_high + a_low
         a_high, a_low = _dd_product(inertia_high, inertia_low, high[i, 1], low[i, 1])
+        a_high, a_low = dd_add(a_high, a_low, forces[i].imag, 0.0)
         b_high, b_low = dd_add(imag_high, imag_low, -link_im_high, -link_im_low)
         a_high, a_low = dd_add(a_high, a_low, b_high, b_low)
         out[i] = complex(real, a_high + a_low)
@@ -168,8 +168,8 @@ def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: C
 
 
 @kernel
-def _set_matrix(links: ForcedLinks, omega: float, matrix: Factors, right_side: Complexes) -> None:
-    """Write ``K - omega^2 M + i omega C`` to `matrix` and the forces to `right_side` of shape (N,)."""
+def _set_matrix(links: Links, omega: float, matrix: Factors) -> None:
+    """Write ``K - omega^2 M + i omega C`` to `matrix`."""
     for i in range(links.masses.size):
         before = complex(links.wall_stiffness, omega * links.wall_damping)
         if i > 0:
@@ -178,7 +178,6 @@ def _set_matrix(links: ForcedLinks, omega: float, matrix: Factors, right_side: C
         matrix.diagonal[i] = before + link - omega * omega * links.masses[i]
         matrix.upper[i] = -link
         matrix.lower[i] = -link
-        right_side[i] = links.forcing[i]
 
 
 @kernel
@@ -205,10 +204,19 @@ def _add_step(step: Complexes, high: Floats, low: Floats) -> tuple[float, float,
 
 
 @kernel
-def _refine(links: ForcedLinks, omega: float, factors: Factors, step: Complexes, high: Floats, low: Floats) -> bool:
+def _refine(
+    links: Links,
+    omega: float,
+    forces: Complexes,
+    row: Floats,
+    factors: Factors,
+    step: Complexes,
+    high: Floats,
+    low: Floats,
+) -> bool:
     """Write the solution to `high` + `low`, each (N, 2), starting from the first solution `step`, which is overwritten.
 
-    Returns whether the iterative refinement converged.
+    Returns whether the iterative refinement converged; it continues until ``row x`` is accurate.
     """
     high[:] = 0.0
     low[:] = 0.0
@@ -225,32 +233,43 @@ def _refine(links: ForcedLinks, omega: float, factors: Factors, step: Complexes,
             break
         # the next step would be smaller than this one by the same factor as this one was
         remaining = largest if refinement == 0 else largest_step * (largest_step / previous_step)
-        first = abs(high[0, 0]) + abs(high[0, 1])
-        if remaining <= STEADY_ACCURACY * max(first, STEADY_ACCURACY * largest):
+        real, imag = 0.0, 0.0
+        for i in range(row.size):
+            real += row[i] * high[i, 0]
+            imag += row[i] * high[i, 1]
+        if remaining <= STEADY_ACCURACY * max(abs(real) + abs(imag), STEADY_ACCURACY * largest):
             break
-        residual(links, omega, high, low, step)
+        residual(links, omega, forces, high, low, step)
         solve(factors, step)
     converged: bool = remaining <= STEADY_DIVERGED * largest
     return converged
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def steady_amplitudes(links: ForcedLinks, omega: Floats) -> tuple[Complexes, Integers]:
-    """Return the response to ``f sin(omega t)`` as complex amplitudes, x(t) = Im(amplitude e^{i omega t}).
+def steady_amplitudes(
+    links: Links, omega: Floats, forces: Complexes, row: Floats
+) -> tuple[Complexes, Complexes, Integers]:
+    """Return the response to ``Im(f e^{i omega t})`` as complex amplitudes, x(t) = Im(amplitude e^{i omega t}).
 
     Parameters
     ----------
-    links : ForcedLinks
+    links : Links
     omega : ndarray of shape (n,)
+    forces : ndarray of complex, shape (n, N)
+        f at every omega.
+    row : ndarray of shape (N,)
 
     Returns
     -------
     amplitudes : ndarray of complex, shape (n, N)
+    coordinate : ndarray of complex, shape (n,)
+        ``row x``, to about one rounding also where its terms cancel.
     status : ndarray of int, shape (n,)
         CONVERGED or RESONANT.
     """
     count = links.masses.size
     amplitudes = np.zeros((omega.size, count), dtype=np.complex128)
+    coordinate = np.zeros(omega.size, dtype=np.complex128)
     status = np.zeros(omega.size, dtype=np.int64)
     factors = Factors(
         np.empty(count, dtype=np.complex128),
@@ -263,14 +282,23 @@ def steady_amplitudes(links: ForcedLinks, omega: Floats) -> tuple[Complexes, Int
     high = np.empty((count, 2))
     low = np.empty((count, 2))
     for point in range(omega.size):
-        _set_matrix(links, omega[point], factors, step)
+        _set_matrix(links, omega[point], factors)
+        for i in range(count):
+            step[i] = forces[point, i]
         if not factor(factors):
             status[point] = RESONANT
             continue
         solve(factors, step)
-        if not _refine(links, omega[point], factors, step, high, low):
+        if not _refine(links, omega[point], forces[point], row, factors, step, high, low):
             status[point] = RESONANT
             continue
         for i in range(count):
             amplitudes[point, i] = complex(high[i, 0] + low[i, 0], high[i, 1] + low[i, 1])
-    return amplitudes, status
+        real_high, real_low, imag_high, imag_low = 0.0, 0.0, 0.0, 0.0
+        for i in range(count):
+            a_high, a_low = dd_scale(high[i, 0], low[i, 0], row[i])
+            real_high, real_low = dd_add(real_high, real_low, a_high, a_low)
+            a_high, a_low = dd_scale(high[i, 1], low[i, 1], row[i])
+            imag_high, imag_low = dd_add(imag_high, imag_low, a_high, a_low)
+        coordinate[point] = complex(real_high + real_low, imag_high + imag_low)
+    return amplitudes, coordinate, status

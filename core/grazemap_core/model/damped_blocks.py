@@ -1,53 +1,53 @@
-"""Second-order blocks of a chain with a damping coefficient for each link.
+"""Second-order blocks of a structure with damping of any kind.
 
 For each of N pairs of exponents a block has their product and sum, and two columns (a, b) such that the state is
 ``a u + b u'``. The first-order system is set up in energy coordinates, where it is a skew-symmetric matrix minus a
 positive semidefinite one. An ordered Schur form gives the subspace of each block without nearly parallel eigenvectors.
-`modal_refinement` then restores the accuracy of slow blocks: on a stiff chain the backward error of the Schur form is
+`modal_refinement` then restores the accuracy of slow blocks: in a stiff structure the backward error of the Schur form is
 relative to the fastest exponent.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack, schur, solve_triangular
+from scipy.linalg import lapack, schur
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ConditioningError
-from grazemap_core.model.chain import Chain
 from grazemap_core.model.modal_refinement import Blocks, refine
+from grazemap_core.model.structure import Structure
 from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT
 from grazemap_core.tolerances import EPSILON
 
 Pairs = list[tuple[int, int]]
 
 _NEARLY_DEFECTIVE = (
-    "two modes of this chain nearly coincide in frequency, decay and shape, and the modal model would lose digits; "
-    "change one of the link dampings slightly"
+    "two modes of this structure nearly coincide in frequency, decay and shape, and the modal model would lose "
+    "digits; change a damping slightly"
 )
 _TOO_SLOW = (
-    "a mode of this chain is so slow compared with the others that double precision does not resolve it; its "
+    "a mode of this structure is so slow compared with the others that double precision does not resolve it; its "
     "stiffnesses or its dampings differ too much in size"
 )
 
 
-def link_blocks(chain: Chain) -> Blocks:
-    """Return the blocks of a chain with a damping coefficient for each link.
+def damped_blocks(structure: Structure) -> Blocks:
+    """Return the blocks of a structure with damping of any kind.
 
     Raises
     ------
     ConditioningError
         Two blocks are nearly defective together, or one is too slow to be resolved.
     """
-    to_columns = _from_energy(chain)
-    matrix = _energy_matrix(chain)
+    to_columns = structure.from_energy()
+    matrix = structure.energy_matrix()
     triangular, basis = schur(matrix, output="real")
     best: Blocks | None = None
     resolved = True
     for pairs in _pairings(matrix, triangular):
         start = _initial(triangular, basis, pairs, to_columns)
         resolved = resolved and bool(np.min(start[1]) > EPSILON * np.max(start[1]))
-        blocks = refine(chain, *start)
+        blocks = refine(structure, *start)
         if best is None or blocks.conditioning < best.conditioning:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
@@ -55,38 +55,6 @@ def link_blocks(chain: Chain) -> Blocks:
     if best is None or not best.conditioning <= MODAL_CONDITION_LIMIT:
         raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
     return best
-
-
-def chain_elongations(displacement: Floats) -> Floats:
-    """Return ``x_i - x_{i+1}`` of every column of displacements, the last mass against ground; shape as given."""
-    elongation = displacement.copy()
-    elongation[:-1] -= displacement[1:]
-    return elongation
-
-
-def _energy_matrix(chain: Chain) -> Floats:
-    """Return A of ``z' = A z``, where z holds ``U M^1/2 x`` and ``M^1/2 v``; shape (2N, 2N).
-
-    U is the chain's `square_root`. Without a wall the first half is ``sqrt(k_i) (x_i - x_{i+1})``.
-    """
-    root, links = chain.square_root(), chain.bidiagonal()
-    ratios = chain.link_damping / chain.stiffnesses
-    if chain.wall_stiffness > 0.0:
-        ratios = np.concatenate(([chain.wall_damping / chain.wall_stiffness], ratios))
-    return np.block([[np.zeros_like(root), root], [-root.T, -links.T @ (ratios[:, None] * links)]])
-
-
-def _from_energy(chain: Chain) -> Floats:
-    """Return the matrix that takes z to elongations ``x_i - x_{i+1}`` and velocities; shape (2N, 2N)."""
-    count = chain.size
-    matrix = np.zeros((2 * count, 2 * count))
-    matrix[count:, count:] = np.diag(1.0 / np.sqrt(chain.masses))
-    if chain.wall_stiffness == 0.0:
-        matrix[:count, :count] = np.diag(1.0 / np.sqrt(chain.stiffnesses))
-    else:
-        displacement = solve_triangular(chain.square_root(), np.eye(count)) / np.sqrt(chain.masses)[:, None]
-        matrix[:count, :count] = chain_elongations(displacement)
-    return matrix
 
 
 def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
@@ -134,7 +102,7 @@ def _greedy(labels: list[int], cost: Floats) -> Pairs:
 
 
 def _initial(triangular: Floats, basis: Floats, pairs: Pairs, to_columns: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return columns (rows elongations and velocities), frequency_squared and decay of every block."""
+    """Return columns of coordinates, frequency_squared and decay of every block."""
     size = len(triangular)
     count = size // 2
     columns = np.empty((size, size))

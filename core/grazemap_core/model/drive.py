@@ -1,0 +1,90 @@
+"""Harmonic forces on a structure, and how they depend on the forcing frequency.
+
+Every law is a polynomial: the k-th harmonic has the complex amplitude ``constant + i s rate + s^2 quadratic``, where
+``s = k omega`` and x(t) = Im(amplitude e^{i s t}). A constant force has the first term, an unbalance the last one, and a
+moving base with stops fixed in space the first two, from the stiffness and the damping between the structure and the
+ground (general theory, section 8).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonic:
+    """One harmonic of the forces; `constant`, `rate` and `quadratic` are complex, of shape (N,)."""
+
+    order: int
+    constant: Complexes
+    rate: Complexes
+    quadratic: Complexes
+
+    def amplitudes(self, omega: Floats) -> Complexes:
+        """Return the amplitudes of the forces at forcing frequencies (n,), shape (n, N)."""
+        s = self.order * omega[:, None]
+        result = np.broadcast_to(self.constant, (len(omega), len(self.constant))).copy()
+        if np.any(self.rate):
+            result = result + 1j * s * self.rate
+        if np.any(self.quadratic):
+            result = result + s * s * self.quadratic
+        return result
+
+    def slopes(self, omega: Floats) -> Complexes:
+        """Return the derivatives of `amplitudes` with respect to omega, shape (n, N)."""
+        s = self.order * omega[:, None]
+        return self.order * (1j * self.rate + 2.0 * s * self.quadratic)
+
+
+def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
+    """Return harmonics in increasing order, those of one order added up, without those that are zero."""
+    found: dict[int, Harmonic] = {}
+    for one in parts:
+        other = found.get(one.order)
+        if other is not None:
+            one = Harmonic(
+                one.order,
+                other.constant + one.constant,
+                other.rate + one.rate,
+                other.quadratic + one.quadratic,
+            )
+        found[one.order] = one
+    return tuple(
+        found[order]
+        for order in sorted(found)
+        if any(np.any(part) for part in (found[order].constant, found[order].rate, found[order].quadratic))
+    )
+
+
+def force(order: int, amplitude: Floats, phase: Floats | None = None, *, unbalance: bool = False) -> Harmonic:
+    """Return a harmonic of constant amplitude, or proportional to ``(order omega)^2``: ``amplitude sin(.. + phase)``."""
+    complex_amplitude = amplitude.astype(np.complex128)
+    if phase is not None:
+        complex_amplitude = amplitude * (np.cos(phase) + 1j * np.sin(phase))
+    nothing = np.zeros_like(complex_amplitude)
+    if unbalance:
+        return Harmonic(order, nothing, nothing, complex_amplitude)
+    return Harmonic(order, complex_amplitude, nothing, nothing)
+
+
+def base_in_space(amplitude: complex, stiffness: Floats, damping: Floats) -> Harmonic:
+    """Return the force of a ground that moves, with the stops fixed in space, on absolute displacements.
+
+    `stiffness` and `damping`, (N,), are the forces on the structure at rest by a unit displacement and a unit velocity
+    of the ground.
+    """
+    return Harmonic(1, amplitude * stiffness, amplitude * damping, np.zeros(len(stiffness), dtype=np.complex128))
+
+
+def base_with_stops(amplitude: complex, momentum: Floats) -> Harmonic:
+    """Return the force on displacements relative to a ground that moves together with the stops.
+
+    `momentum` is M r, (N,): that of the structure when it moves with the ground at unit velocity.
+    """
+    nothing = np.zeros(len(momentum), dtype=np.complex128)
+    return Harmonic(1, nothing, nothing, amplitude * momentum)

@@ -1,0 +1,73 @@
+"""The static equilibrium of a structure under its bias, and the gaps of the stops from it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from grazemap_core.arrays import Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.chain import Chain
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.tolerances import STEADY_REFINEMENT_STEPS
+from grazemap_core.numerics.double_double_arrays import add, exact, negative, transformed
+from grazemap_core.tolerances import EPSILON
+
+
+def equilibrium(oscillator: Oscillator) -> Floats:
+    """Return the displacements x_e with ``K x_e = bias``, shape (N,).
+
+    Where K is singular they are those without a part in the free modes.
+
+    Raises
+    ------
+    ParameterError
+        The bias pushes along a free mode, so there is no equilibrium.
+    """
+    bias, structure = oscillator.bias, oscillator.structure
+    if not np.any(bias):
+        return np.zeros(oscillator.size)
+    if isinstance(structure, Chain):
+        # link i carries the sum of the forces on masses 1 .. i
+        elongation = np.cumsum(bias) / structure.stiffnesses
+        return np.cumsum(elongation[::-1])[::-1]
+    stiffness = structure.stiffness_matrix
+    left, singular, right = np.linalg.svd(stiffness)
+    free = singular <= 16.0 * len(bias) * EPSILON * singular[0]
+    if not np.any(free):
+        return _refined(stiffness, bias)
+    if np.max(np.abs(left[:, free].T @ bias)) > 16.0 * len(bias) * EPSILON * np.max(np.abs(bias)):
+        raise ParameterError("bias", "pushes along a free mode, so there is no equilibrium")
+    inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, singular))
+    return np.asarray(right.T @ (inverse * (left.T @ bias)))
+
+
+def _refined(stiffness: Floats, bias: Floats) -> Floats:
+    """Solve ``K x = s`` with residuals in double-double."""
+    factors = lu_factor(stiffness)
+    right_side = exact(bias[:, None])
+    solution = exact(np.zeros_like(bias)[:, None])
+    for _ in range(STEADY_REFINEMENT_STEPS):
+        residual = add(right_side, negative(transformed(stiffness, solution))).rounded
+        step = lu_solve(factors, residual)
+        solution = add(solution, exact(step))
+        if np.max(np.abs(step)) <= EPSILON**2 * np.max(np.abs(solution.high)):
+            break
+    return solution.rounded[:, 0]
+
+
+def effective_gaps(oscillator: Oscillator, right: float | None, left: float | None) -> tuple[float, float]:
+    """Return the gaps ``c_R - q_e`` and ``c_L + q_e`` of the stops from the equilibrium; infinite for an absent stop.
+
+    A negative gap is that of a preloaded stop.
+
+    Raises
+    ------
+    ParameterError
+        The equilibrium lies beyond both stops.
+    """
+    place = float(oscillator.contact @ equilibrium(oscillator))
+    gaps = (np.inf if right is None else right - place, np.inf if left is None else left + place)
+    if gaps[0] + gaps[1] <= 0.0:
+        raise ParameterError("clearance", "the sum of the two must be greater than 0")
+    return gaps

@@ -1,0 +1,125 @@
+"""What the modal model needs to know of a linear structure ``M x'' + C x' + K x = 0``.
+
+A structure has *coordinates* of its own, N for the positions and the N velocities, in which its equations of motion
+have no coefficient that is not given: for a chain the elongations of its links, else the displacements themselves. A
+decomposition into blocks is refined in these.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Complexes, Floats
+
+
+class Response(NamedTuple):
+    """The steady motion at n frequencies.
+
+    Attributes
+    ----------
+    amplitudes : ndarray of complex, shape (n, N)
+        Of the displacements, x(t) = Im(amplitude e^{i w t}).
+    coordinate : ndarray of complex, shape (n,)
+        Of one coordinate.
+    exists : ndarray of bool, shape (n,)
+        False at a resonance with no damping or too little.
+    """
+
+    amplitudes: Complexes
+    coordinate: Complexes
+    exists: Booleans
+
+
+class Structure(ABC):
+    """A linear structure with N degrees of freedom."""
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of degrees of freedom N."""
+
+    @property
+    @abstractmethod
+    def mass_matrix(self) -> Floats:
+        """M, shape (N, N), symmetric and positive definite."""
+
+    @property
+    @abstractmethod
+    def damping_matrix(self) -> Floats:
+        """C, shape (N, N)."""
+
+    @property
+    @abstractmethod
+    def stiffness_matrix(self) -> Floats:
+        """K, shape (N, N)."""
+
+    def mass_norms(self, vectors: Floats) -> Floats:
+        """Return ``sqrt(x^T M x)`` of every column of vectors (N, m), shape (m,)."""
+        return np.sqrt(np.einsum("ij,ij->j", vectors, self.mass_matrix @ vectors))
+
+    def row_of_coordinates(self, row: Floats) -> Floats | None:
+        """Return a row (N,) on displacements as one on the coordinates, where these round it less; else None."""
+        return None
+
+    @abstractmethod
+    def solve_mass(self, vectors: Floats) -> Floats:
+        """Return ``M^-1 vectors``, shape (N,) or (N, m)."""
+
+    @abstractmethod
+    def ground_forces(self, influence: Floats) -> tuple[Floats, Floats]:
+        """Return ``K r`` and ``C r``, (N,) each: the forces on the structure at rest by a ground that moves.
+
+        A unit displacement of the ground moves the free structure by r = `influence`.
+        """
+
+    @abstractmethod
+    def response(self, frequencies: Floats, forces: Complexes, row: Floats) -> Response:
+        """Return the steady response to forces ``Im(f e^{i w t})``, accurate also at sharp resonances.
+
+        Parameters
+        ----------
+        frequencies : ndarray of shape (n,)
+            w > 0.
+        forces : ndarray of complex, shape (n, N)
+            f at every frequency.
+        row : ndarray of shape (N,)
+            The coordinate ``row x`` has an error of about one rounding.
+        """
+
+    @abstractmethod
+    def undamped(self) -> Structure:
+        """Return the structure without damping."""
+
+    @abstractmethod
+    def energy_matrix(self) -> Floats:
+        """Return A of ``z' = A z``, shape (2N, 2N); half of ``|z|^2`` is the energy of a state z of undamped motion."""
+
+    @abstractmethod
+    def from_energy(self) -> Floats:
+        """Return the matrix that takes z of `energy_matrix` to the coordinates, shape (2N, 2N)."""
+
+    @abstractmethod
+    def weighted(self, columns: Floats) -> Floats:
+        """Return columns of coordinates (2N, m) in energy units, in which every row has a comparable size."""
+
+    @abstractmethod
+    def unweighted(self, columns: Floats) -> Floats:
+        """Return the inverse of `weighted`."""
+
+    @abstractmethod
+    def displacements(self, columns: Floats) -> Floats:
+        """Return the displacements (N, m) of columns of coordinates (2N, m)."""
+
+    @abstractmethod
+    def rows_of_states(self, rows: Floats) -> Floats:
+        """Return rows (m, 2N) that act on weighted coordinates as rows that act on displacements and velocities."""
+
+    @abstractmethod
+    def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
+        """Return ``A X - X T`` in coordinates, computed in double-double, shape (2N, 2N).
+
+        T holds the companion blocks ``[[0, 1], [-frequency_squared, -2 decay]]``, and X is `columns`.
+        """

@@ -1,0 +1,48 @@
+"""The linear properties of a structure."""
+
+from __future__ import annotations
+
+from grazemap.results.base import Result, counted
+from grazemap.results.records import FloatArray, described
+from grazemap.schema.structures import GAPS, HARMONIC
+
+
+@described(GAPS, comparable=True)
+class Gaps:
+    """The distances of the stops from the static equilibrium; None: there is no such stop."""
+
+    right: float | None
+    left: float | None
+
+
+@described(HARMONIC)
+class HarmonicResponse:
+    """The steady motion of the contact coordinate in one harmonic of the forces."""
+
+    harmonic: int
+    amplitude: FloatArray
+    phase: FloatArray
+    amplitude_slope: FloatArray
+
+
+class Structure(Result):
+    """The linear properties of an oscillator: the structure without contact, as the contact coordinate sees it."""
+
+    effective_mass: float
+    kappa: float
+    equilibrium: FloatArray
+    contact_equilibrium: float
+    gaps: Gaps | None
+    natural_frequencies: FloatArray
+    damping_ratios: FloatArray
+    contact_weights: FloatArray | None
+    omega: FloatArray
+    amplitude: FloatArray | None
+    phase: FloatArray | None
+    amplitude_slope: FloatArray | None
+    harmonics: tuple[HarmonicResponse, ...]
+    time: FloatArray
+    impulse_response: FloatArray
+
+    def _summary(self) -> str:
+        return f"{counted(self.natural_frequencies, 'mode')}, effective mass {self.effective_mass:.6g}"

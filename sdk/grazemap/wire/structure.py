@@ -1,0 +1,209 @@
+"""Parts of the description of a general oscillator: matrices, contact, forces, moving base, restitution of each stop."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import (
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    model_serializer,
+    model_validator,
+)
+
+from grazemap.wire.base import Float, Listable, NonNegative, Request, invalid
+
+Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
+Matrix = Annotated[list[Row], Field(min_length=1, fail_fast=True), Listable]
+# Largest difference of M and its transpose, relative to its largest number, that is rounding; as in the core.
+_ASYMMETRY = 16.0 * 2.220446049250313e-16
+
+
+class ModalDamping(Request):
+    """Damping by the ratios of the modes."""
+
+    modal: Annotated[
+        Annotated[NonNegative, Tag("[of all]")]
+        | Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable, Tag("[of each]")],
+        Discriminator(lambda value: "[of each]" if _is_list(value) else "[of all]"),
+    ]
+    """One damping ratio for all modes, or N numbers, in the order of increasing frequency."""
+
+
+class RayleighDamping(Request):
+    """Damping ``C = alpha M + beta K``."""
+
+    rayleigh: Annotated[list[Float], Field(min_length=2, max_length=2), Listable]
+    """alpha and beta."""
+
+
+def _is_list(value: Any) -> bool:
+    return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(value, dict | str)
+
+
+def _damping_tag(value: Any) -> str:
+    if _is_list(value):
+        return "[matrix]"
+    named = value if isinstance(value, dict) else {"modal": None} if isinstance(value, ModalDamping) else {}
+    return "[modal]" if "modal" in named else "[rayleigh]"
+
+
+class Matrices(Request):
+    """The matrices of a linear structure, N lists of N numbers each: ``M x'' + C x' + K x = forces``."""
+
+    mass: Matrix
+    """M, symmetric and positive definite."""
+    damping: Annotated[
+        Annotated[Matrix, Tag("[matrix]")]
+        | Annotated[ModalDamping, Tag("[modal]")]
+        | Annotated[RayleighDamping, Tag("[rayleigh]")],
+        Discriminator(_damping_tag),
+    ]
+    """C as it is; or {"modal": damping ratio of all modes, or of each}; or {"rayleigh": [alpha, beta]}."""
+    stiffness: Matrix
+    """K; not symmetric with follower forces."""
+
+    @model_validator(mode="after")
+    def _agree(self) -> Matrices:
+        count = len(self.mass)
+        named = {"mass": self.mass, "stiffness": self.stiffness}
+        if isinstance(self.damping, list):
+            named["damping"] = self.damping
+        for name, rows in named.items():
+            if len(rows) != count:
+                raise invalid(f"{name} has {len(rows)} rows and mass has {count}", "matrices of one size", name)
+            if any(len(row) != count for row in rows):
+                raise invalid(f"{name} is not square", f"{count} lists of {count} numbers", name)
+        if isinstance(self.damping, ModalDamping) and isinstance(self.damping.modal, list):
+            given = len(self.damping.modal)
+            if given != count:
+                detail = f"damping.modal has {given} numbers and the structure has {count} modes"
+                raise invalid(detail, "one number, or one for each mode", "damping", "modal")
+        mass, stiffness = np.array(self.mass), np.array(self.stiffness)
+        if np.max(np.abs(mass - mass.T)) > _ASYMMETRY * np.max(np.abs(mass)):
+            raise invalid("mass is not symmetric", "a symmetric, positive definite matrix", "mass")
+        try:
+            np.linalg.cholesky(mass)
+        except np.linalg.LinAlgError:
+            raise invalid("mass is not positive definite", "a symmetric, positive definite matrix", "mass") from None
+        asymmetry = np.max(np.abs(stiffness - stiffness.T))
+        if isinstance(self.damping, ModalDamping) and asymmetry > _ASYMMETRY * np.max(np.abs(stiffness)):
+            raise invalid(
+                "damping.modal is for a symmetric stiffness matrix: there are no real modes", "C itself", "damping"
+            )
+        return self
+
+
+class ContactRow(Request):
+    """A contact coordinate ``q = row x``."""
+
+    row: Row
+    """N numbers, not all 0."""
+
+
+def _contact_tag(value: Any) -> str:
+    if isinstance(value, dict | ContactRow):
+        return "[row]"
+    return "[two]" if _is_list(value) else "[one]"
+
+
+Mass = Annotated[int, Field(ge=1), Listable]
+Contact = Annotated[
+    Annotated[Mass, Tag("[one]")]
+    | Annotated[list[Mass], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
+    | Annotated[ContactRow, Tag("[row]")],
+    Discriminator(_contact_tag),
+]
+
+
+class Forcing(Request):
+    """One harmonic of the forces: ``amplitude_i sin(harmonic omega t + phase_i)`` on every mass i."""
+
+    amplitude: Row
+    """On each of the N masses; N in SI. With the law "unbalance" of u, kg m in SI."""
+    phase: Row | None = None
+    """On each of the N masses, in radians, pi/2 for a cosine; left out: 0."""
+    law: Literal["constant", "unbalance"] = "constant"
+    """"unbalance": the amplitudes are ``(harmonic omega)^2 u``, those of rotating masses, u = m r."""
+    harmonic: Annotated[int, Field(ge=1, le=1000), Listable] = 1
+    """The multiple of omega."""
+
+    def normal(self) -> dict[str, Any]:
+        """Return the values that differ from their defaults, and the amplitude."""
+        found: dict[str, Any] = {"amplitude": self.amplitude}
+        if self.phase is not None and any(self.phase):
+            found["phase"] = self.phase
+        if self.law != "constant":
+            found["law"] = self.law
+        if self.harmonic != 1:
+            found["harmonic"] = self.harmonic
+        return found
+
+
+def _forcing_tag(value: Any) -> str:
+    if isinstance(value, dict | Forcing):
+        return "[one]"
+    several = _is_list(value) and len(value) > 0 and isinstance(value[0], dict | Forcing)
+    return "[several]" if several else "[amplitudes]"
+
+
+Forces = Annotated[
+    Annotated[Row, Tag("[amplitudes]")]
+    | Annotated[Forcing, Tag("[one]")]
+    | Annotated[list[Forcing], Field(min_length=1, max_length=100, fail_fast=True), Listable, Tag("[several]")],
+    Discriminator(_forcing_tag),
+]
+
+
+class Base(Request):
+    """A ground that moves: ``amplitude sin(omega t + phase)``."""
+
+    amplitude: Float
+    """Displacement of the ground; m in SI."""
+    phase: Float = 0.0
+    """In radians."""
+    stops_move: bool
+    """Whether the stops move with the ground; displacements are then relative to it. Else the stops are fixed in space,
+    and displacements are absolute."""
+    influence: Row | None = None
+    """By how much a unit displacement of the ground moves each coordinate of the free structure; a chain: ones."""
+
+
+class RestitutionPair(Request):
+    """The restitution of each stop."""
+
+    right: Annotated[float, Field(ge=0, le=1), Listable]
+    """Of the stop at +clearance."""
+    left: Annotated[float, Field(ge=0, le=1), Listable]
+    """Of the stop at -clearance."""
+
+
+Restitution = Annotated[
+    Annotated[float, Field(ge=0, le=1), Listable, Tag("[of both]")] | Annotated[RestitutionPair, Tag("[of each]")],
+    Discriminator(lambda value: "[of each]" if isinstance(value, dict | RestitutionPair) else "[of both]"),
+]
+
+
+class ClearancePair(Request):
+    """The distances of the stops from ``q = 0``; None: there is no such stop."""
+
+    right: Float | None = None
+    """Of the stop at +right."""
+    left: Float | None = None
+    """Of the stop at -left."""
+
+    @model_validator(mode="after")
+    def _is_between(self) -> ClearancePair:
+        if self.right is None and self.left is None:
+            raise invalid("both stops are absent", "right, left, or both")
+        if self.right is not None and self.left is not None and self.right + self.left <= 0.0:
+            raise invalid("there is no room between the stops", "right + left > 0")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _normal(self, dump: SerializerFunctionWrapHandler) -> Any:
+        """Return one number for two equal stops, so that requests that mean the same have the same text."""
+        return self.right if self.right == self.left and (self.right or 0.0) > 0.0 else dump(self)

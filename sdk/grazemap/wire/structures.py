@@ -1,0 +1,76 @@
+"""The request for the linear properties of a structure."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Discriminator, Field, Tag
+
+from grazemap.wire.base import Listable, NonNegative, Positive, Range
+from grazemap.wire.process import Operation, ProcessRequest
+from grazemap.wire.structure import ClearancePair
+
+_MOST_VALUES = 100_000
+
+
+def _frequencies_tag(value: Any) -> str:
+    return "[range]" if isinstance(value, dict | Range) else "[list]"
+
+
+Frequencies = Annotated[
+    Annotated[Range, Tag("[range]")]
+    | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
+    Discriminator(_frequencies_tag),
+]
+
+
+def _clearance_tag(value: Any) -> str:
+    return "[of each]" if isinstance(value, dict | ClearancePair) else "[of both]"
+
+
+EitherClearance = Annotated[
+    Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
+    Discriminator(_clearance_tag),
+]
+
+
+class StructuresRequest(ProcessRequest):
+    """The linear properties of an oscillator: what is checked first, and the same for every kind of structure."""
+
+    operation = Operation(
+        "structures",
+        "submit_structure",
+        "Linear properties",
+        "Compute natural frequencies, damping ratios, contact weights, the steady response and the impulse response.",
+        {
+            "default oscillator": {"omega": {"start": 0.2, "stop": 0.4, "points": 5}, "times": [1.0, 2.0]},
+            "an impact damper on a shaken base": {
+                "oscillator": {
+                    "matrices": {
+                        "mass": [[10.0, 0.0], [0.0, 1.0]],
+                        "damping": {"modal": 0.02},
+                        "stiffness": [[12.0, -2.0], [-2.0, 2.0]],
+                    },
+                    "contact": [2, 1],
+                    "base": {"amplitude": 0.1, "stops_move": False, "influence": [1.0, 1.0]},
+                },
+                "clearance": {"right": 0.5, "left": 0.3},
+                "omega": [0.9, 1.0, 1.1],
+            },
+        },
+    )
+    general: ClassVar[bool] = True
+
+    omega: Frequencies = []
+    """Forcing frequencies of the steady response: a range, or a list."""
+    times: Annotated[list[NonNegative], Field(max_length=_MOST_VALUES, fail_fast=True), Listable] = []
+    """Times of the impulse response."""
+    clearance: EitherClearance | None = None
+    """Distance of the stops from ``q = 0``: one number, or {"right": .., "left": ..} with None for an absent stop."""
+
+    @property
+    def stops(self) -> ClearancePair:
+        """The distances of the two stops; of no stop where no clearance is given."""
+        if isinstance(self.clearance, ClearancePair):
+            return self.clearance
+        return ClearancePair.model_construct(right=self.clearance, left=self.clearance)
