@@ -14,6 +14,7 @@ from grazemap.schema.documents import Document, add_deprecated
 from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
+    "structures": {"omega": {"start": 0.2, "stop": 0.3, "points": 3}, "times": [1.0, 2.0]},
     "grazing-curves": {"omega": {"start": 0.2, "stop": 0.3, "points": 3}},
     "codimension-two-points": {"omega": {"start": 0.2, "stop": 0.3}},
     "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4, 1e-6], "stop": "C", "returns": 2},
@@ -119,6 +120,7 @@ DRAWN = [name for name in REQUESTS if name != "proofs"]
 def document(process: str) -> dict[str, Any]:
     """Return a result's document as the workers make it."""
     return {
+        "structures": _structure,
         "grazing-curves": _curve,
         "codimension-two-points": lambda: {"points": POINTS},
         "discontinuity-mappings": _mapping,
@@ -441,6 +443,28 @@ def _basins() -> dict[str, Any]:
         "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
         "reasons": np.array(["", "not closed"]),
         "chance_to_settle": CHANCE,
+    }
+
+
+def _structure() -> dict[str, Any]:
+    response = {
+        "amplitude": np.array([1.6, 1.8, np.nan]),
+        "phase": np.array([0.1, 0.2, np.nan]),
+        "amplitude_slope": np.array([2.0, 4.0, np.nan]),
+    }
+    return {
+        "effective_mass": 1.0,
+        "kappa": 0.1,
+        "equilibrium": np.zeros(3),
+        "contact_equilibrium": 0.0,
+        "natural_frequencies": np.array([0.25, 1.0, 1.2]),
+        "damping_ratios": np.array([0.02, 0.05, 0.06]),
+        "contact_weights": np.array([0.3, 0.8, 0.4]),
+        "omega": np.array([0.2, 0.25, 0.3]),
+        **response,
+        "harmonics": [{"harmonic": 1, **response}],
+        "time": np.array([1.0, 2.0]),
+        "impulse_response": np.array([0.8, 0.4]),
     }
 
 

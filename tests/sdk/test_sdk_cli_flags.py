@@ -176,7 +176,7 @@ def test_without_a_file_the_result_is_shown_as_by_show(run, tmp_path, capsys):
         ([*CURVE, "--masses", "1,x,10"], ["--masses 1,x,10: number 2: ", "written NUMBER,NUMBER,...)"]),
         (
             [*CURVE, "--restitution", "2"],
-            ["--restitution 2: ", "(allowed: a finite number >= 0 and <= 1; written NUMBER)"],
+            ["--restitution 2: ", "(allowed: a finite number >= 0 and <= 1 or an object with the fields right, left; "],
         ),
         ([*CURVE, "--restitution", "nan"], ["--restitution nan: Input should be a finite number"]),
         ([*CURVE, "--units", "mm"], ["--units mm: Input should be", 'one of "nondimensional", "SI"']),
@@ -300,7 +300,7 @@ def test_names_are_written_with_hyphens_or_underscores(run, service, tmp_path, w
         (["run", "unfolding-map"], "there is no process unfolding-map; did you mean unfolding-maps"),
         (["schema", "grazing_curve"], "there is no process grazing-curve; did you mean grazing-curves"),
         (["completion", "bsh"], "there is no shell bsh; did you mean bash"),
-        (["wobble"], "there is no command wobble (allowed: grazing-curves, codimension-two-points, "),
+        (["wobble"], "there is no command wobble (allowed: structures, grazing-curves, "),
     ],
 )
 def test_a_command_or_process_that_is_misspelt_is_named_with_the_nearest(capsys, words, said):

@@ -16,6 +16,7 @@ CURVE = REQUESTS["grazing-curves"]
 
 
 def test_each_process_has_its_method(client, service):
+    structure = client.structure(omega=(0.2, 0.3), points=3, times=[1.0, 2.0], progress=False)
     curve = client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
     points = client.codimension_two_points(Oscillator(), omega=(0.2, 0.3), progress=False)
     mapping = client.discontinuity_mapping(
@@ -39,14 +40,14 @@ def test_each_process_has_its_method(client, service):
     )
     borders = client.bifurcation_curves(omega=(0.2, 0.3), clearance=(1.5, 1.6), progress=False)
     proof = client.prove(statement=REQUESTS["proofs"]["statement"], progress=False)
-    answers = (curve, points, mapping, path, diagram, umap, whole, basins, orbit, branch, borders, proof)
+    answers = (structure, curve, points, mapping, path, diagram, umap, whole, basins, orbit, branch, borders, proof)
     assert [result.process for result in answers] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
     assert whole.unfolding_map.kind.shape == (2, 3)
-    assert service.computed == 12
+    assert service.computed == 13
 
 
 def test_an_adaptive_map_is_another_request(client, service):

@@ -112,7 +112,7 @@ def test_help_names_the_dimensions_of_a_map_as_its_methods_do():
 def test_help_of_the_oscillator_begins_with_its_fields_and_their_defaults():
     assert str(inspect.signature(grazemap.Oscillator)) == (
         "(*, units='nondimensional', masses=[1.0, 10.0, 10.0], stiffnesses=[1.0, 5.0, 5.0], damping=0.05, "
-        "forcing=[1.0, 0.0, 0.0], restitution=0.8)"
+        "matrices=None, contact=1, forcing=[1.0, 0.0, 0.0], restitution=0.8, base=None, bias=None)"
     )
 
 

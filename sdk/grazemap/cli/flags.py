@@ -2,7 +2,7 @@
 
 A field is a flag, and so is every field of an object in the request, with the names of both: `--initial-phase`. Fields
 of the oscillator have their own name alone. A range is written start:stop:points or start:stop, a list with commas.
-Lists of objects and of lists have no flag.
+Lists of objects and of lists have no flag, nor has an object that needs one.
 """
 
 from __future__ import annotations
@@ -97,10 +97,11 @@ def flags_of(process: str) -> tuple[Flag, ...]:
 def without_flag(process: str) -> list[str]:
     """Return the names of the fields of which some or all values have no flag."""
     schema = schema_of(PROCESSES[process])
+    oscillator = _alternatives(schema["properties"][_WITHOUT_PREFIX], schema)[0]
     return [
         name
-        for name, field in schema["properties"].items()
-        if any(one.get("type") == "array" and not _form(one) for one in _alternatives(field, schema))
+        for name, field in (*schema["properties"].items(), *oscillator["properties"].items())
+        if any(not _form(one) and not _has_flags(one, schema) for one in _alternatives(field, schema))
     ]
 
 
@@ -157,8 +158,16 @@ def _flags(schema: Schema, root: Schema, place: tuple[str, ...]) -> Iterator[Fla
             name = "-".join(part for part in here if part != _WITHOUT_PREFIX).replace("_", "-")
             yield Flag(here, f"--{name}", simple, _description(below))
         for one in alternatives:
-            if "properties" in one and not _form(one):
+            if _has_flags(one, root):
                 yield from _flags(one, root, here)
+
+
+def _has_flags(schema: Schema, root: Schema) -> bool:
+    """Return whether an alternative is an object that can be given by the flags of its fields."""
+    if "properties" not in schema or _form(schema):
+        return False
+    required = (schema["properties"][name] for name in schema.get("required", ()))
+    return all(any(_form(one) or _has_flags(one, root) for one in _alternatives(field, root)) for field in required)
 
 
 def _alternatives(field: Schema, root: Schema) -> list[Schema]:

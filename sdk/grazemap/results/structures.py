@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, described
 from grazemap.schema.structures import GAPS, HARMONIC
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from grazemap.plots.axes import LegendPlace
 
 
 @described(GAPS, comparable=True)
@@ -43,6 +50,13 @@ class Structure(Result):
     harmonics: tuple[HarmonicResponse, ...]
     time: FloatArray
     impulse_response: FloatArray
+
+    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
+        """Draw the amplitude over omega with the natural frequencies; without omega the impulse response over time."""
+        from grazemap.plots.axes import drawing
+        from grazemap.plots.structure import plot_structure
+
+        return plot_structure(self, drawing(ax, legend, labels))
 
     def _summary(self) -> str:
         return f"{counted(self.natural_frequencies, 'mode')}, effective mass {self.effective_mass:.6g}"

@@ -200,7 +200,7 @@ class ClearancePair(Request):
         if self.right is None and self.left is None:
             raise invalid("both stops are absent", "right, left, or both")
         if self.right is not None and self.left is not None and self.right + self.left <= 0.0:
-            raise invalid("there is no room between the stops", "right + left > 0")
+            raise invalid("the stops leave no space between them", "right + left > 0")
         return self
 
     @model_serializer(mode="wrap")

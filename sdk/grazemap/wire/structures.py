@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
 from grazemap.wire.base import Listable, NonNegative, Positive, Range
+from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.structure import ClearancePair
 
@@ -59,8 +60,9 @@ class StructuresRequest(ProcessRequest):
             },
         },
     )
-    general: ClassVar[bool] = True
 
+    oscillator: Oscillator = Oscillator()
+    """The oscillator, of any kind; fields that are left out are those of the paper's example."""
     omega: Frequencies = []
     """Forcing frequencies of the steady response: a range, or a list."""
     times: Annotated[list[NonNegative], Field(max_length=_MOST_VALUES, fail_fast=True), Listable] = []

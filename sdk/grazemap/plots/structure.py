@@ -1,0 +1,53 @@
+"""The steady response of a structure over the forcing frequency, or its impulse response over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grazemap.plots.axes import Drawing, axis_label
+from grazemap.plots.palette import INK, ORDERS, PALE_LINE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from grazemap.results import Structure
+
+_LOGARITHMIC = 30.0
+"""Ratio of the largest to the smallest amplitude from which their axis is logarithmic."""
+
+
+def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
+    """Draw the amplitude of every harmonic with the natural frequencies; without frequencies the impulse response."""
+    ax, units = drawing.ax, structure.units
+    if len(structure.omega) == 0:
+        if len(structure.time) == 0:
+            drawing.say("neither frequencies nor times were asked for")
+            return ax
+        ax.plot(structure.time, structure.impulse_response, color=INK, linewidth=1.2)
+        ax.axhline(0.0, color=PALE_LINE, linewidth=0.8)
+        response = "impulse response $g$" + (" (s)" if units == "SI" else "")
+        drawing.describe(axis_label("time", units), response, "Contact coordinate after a unit jump of its velocity")
+        return ax
+    order = np.argsort(structure.omega, kind="stable")
+    omega = structure.omega[order]
+    for i, one in enumerate(structure.harmonics):
+        colour = INK if len(structure.harmonics) == 1 else ORDERS[i % len(ORDERS)]
+        text = "amplitude" if one.harmonic == 1 else f"amplitude of harmonic {one.harmonic}"
+        ax.plot(omega, one.amplitude[order], ".-" if len(omega) < 20 else "-", color=colour, linewidth=1.2, label=text)
+    inside = structure.natural_frequencies[
+        (structure.natural_frequencies >= omega[0]) & (structure.natural_frequencies <= omega[-1])
+    ]
+    for i, frequency in enumerate(inside):
+        name = "natural frequencies" if i == 0 else None
+        ax.axvline(frequency, color=PALE_LINE, linewidth=0.8, linestyle="--", label=name, zorder=1)
+    drawn = [one.amplitude[np.isfinite(one.amplitude) & (one.amplitude > 0.0)] for one in structure.harmonics]
+    sizes = np.concatenate(drawn) if drawn else np.zeros(0)
+    if len(sizes) and sizes.max() > _LOGARITHMIC * sizes.min():
+        ax.set_yscale("log")
+    amplitude = "amplitude of the contact coordinate" + (" (m)" if units == "SI" else "")
+    drawing.describe(axis_label("omega", units), amplitude, "Steady response without contact")
+    ax.margins(x=0.01)
+    drawing.show_legend()
+    return ax
