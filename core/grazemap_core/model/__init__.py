@@ -1,14 +1,18 @@
 """The oscillator and its linear motion between impacts.
 
-The package describes the chain of masses, decomposes its free motion into second-order blocks (the modal model), and
-computes its steady response to the forcing and the impulse response of mass 1.
+The package describes a linear structure with its forces and its contact coordinate, decomposes its free motion into
+second-order blocks (the modal model), and computes its steady response and its impulse response.
 
-- `oscillator`: the chain of masses, its forcing and its impact law, from validated parameters.
-- `chain`: masses and links, with the first mass free or linked to a wall.
+- `oscillator`: structure, forces, contact row and impact law, from validated parameters.
+- `structure`: what the modal model needs to know of a structure.
+- `chain`, `matrices`: the two kinds of structure: masses and links, or dense matrices.
+- `drive`: harmonic forces, and how they depend on the forcing frequency.
 - `modal`: the modal model, for every kind of damping.
-- `link_modes`: second-order blocks of a chain with a damping coefficient for each link.
+- `damped_blocks`: second-order blocks of a structure whose damping couples its modes.
 - `modal_refinement`: refinement of a modal decomposition to a few roundings.
-- `harmonic_response`: the steady motion without impacts.
-- `impulse_response`: the response of mass 1 to a unit velocity, and its periodic sums.
+- `harmonic_response`, `dense_response`: the steady motion without impacts.
+- `impulse_response`: the response of the contact coordinate to a unit velocity, and its periodic sums.
+- `equilibrium`: the static equilibrium, and the gaps from it.
+- `summary`: all linear properties at once.
 - `kernels`: block flow, residuals, tridiagonal solver and sums of impulse responses.
 """
