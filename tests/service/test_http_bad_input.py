@@ -34,8 +34,56 @@ def oscillator(**fields: Any) -> dict[str, Any]:
     return {"omega": RANGE, "oscillator": fields}
 
 
+def structure(**fields: Any) -> dict[str, Any]:
+    return {"oscillator": fields}
+
+
+def matrices(**changes: Any) -> dict[str, Any]:
+    given = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[2, -1], [-1, 1]], **changes}
+    return structure(matrices=given, forcing=[1, 0])
+
+
+FREE = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[1, -1], [-1, 1]]}
 VALUES: list[tuple[str, Any, str, str, str]] = [
     # process, body (python values; json.dumps writes NaN and Infinity), pointer, allowed contains, what it is
+    ("structures", matrices(mass=[[1, 2], [2, 1]]), "/oscillator/matrices/mass", "positive definite", "indefinite mass"),
+    ("structures", matrices(mass=[[1, 0.5], [0, 1]]), "/oscillator/matrices/mass", "symmetric", "mass not symmetric"),
+    ("structures", matrices(stiffness=[[1]]), "/oscillator/matrices/stiffness", "one size", "matrices of two sizes"),
+    ("structures", matrices(stiffness=[[1, 0], [0]]), "/oscillator/matrices/stiffness", "2 lists of 2", "not square"),
+    ("structures", matrices(stiffness=[[1, 0], [0, -1]]), "/oscillator/matrices/stiffness", "not grow", "falls over"),
+    ("structures", matrices(damping=[[-0.1, 0], [0, 0.1]]), "/oscillator/matrices/damping", "not grow", "that grows"),
+    ("structures", matrices(stiffness=[[1, 1], [-1, 1]], damping=[[0, 0], [0, 0]]), "/oscillator/matrices/damping",
+     "not grow", "follower forces that make it flutter"),
+    ("structures", matrices(damping={"modal": [0.1]}), "/oscillator/matrices/damping/modal", "each mode", "few ratios"),
+    ("structures", matrices(damping={"rayleigh": [0.1]}), "/oscillator/matrices/damping/rayleigh", "2 to 2", "no beta"),
+    ("structures", structure(matrices=FREE, forcing=[1, 0]), "/oscillator/contact", "held", "free mode that is seen"),
+    ("structures", structure(matrices=FREE), "/oscillator/forcing", "a base that moves", "matrices without forces"),
+    ("structures", structure(matrices=FREE, masses=[1, 1], forcing=[1, 0]), "/oscillator/masses", "matrices",
+     "two structures"),
+    ("structures", structure(matrices=FREE, base={"amplitude": 1, "stops_move": True}, contact=[1, 2]),
+     "/oscillator/base", "unit displacement", "base without influence"),
+    ("structures", structure(base={"amplitude": 1}), "/oscillator/base/stops_move", "boolean", "stops not said"),
+    ("structures", structure(contact=4), "/oscillator/contact", "1 to 3", "contact of no mass"),
+    ("structures", structure(contact=0), "/oscillator/contact", ">= 1", "masses count from 1"),
+    ("structures", structure(contact=[2, 2]), "/oscillator/contact", "different", "contact of a mass with itself"),
+    ("structures", structure(contact=[[1, 2], [2, 3]]), "/oscillator/contact", "one contact", "several contacts"),
+    ("structures", structure(contact={"row": [[1, 0, 0], [0, 1, 0]]}), "/oscillator/contact", "one contact",
+     "several contact rows"),
+    ("structures", structure(contact={"row": [0, 0, 0]}), "/oscillator/contact/row", "not 0", "row of zeros"),
+    ("structures", structure(contact={"row": [1, 0]}), "/oscillator/contact/row", "each mass", "short row"),
+    ("structures", structure(forcing={"phase": [0, 0, 0]}), "/oscillator/forcing/amplitude", "list",
+     "phases without amplitudes"),
+    ("structures", structure(forcing=[{"amplitude": [1, 0]}]), "/oscillator/forcing/0/amplitude", "each mass",
+     "amplitudes of two masses"),
+    ("structures", structure(bias=[1]), "/oscillator/bias", "each mass", "bias of one mass"),
+    ("structures", structure(restitution={"right": 2, "left": 0}), "/oscillator/restitution/right", "<= 1",
+     "restitution over 1 of a stop"),
+    ("structures", {"clearance": {"right": None}}, "/clearance", "right, left, or both", "no stop"),
+    ("structures", {"clearance": {"right": 1, "left": -1}}, "/clearance", "> 0", "stops without a space"),
+    ("grazing-curves", {"omega": RANGE, **structure(contact=2)}, "/oscillator/contact", "structures",
+     "a contact that the process does not cover"),
+    ("unfolding-maps", {**MAP, **structure(bias=[1, 0, 0])}, "/oscillator/bias", "structures",
+     "a bias that the process does not cover"),
     ("grazing-curves", {"omega": {**RANGE, "stop": float("nan")}}, "/omega/stop", "> 0", "NaN"),
     ("grazing-curves", {"omega": {**RANGE, "stop": float("inf")}}, "/omega/stop", "> 0", "infinity"),
     ("grazing-curves", {"omega": [0.1, float("-inf")]}, "/omega/1", "> 0", "infinity in a list"),
@@ -48,7 +96,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("grazing-curves", oscillator(masses=[]), "/oscillator/masses", "at least 1", "empty list"),
     ("grazing-curves", {"omega": []}, "/omega", "at least 2", "empty range list"),
     ("grazing-curves", oscillator(masses=[1.0, 2.0]), "/oscillator/stiffnesses", "one length", "unequal lists"),
-    ("grazing-curves", oscillator(forcing=[1.0]), "/oscillator/forcing", "one length", "unequal forcing"),
+    ("grazing-curves", oscillator(forcing=[1.0]), "/oscillator/forcing", "each mass", "unequal forcing"),
     ("grazing-curves", oscillator(damping=[0.1]), "/oscillator/damping", "one length", "unequal damping list"),
     ("grazing-curves", oscillator(masses=[0, 1, 1]), "/oscillator/masses/0", "> 0", "zero mass"),
     ("grazing-curves", oscillator(stiffnesses=[1, -5, 5]), "/oscillator/stiffnesses/1", "> 0", "negative stiffness"),

@@ -24,6 +24,7 @@ CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
 EVERY_PROCESS = {
+    "structures": {"omega": [0.29], "times": [1.0]},
     "grazing-curves": CURVE,
     "codimension-two-points": {"omega": {"start": 0.25, "stop": 0.35}},
     "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},

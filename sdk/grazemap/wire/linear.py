@@ -21,6 +21,9 @@ _SOLVED_AT_ONCE = 1 << 21
 _ROUND_OFF = 1e-13
 """Error of an eigenvalue, relative to the largest one."""
 
+_GROWTH = 1e-6
+"""Real part of an exponent, relative to the largest one, above which it is not the rounding of 0."""
+
 
 def matrices(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
     """Return mass, damping and stiffness matrix, each of shape (N, N)."""
@@ -68,6 +71,29 @@ def natural_frequencies(oscillator: Oscillator) -> Floats:
 def _natural_frequencies(masses: tuple[float, ...], stiffnesses: tuple[float, ...]) -> Floats:
     roots = np.sqrt(masses)
     return np.asarray(np.sqrt(np.linalg.eigvalsh(_of_links(np.array(stiffnesses)) / np.outer(roots, roots))))
+
+
+def growing(oscillator: Oscillator) -> str | None:
+    """Return which of the matrices, "stiffness" or "damping", lets a free motion grow; None if none does."""
+    mass, damping, stiffness = matrices(oscillator)
+    inverse = np.linalg.inv(np.linalg.cholesky(mass))
+    inner, moved = inverse @ stiffness @ inverse.T, inverse @ damping @ inverse.T
+    if np.array_equal(stiffness, stiffness.T):
+        squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
+        if squares[0] < -_ROUND_OFF * len(mass) * np.abs(squares).max():
+            return "stiffness"
+        moved = 0.5 * (moved + moved.T)
+        if np.linalg.eigvalsh(moved)[0] >= 0.0:  # energy does not grow; gyroscopic forces do no work
+            return None
+    count = len(mass)
+    values = np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -inverse @ damping @ inverse.T]]))
+    return "damping" if values.real.max() > _GROWTH * np.abs(values).max() else None
+
+
+def free_modes(oscillator: Oscillator) -> Floats:
+    """Return the displacements that no spring resists, of length 1, shape (modes, N)."""
+    _, singular, right = np.linalg.svd(matrices(oscillator)[2])
+    return np.asarray(right[singular <= _ROUND_OFF * len(right) * singular[0]])
 
 
 def antiresonances(oscillator: Oscillator) -> Floats:

@@ -31,6 +31,10 @@ from grazemap.wire.structure import (
 )
 
 
+# Weight of the contact in a free mode above which it is not the rounding of 0.
+_SEEN = 1e-10
+
+
 def _damping_tag(value: Any) -> str:
     # an array without dimensions is a number, although it has __len__
     several = hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0
@@ -206,6 +210,18 @@ class Oscillator(Request):
             raise invalid(f"contact names mass {max(named)} and there are {count}", f"1 to {count}", "contact")
         if len(set(named)) < len(named):
             raise invalid("contact is between a mass and itself", "two different masses", "contact")
+        return self
+
+    @model_validator(mode="after")
+    def _is_covered(self) -> Self:
+        """Refuse matrices with motions that the theory does not cover."""
+        if self.matrices is None:
+            return self
+        if (name := linear.growing(self)) is not None:
+            raise invalid("a free motion grows", "matrices whose free motions do not grow", "matrices", name)
+        if np.any(np.abs(linear.free_modes(self) @ self.contact_row) > _SEEN * np.linalg.norm(self.contact_row)):
+            detail = "contact sees a free mode of the structure, which this version does not cover"
+            raise invalid(detail, "a contact within the structure, or a structure that is held", "contact")
         return self
 
     @model_validator(mode="after")

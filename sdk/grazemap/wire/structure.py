@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
+    BeforeValidator,
     Discriminator,
     Field,
     SerializerFunctionWrapHandler,
@@ -110,12 +111,21 @@ def _contact_tag(value: Any) -> str:
     return "[two]" if _is_list(value) else "[one]"
 
 
+def _one_contact(value: Any) -> Any:
+    """Refuse several contacts by name."""
+    row = value.get("row") if isinstance(value, dict) else value
+    if _is_list(row) and any(_is_list(one) or isinstance(one, dict) for one in row):
+        raise invalid("several contacts are not covered in this version", "one contact: a mass, a pair, or a row of N numbers")
+    return value
+
+
 Mass = Annotated[int, Field(ge=1), Listable]
 Contact = Annotated[
     Annotated[Mass, Tag("[one]")]
     | Annotated[list[Mass], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
     | Annotated[ContactRow, Tag("[row]")],
     Discriminator(_contact_tag),
+    BeforeValidator(_one_contact),
 ]
 
 

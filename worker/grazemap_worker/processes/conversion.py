@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.wire import Forcing, Oscillator, ProcessRequest, motion_label
+from grazemap.wire import Forcing, Matrices, Oscillator, ProcessRequest, motion_label
 from grazemap_worker.planning import Plan
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _core_oscillator(described: str) -> CoreOscillator:
 
 def _general(described: Oscillator) -> CoreOscillator:
     from grazemap_core.model.drive import base_in_space, base_with_stops, force
-    from grazemap_core.model.matrices import Matrices
+    from grazemap_core.model.matrices import Matrices as CoreMatrices
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
     from grazemap_core.model.structure import Structure
 
@@ -70,7 +70,7 @@ def _general(described: Oscillator) -> CoreOscillator:
     else:
         damping = described.matrices.damping
         kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
-        structure = Matrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
+        structure = CoreMatrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
     parts = [
         force(
             one.harmonic,
@@ -118,6 +118,8 @@ def _names(kind: Any) -> list[str]:
 
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
     """Return the JSON pointer of the request's field that an error of the core names, or None."""
+    if request.oscillator.matrices is not None and name in Matrices.model_fields:
+        return f"/oscillator/matrices/{name}"
     if name in Oscillator.model_fields:
         return f"/oscillator/{name}"
     if name in type(request).model_fields:
