@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 from numpy.typing import NDArray
-
 from oracles import digits
 
 Floats = NDArray[np.float64]
@@ -34,7 +33,9 @@ class StructureOracle:
         return len(self.mass)
 
     def _matrix(self, rows: Sequence[Sequence[float | arb]]) -> arb_mat:
-        return arb_mat([[arb(float(x)) if isinstance(x, float | np.floating | int) else x for x in row] for row in rows])
+        return arb_mat(
+            [[arb(float(x)) if isinstance(x, float | np.floating | int) else x for x in row] for row in rows]
+        )
 
     def _of_mass(self) -> arb_mat:
         """Return ``M^-1 h``."""

@@ -72,7 +72,9 @@ def second_forces(system: System):
     return lambda omega: [acb(4 * omega * omega * arb(float(u))) for u in system.second]
 
 
-@pytest.mark.parametrize("seed", [*range(SYSTEMS), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(20, 200))])
+@pytest.mark.parametrize(
+    "seed", [*range(SYSTEMS), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(20, 200))]
+)
 def test_random_structures_agree_with_fifty_digits(seed: int) -> None:
     system = random_system(seed)
     found = summary(system.oscillator, [system.omega], [system.time])
@@ -114,7 +116,10 @@ def test_a_contact_within_a_stiff_chain_keeps_its_digits() -> None:
     chain = Oscillator.create([1.0, 10.0, 10.0], [1e10, 5.0, 5.0], 1e-3, [1.0, 0.0, 0.0], 0.8)
     inner = Oscillator.of_structure(chain.structure, [1.0, -1.0, 0.0], chain.drive, 0.8)
     oracle = StructureOracle(
-        chain.mass_matrix, [[2e-3 * x for x in row] for row in chain.stiffness_matrix], chain.stiffness_matrix, [1, -1, 0]
+        chain.mass_matrix,
+        [[2e-3 * x for x in row] for row in chain.stiffness_matrix],
+        chain.stiffness_matrix,
+        [1, -1, 0],
     )
     found = summary(inner, [0.3], [])
     amplitude, _, _ = oracle.response(lambda _: [acb(1), acb(0), acb(0)], 1, 0.3)

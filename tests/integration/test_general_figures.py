@@ -58,7 +58,9 @@ def test_steady_motion_and_impulse_response(
     assert found.effective_mass == close(known["m_c"])
     assert found.kappa == close(known["kappa"])
     assert found.contact_equilibrium == 0.0
-    assert found.amplitude is not None and found.phase is not None and found.amplitude_slope is not None
+    assert found.amplitude is not None
+    assert found.phase is not None
+    assert found.amplitude_slope is not None
     assert found.amplitude[0] == close(known["A"])
     assert found.phase[0] == close(known["phase"])
     assert found.amplitude_slope[0] == close(known["dA_domega"])
@@ -88,7 +90,8 @@ def test_bias_moves_the_equilibrium_between_the_stops(stack: LocalClient) -> Non
     known, biased = FIGURES["bias/equivalent"], {"bias": [0.05, 0.0, 0.0]}
     found = structure(stack, biased, omega=[0.29], clearance=1.65)
     assert found.contact_equilibrium == close(known["q_e"])
-    assert found.gaps is not None and found.amplitude is not None
+    assert found.gaps is not None
+    assert found.amplitude is not None
     assert (found.gaps.right, found.gaps.left) == (close(known["effective_right"]), close(known["effective_left"]))
     graze = FIGURES["bias/grazing_clearances"]
     assert found.contact_equilibrium + found.amplitude[0] == close(graze["right"])
@@ -110,7 +113,8 @@ def test_a_moving_base(
 ) -> None:
     base = {"amplitude": 1.0, "stops_move": stops_move, "influence": [1.0, 1.0, 1.0]}
     found = structure(stack, {**described, "contact": contact, "base": base}, omega=[0.29])
-    assert found.amplitude is not None and found.amplitude_slope is not None
+    assert found.amplitude is not None
+    assert found.amplitude_slope is not None
     assert found.amplitude[0] == close(FIGURES["base/amplitudes"][amplitude])
     if slope is not None:
         assert found.amplitude_slope[0] == close(FIGURES["base/amplitudes"][slope])

@@ -46,7 +46,7 @@ def matrices(**changes: Any) -> dict[str, Any]:
 FREE = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[1, -1], [-1, 1]]}
 VALUES: list[tuple[str, Any, str, str, str]] = [
     # process, body (python values; json.dumps writes NaN and Infinity), pointer, allowed contains, what it is
-    ("structures", matrices(mass=[[1, 2], [2, 1]]), "/oscillator/matrices/mass", "positive definite", "indefinite mass"),
+    ("structures", matrices(mass=[[1, 2], [2, 1]]), "/oscillator/matrices/mass", "positive definite", "indefinite"),
     ("structures", matrices(mass=[[1, 0.5], [0, 1]]), "/oscillator/matrices/mass", "symmetric", "mass not symmetric"),
     ("structures", matrices(stiffness=[[1]]), "/oscillator/matrices/stiffness", "one size", "matrices of two sizes"),
     ("structures", matrices(stiffness=[[1, 0], [0]]), "/oscillator/matrices/stiffness", "2 lists of 2", "not square"),

@@ -3,8 +3,8 @@
 For each of N pairs of exponents a block has their product and sum, and two columns (a, b) such that the state is
 ``a u + b u'``. The first-order system is set up in energy coordinates, where it is a skew-symmetric matrix minus a
 positive semidefinite one. An ordered Schur form gives the subspace of each block without nearly parallel eigenvectors.
-`modal_refinement` then restores the accuracy of slow blocks: in a stiff structure the backward error of the Schur form is
-relative to the fastest exponent.
+`modal_refinement` then restores the accuracy of slow blocks: in a stiff structure the backward error of the Schur form
+is relative to the fastest exponent.
 """
 
 from __future__ import annotations

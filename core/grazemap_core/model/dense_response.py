@@ -67,7 +67,7 @@ def _response(matrices: _RealMatrices, frequencies: Floats, forces: Complexes, r
 def _inverses(dynamic: Complexes) -> tuple[Complexes, Booleans]:
     """Return the inverses of matrices (n, N, N), and which of them have one."""
     try:
-        return np.linalg.inv(dynamic), np.ones(len(dynamic), dtype=np.bool_)
+        return np.linalg.inv(dynamic).astype(np.complex128), np.ones(len(dynamic), dtype=np.bool_)
     except np.linalg.LinAlgError:
         if len(dynamic) == 1:
             return np.zeros_like(dynamic), np.zeros(1, dtype=np.bool_)

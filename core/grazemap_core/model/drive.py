@@ -1,8 +1,8 @@
 """Harmonic forces on a structure, and how they depend on the forcing frequency.
 
 Every law is a polynomial: the k-th harmonic has the complex amplitude ``constant + i s rate + s^2 quadratic``, where
-``s = k omega`` and x(t) = Im(amplitude e^{i s t}). A constant force has the first term, an unbalance the last one, and a
-moving base with stops fixed in space the first two, from the stiffness and the damping between the structure and the
+``s = k omega`` and x(t) = Im(amplitude e^{i s t}). A constant force has the first term, an unbalance the last one, and
+a moving base with stops fixed in space the first two, from the stiffness and the damping between the structure and the
 ground (general theory, section 8).
 """
 
@@ -62,7 +62,7 @@ def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
 
 
 def force(order: int, amplitude: Floats, phase: Floats | None = None, *, unbalance: bool = False) -> Harmonic:
-    """Return a harmonic of constant amplitude, or proportional to ``(order omega)^2``: ``amplitude sin(.. + phase)``."""
+    """Return a harmonic ``amplitude sin(order omega t + phase)``, with an unbalance times ``(order omega)^2``."""
     complex_amplitude = amplitude.astype(np.complex128)
     if phase is not None:
         complex_amplitude = amplitude * (np.cos(phase) + 1j * np.sin(phase))
@@ -78,7 +78,8 @@ def base_in_space(amplitude: complex, stiffness: Floats, damping: Floats) -> Har
     `stiffness` and `damping`, (N,), are the forces on the structure at rest by a unit displacement and a unit velocity
     of the ground.
     """
-    return Harmonic(1, amplitude * stiffness, amplitude * damping, np.zeros(len(stiffness), dtype=np.complex128))
+    forces = [(amplitude * one).astype(np.complex128) for one in (stiffness, damping)]
+    return Harmonic(1, forces[0], forces[1], np.zeros(len(stiffness), dtype=np.complex128))
 
 
 def base_with_stops(amplitude: complex, momentum: Floats) -> Harmonic:
@@ -87,4 +88,4 @@ def base_with_stops(amplitude: complex, momentum: Floats) -> Harmonic:
     `momentum` is M r, (N,): that of the structure when it moves with the ground at unit velocity.
     """
     nothing = np.zeros(len(momentum), dtype=np.complex128)
-    return Harmonic(1, nothing, nothing, amplitude * momentum)
+    return Harmonic(1, nothing, nothing, (amplitude * momentum).astype(np.complex128))

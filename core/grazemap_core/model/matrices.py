@@ -167,7 +167,7 @@ class Matrices(Structure):
         return factors
 
     def energy_matrix(self) -> Floats:
-        """Return A of ``z' = A z``, where z holds ``W x`` and ``L^T v``, ``M = L L^T`` and ``K = W^T W`` if possible."""
+        """Return A of ``z' = A z``; z is ``W x`` and ``L^T v``, where ``M = L L^T``, and ``K = W^T W`` if possible."""
         root, weight = self._root_of_mass, self._root_of_stiffness
         inverse_root = solve_triangular(root, np.eye(self.size))
         inverse_weight = np.linalg.inv(weight)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import eigh, svd
 
 from grazemap_core.arrays import Floats
-from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain, elongations
 from grazemap_core.model.damped_blocks import damped_blocks
 from grazemap_core.model.matrices import Matrices

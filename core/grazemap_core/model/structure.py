@@ -58,7 +58,7 @@ class Structure(ABC):
 
     def mass_norms(self, vectors: Floats) -> Floats:
         """Return ``sqrt(x^T M x)`` of every column of vectors (N, m), shape (m,)."""
-        return np.sqrt(np.einsum("ij,ij->j", vectors, self.mass_matrix @ vectors))
+        return np.asarray(np.sqrt(np.einsum("ij,ij->j", vectors, self.mass_matrix @ vectors)))
 
     def row_of_coordinates(self, row: Floats) -> Floats | None:
         """Return a row (N,) on displacements as one on the coordinates, where these round it less; else None."""

@@ -17,7 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.client import arguments, async_jobs, jobs
-from grazemap.client.arguments import ClearanceLike, CoordinateLike, MotionLike, OscillatorLike, StateLike, StatementLike, Values
+from grazemap.client.arguments import (
+    ClearanceLike,
+    CoordinateLike,
+    MotionLike,
+    OscillatorLike,
+    StateLike,
+    StatementLike,
+    Values,
+)
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.connection import Connection
 from grazemap.results import (

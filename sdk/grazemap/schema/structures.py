@@ -34,7 +34,7 @@ STRUCTURES = ResultSchema(
     "Structure",
     "The linear properties of an oscillator: the structure without contact, as the contact coordinate q = h x sees it.",
     (
-        field("effective_mass", "float", "m_c = 1/(h M^-1 h): the mass that an impulse along the stop meets.", unit="kg"),
+        field("effective_mass", "float", "1/(h M^-1 h): the mass m_c that an impulse along the stop meets.", unit="kg"),
         field(
             "kappa",
             "float",

@@ -37,9 +37,9 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
+from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
 from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices
 from grazemap.wire.structures import StructuresRequest
-from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
 
 __all__ = [
     "FINISHED",

@@ -77,16 +77,15 @@ def growing(oscillator: Oscillator) -> str | None:
     """Return which of the matrices, "stiffness" or "damping", lets a free motion grow; None if none does."""
     mass, damping, stiffness = matrices(oscillator)
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
-    inner, moved = inverse @ stiffness @ inverse.T, inverse @ damping @ inverse.T
+    inner, viscous = inverse @ stiffness @ inverse.T, inverse @ damping @ inverse.T
     if np.array_equal(stiffness, stiffness.T):
         squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
         if squares[0] < -_ROUND_OFF * len(mass) * np.abs(squares).max():
             return "stiffness"
-        moved = 0.5 * (moved + moved.T)
-        if np.linalg.eigvalsh(moved)[0] >= 0.0:  # energy does not grow; gyroscopic forces do no work
+        if np.linalg.eigvalsh(0.5 * (viscous + viscous.T))[0] >= 0.0:  # gyroscopic forces do no work
             return None
     count = len(mass)
-    values = np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -inverse @ damping @ inverse.T]]))
+    values = np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -viscous]]))
     return "damping" if values.real.max() > _GROWTH * np.abs(values).max() else None
 
 
@@ -141,7 +140,7 @@ def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
 def _amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
     mass, damping, stiffness = matrices(oscillator)
     systems = stiffness - omega[:, None, None] ** 2 * mass + 1j * omega[:, None, None] * damping
-    forces = np.broadcast_to(np.array(oscillator.forcing)[:, None], (len(omega), oscillator.size, 1))
+    forces = np.broadcast_to(np.array(oscillator.amplitudes)[:, None], (len(omega), oscillator.size, 1))
     try:
         return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, 0, 0]))
     except np.linalg.LinAlgError:

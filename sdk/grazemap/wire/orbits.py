@@ -141,7 +141,7 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
             raise invalid("restitution is at most 1", "start >= 0, stop <= 1", "range", "stop")
         if self.vary != "restitution" and not self.range.start > 0.0:
             raise invalid(f"{self.vary} is greater than 0", "start > 0", "range", "start")
-        value = self.oscillator.restitution if self.vary == "restitution" else getattr(self, self.vary)
+        value = self.oscillator.equal_restitution if self.vary == "restitution" else getattr(self, self.vary)
         if not self.range.start <= value <= self.range.stop:
             unit = UNITS.get(self.vary, "") if self.oscillator.units == "SI" else ""
             detail = f"the range{unit and f', in {unit},'} does not contain the {self.vary} of the orbit"

@@ -30,7 +30,6 @@ from grazemap.wire.structure import (
     Row,
 )
 
-
 # Weight of the contact in a free mode above which it is not the rounding of 0.
 _SEEN = 1e-10
 
@@ -52,8 +51,8 @@ _DESCRIPTION = """\
 A linear structure whose contact coordinate moves between the stops A (+clearance) and C (-clearance), and rebounds
 from them: a chain of N masses, of which mass 1 hits the stops, unless other fields say so.
 
-Link i of the chain, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; a field
-that is left out has its default, also in SI, except that damping has none there.
+Link i of the chain, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N
+numbers; a field that is left out has its default, also in SI, except that damping has none there.
 """
 
 
@@ -132,7 +131,8 @@ class Oscillator(Request):
 
         `damping` may also be {"modal": ratios} or {"rayleigh": [alpha, beta]}. Raises pydantic.ValidationError.
         """
-        return cls(matrices={"mass": mass, "damping": damping, "stiffness": stiffness}, **fields)
+        matrices: Any = {"mass": mass, "damping": damping, "stiffness": stiffness}
+        return cls(matrices=matrices, **fields)
 
     @model_validator(mode="before")
     @classmethod
@@ -166,7 +166,9 @@ class Oscillator(Request):
             return self
         for name in ("masses", "stiffnesses", "damping"):
             if name in self.model_fields_set:
-                raise invalid(f"{name} is given, and so are matrices", f"matrices, or a chain without them: not {name}", name)
+                raise invalid(
+                    f"{name} is given, and so are matrices", f"matrices, or a chain without them: not {name}", name
+                )
         if "forcing" not in self.model_fields_set and self.base is None:
             raise invalid("forcing has no default where there are matrices", "forcing, or a base that moves", "forcing")
         if self.base is not None and self.base.influence is None:
@@ -180,7 +182,7 @@ class Oscillator(Request):
         of = "masses has" if self.matrices is None else "the matrices have"
         rows: list[tuple[list[float], tuple[str, ...]]] = []
         if isinstance(self.forcing, list) and not isinstance(self.forcing[0], Forcing):
-            rows.append((self.forcing, ("forcing",)))  # type: ignore[arg-type]
+            rows.append((self.forcing, ("forcing",)))
         for i, one in enumerate(self.harmonics):
             at: tuple[str, ...] = ("forcing", str(i)) if isinstance(self.forcing, list) else ("forcing",)
             rows.append((one.amplitude, (*at, "amplitude")))
@@ -250,7 +252,7 @@ class Oscillator(Request):
         if self.base is not None:
             influence = [1.0] * self.size if self.base.influence is None else self.base.influence
             simplest["base"] = {**self.base.model_dump(), "influence": influence}
-        absent = {"contact": 1, "base": None, "bias": None}
+        absent: dict[str, Any] = {"contact": 1, "base": None, "bias": None}
         for name, value in simplest.items():
             if name in absent and value == absent[name]:
                 fields.pop(name, None)
@@ -276,9 +278,27 @@ class Oscillator(Request):
         if isinstance(self.contact, ContactRow):
             return self.contact.row
         row = [0.0] * self.size
-        for mass, sign in zip([self.contact] if isinstance(self.contact, int) else self.contact, (1.0, -1.0)):
-            row[mass - 1] = sign
+        first, *second = [self.contact] if isinstance(self.contact, int) else self.contact
+        row[first - 1] = 1.0
+        for other in second:
+            row[other - 1] = -1.0
         return row
+
+    @property
+    def amplitudes(self) -> list[float]:
+        """Amplitudes of forces of one frequency and phase. Raises TypeError where they are others."""
+        plain = _simplest_forcing(self.forcing)
+        if any(isinstance(one, dict) for one in plain):
+            raise TypeError("the forces are not of one frequency and phase")
+        return plain
+
+    @property
+    def equal_restitution(self) -> float:
+        """Restitution of both stops. Raises TypeError where they differ."""
+        plain = _simplest_restitution(self.restitution)
+        if isinstance(plain, dict):
+            raise TypeError("the stops differ in restitution")
+        return plain
 
     def beyond_the_chain(self) -> str | None:
         """Return the field for which this is no chain with mass 1 between equal stops and forces of one phase."""

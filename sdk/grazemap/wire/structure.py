@@ -1,4 +1,4 @@
-"""Parts of the description of a general oscillator: matrices, contact, forces, moving base, restitution of each stop."""
+"""Parts of the description of a general oscillator: matrices, contact, forces, moving base, stops."""
 
 from __future__ import annotations
 
@@ -113,9 +113,11 @@ def _contact_tag(value: Any) -> str:
 
 def _one_contact(value: Any) -> Any:
     """Refuse several contacts by name."""
-    row = value.get("row") if isinstance(value, dict) else value
+    row: Any = value.get("row") if isinstance(value, dict) else value
     if _is_list(row) and any(_is_list(one) or isinstance(one, dict) for one in row):
-        raise invalid("several contacts are not covered in this version", "one contact: a mass, a pair, or a row of N numbers")
+        raise invalid(
+            "several contacts are not covered in this version", "one contact: a mass, a pair, or a row of N numbers"
+        )
     return value
 
 

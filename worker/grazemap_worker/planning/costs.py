@@ -73,12 +73,12 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
     The other masses are eliminated one by one, from the ground.
     """
     rate = omega * (1j + 1.0 / (2.0 * math.pi * GROWTH_PERIODS))
-    force, dynamic = 0.0 * rate, 0.0 * rate
+    forces, force, dynamic = oscillator.amplitudes, 0.0 * rate, 0.0 * rate
     for i in reversed(range(oscillator.size)):
         link = oscillator.stiffnesses[i] + rate * _link_damping(oscillator, i)
         # the link from this mass to the next one, which is eliminated; the last one is joined to the ground
         share = link / (dynamic + link) if i < oscillator.size - 1 else 0.0 * link
-        force = oscillator.forcing[i] + share * force
+        force = forces[i] + share * force
         dynamic = oscillator.masses[i] * rate * rate + link * (1.0 - share)
     return np.abs(force), np.abs(force / dynamic)
 
@@ -103,8 +103,8 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats) -> 
         rising = 0.5 * acceleration * omega * (12.0 * clearance / (acceleration * omega)) ** (2.0 / 3.0)
         bounces = 0.5 * period * acceleration / np.fmin(np.fmin(flight, steady), rising)
         drag = period * _link_damping(oscillator, 0) / mass / DRAG_OF_BOUNCES
-        bounces *= 1.0 + drag * oscillator.restitution**DRAG_POWER
-        return np.fmin(np.fmin(bounces, _impacts_to_rest(oscillator.restitution)), MOST_PERIOD_IMPACTS)
+        bounces *= 1.0 + drag * oscillator.equal_restitution**DRAG_POWER
+        return np.fmin(np.fmin(bounces, _impacts_to_rest(oscillator.equal_restitution)), MOST_PERIOD_IMPACTS)
 
 
 def period_costs(oscillator: Oscillator, omega: Floats, clearance: Floats, *, lanes: bool = False) -> Floats:
@@ -115,7 +115,7 @@ def period_costs(oscillator: Oscillator, omega: Floats, clearance: Floats, *, la
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         impacts = period_impacts(oscillator, omega, clearance)
-        rests = impacts >= _impacts_to_rest(oscillator.restitution)
+        rests = impacts >= _impacts_to_rest(oscillator.equal_restitution)
         cells = _cells(oscillator, omega) * size * np.where(rests, HELD_CELLS, 1.0)
         seconds = PERIOD_SECONDS + CELL_SECONDS * cells + (IMPACT_SECONDS + IMPACT_MASS_SECONDS * size) * impacts
         if lanes:
@@ -136,7 +136,7 @@ def mean_cost(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
 def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid, max_periods: int) -> float:
     """Return the mean seconds in which the orbit of a trajectory is solved for and verified, if it settles in time."""
     impacts = np.fmin(period_impacts(oscillator, _some(omega)[:, None], _some(clearance)), MOST_ORBIT_IMPACTS)
-    settled = (1.0 - oscillator.restitution**UNSETTLED_POWER) * min(1.0, max_periods / PERIODS_TO_SETTLE)
+    settled = (1.0 - oscillator.equal_restitution**UNSETTLED_POWER) * min(1.0, max_periods / PERIODS_TO_SETTLE)
     return ORBIT_SECONDS * oscillator.size * settled * float((impacts**2).mean())
 
 
@@ -152,7 +152,7 @@ def setup_seconds(oscillator: Oscillator) -> float:
 
 def unsettled(oscillator: Oscillator) -> float:
     """Return the share of trajectories that are expected not to settle: more where impacts take less energy."""
-    return max(LEAST_UNSETTLED, MOST_UNSETTLED * oscillator.restitution**UNSETTLED_POWER)
+    return max(LEAST_UNSETTLED, MOST_UNSETTLED * oscillator.equal_restitution**UNSETTLED_POWER)
 
 
 def expected_periods(oscillator: Oscillator, max_periods: int, share: float = 1.0) -> float:

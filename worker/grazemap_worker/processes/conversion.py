@@ -45,13 +45,12 @@ def _core_oscillator(described: str) -> CoreOscillator:
     oscillator = Oscillator.model_validate_json(described)
     if oscillator.beyond_the_chain() is not None:
         return _general(oscillator)
-    plain = oscillator.model_dump()  # one list of amplitudes, and one restitution
     return CoreOscillator.create(
         oscillator.masses,
         oscillator.stiffnesses,
         oscillator.damping,
-        plain["forcing"],
-        plain["restitution"],
+        oscillator.amplitudes,
+        oscillator.equal_restitution,
         units=oscillator.units,
     )
 
@@ -88,9 +87,7 @@ def _general(described: Oscillator) -> CoreOscillator:
             parts.append(base_with_stops(amplitude, structure.mass_matrix @ influence))
         else:
             parts.append(base_in_space(amplitude, *structure.ground_forces(influence)))
-    return CoreOscillator.of_structure(
-        structure, described.contact_row, parts, 1.0, described.bias
-    )
+    return CoreOscillator.of_structure(structure, described.contact_row, parts, 1.0, described.bias)
 
 
 def record(item: Any) -> Any:
