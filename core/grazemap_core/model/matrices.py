@@ -12,10 +12,9 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, eigh, solve_triangular
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.dense_response import dense_response
-from grazemap_core.model.kernels.matrix_residual import matrix_invariance_residual
 from grazemap_core.model.structure import Response, Structure
 from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS
-from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.numerics.double_double_arrays import Pair, add, exact, negative, product, transformed
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 Matrix = Sequence[Sequence[float]] | Floats
@@ -215,16 +214,15 @@ class Matrices(Structure):
 
     def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
         """Return ``A X - X T`` in displacements and velocities, computed in double-double, shape (2N, 2N)."""
-        residual = matrix_invariance_residual(
-            np.ascontiguousarray(self.mass),
-            np.ascontiguousarray(self.damping),
-            np.ascontiguousarray(self.stiffness),
-            np.ascontiguousarray(columns),
-            frequency_squared,
-            decay,
-        )
-        residual[self.size :] = self.solve_mass(residual[self.size :])
-        return np.asarray(residual)
+        count = self.size
+        first, second = columns[:, 0::2], columns[:, 1::2]
+        products = product(-frequency_squared, second), add(product(-2.0 * decay, second), exact(first))  # X T
+        high, low = (np.stack(both, axis=2).reshape(columns.shape) for both in zip(*products, strict=True))
+        place, speed = exact(columns[:count]), exact(columns[count:])
+        moved_place, moved_speed = Pair(high[:count], low[:count]), Pair(high[count:], low[count:])
+        forces = add(transformed(self.stiffness, place), transformed(self.damping, speed))
+        momentum = add(forces, transformed(self.mass, moved_speed)).rounded
+        return np.concatenate((add(speed, negative(moved_place)).rounded, -self.solve_mass(momentum)))
 
 
 def _square(name: str, values: Matrix, count: int | None) -> Floats:
