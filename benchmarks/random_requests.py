@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import matrices, steady_amplitude
 
 Body = dict[str, Any]
 Sized = Callable[[float], Body]
@@ -75,6 +75,22 @@ class Draw:
         wide = self.between(0.01, 0.2)
         omega = {"start": self.omega, "stop": self.omega * (1.0 + wide)}
         return omega, {"start": self.clearance, "stop": self.clearance * self.between(1.1, 3.0)}
+
+
+def structures(draw: Draw) -> Sized:
+    """Return the linear properties of a chain, or of its matrices, at more and more frequencies and times."""
+    oscillator: Body = {**draw.chain, "base": {"amplitude": 1.0, "stops_move": draw.chance(0.5)}}
+    if draw.chance(0.5):
+        chain = Oscillator(**draw.chain)
+        mass, damping, stiffness = (matrix.tolist() for matrix in matrices(chain))
+        described = {"mass": mass, "damping": damping, "stiffness": stiffness}
+        oscillator = {"matrices": described, "forcing": draw.chain["forcing"], "contact": chain.size}
+    window, times = draw.window()[0], draw.chance(0.5)
+    return lambda size: {
+        "oscillator": oscillator,
+        "omega": {**window, "points": many(10 * size, 50_000, 2)},
+        "times": np.linspace(0.0, 100.0, many(10 * size, 10_000)).tolist() if times else [],
+    }
 
 
 def grazing_curves(draw: Draw) -> Sized:
@@ -240,6 +256,7 @@ def many(number: float, most: int, least: int = 1) -> int:
 
 
 KINDS: dict[str, tuple[Callable[[Draw], Sized], tuple[int, ...]]] = {
+    "structures": (structures, MASSES),
     "grazing-curves": (grazing_curves, MASSES),
     "codimension-two-points": (codimension_two_points, MASSES),
     "discontinuity-mappings": (discontinuity_mappings, MASSES),

@@ -54,6 +54,30 @@ def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> d
     return document
 
 
+def test_linear_properties_of_a_general_structure_have_every_field() -> None:
+    oscillator = {
+        "matrices": {"mass": [[2, 0], [0, 1]], "damping": {"rayleigh": [0.1, 0.01]}, "stiffness": [[2, -1], [-1, 1]]},
+        "contact": [1, 2],
+        "forcing": [{"amplitude": [1, 0]}, {"amplitude": [0, 1], "law": "unbalance", "harmonic": 2}],
+        "bias": [0.1, 0.0],
+    }
+    body = {"oscillator": oscillator, "omega": [0.5, 0.7], "times": [0.0, 1.0], "clearance": {"left": 0.4}}
+    document = whole("structures", body)
+    assert "amplitude" not in document  # there are two harmonics
+    assert [one["harmonic"] for one in document["harmonics"]] == [1, 2]
+    assert all(one["amplitude"].shape == (2,) for one in document["harmonics"])
+    assert document["gaps"] == {"right": None, "left": pytest.approx(0.4 + document["contact_equilibrium"])}
+    assert document["impulse_response"][0] == 0.0
+
+
+def test_an_error_of_a_general_structure_has_its_pointer() -> None:
+    request = parse_request("structures", {"oscillator": {"bias": [1.0, 0.0, 0.0]}})
+    assert request_pointer(request, "bias") == "/oscillator/bias"
+    matrices = {"mass": [[1]], "damping": [[0]], "stiffness": [[1]]}
+    dense = parse_request("structures", {"oscillator": {"matrices": matrices, "forcing": [1]}})
+    assert request_pointer(dense, "damping") == "/oscillator/matrices/damping"
+
+
 def test_a_grazing_curve_has_its_arrays_and_the_points_on_it() -> None:
     document = whole("grazing-curves", {"omega": {"start": 0.275, "stop": 0.285, "points": 11}, "max_order": 4})
     assert {name: value.shape for name, value in document.items() if name != "points"} == dict.fromkeys(

@@ -93,9 +93,15 @@ MOST_TILE_SECONDS = 900.0
 # Machines differ, so a quarter of a map's speed is assumed.
 WORST_TILE_SECONDS = 900.0
 WORST_SLOWER = 4.0
-# The linear properties of a structure: its modes, and one response, per mass of a chain or cube of those of matrices.
-MODES_SECONDS = 2.0e-6
-RESPONSE_SECONDS = 1.0e-6
+# The linear properties of a structure: once, and per square of the masses; a response at a frequency, once and per mass
+# of a chain or square of the masses of matrices; the impulse response at a time, per mass.
+STRUCTURE_SECONDS = 4.0e-3
+CHAIN_MODES_SECONDS = 2.0e-5
+MATRICES_MODES_SECONDS = 1.2e-4
+RESPONSE_SECONDS = 2.5e-6
+RESPONSE_MASS_SECONDS = 6.0e-7
+RESPONSE_SQUARE_SECONDS = 5.0e-7
+IMPULSE_SECONDS = 7.0e-8
 # One sample of a grazing curve, per mass, and of each order of its sequence.
 CURVE_SECONDS = 2.2e-7
 SEQUENCE_SECONDS = 5.5e-8
