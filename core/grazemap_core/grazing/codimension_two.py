@@ -21,16 +21,20 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.grazing.one_stop import VariedStop, contact_equilibrium, double_grazes
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
-from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.harmonic_response import contact_response, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.summary import harmonic_response
+from grazemap_core.tolerances import EPSILON
 
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
+Kind = Literal["recurrence", "resonant", "double-graze"]
 
 
 class Family(NamedTuple):
@@ -46,9 +50,9 @@ class CodimensionTwoPoint:
 
     Attributes
     ----------
-    kind : {"recurrence", "resonant"}
+    kind : {"recurrence", "resonant", "double-graze"}
     omega, clearance : float
-        On the grazing curve.
+        On the grazing curve; the clearance is that of the stop that varies.
     residual : float
         Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless.
     status : {"simple", "near-double"}
@@ -69,9 +73,13 @@ class CodimensionTwoPoint:
         The curve that leaves the grazing curve here.
     unfolding : ResonantUnfolding or None
         Leading order of that curve. None for a near-double point, where it is not defined.
+    amplitude_slope : float or None
+        d A/d omega, where only one stop varies.
+    margin : float or None
+        Gap of the other stop minus the amplitude, where only one stop varies and the other one is there.
     """
 
-    kind: Literal["recurrence", "resonant"]
+    kind: Kind
     omega: float
     clearance: float
     residual: float
@@ -84,6 +92,8 @@ class CodimensionTwoPoint:
     symmetric: bool | None = None
     bifurcation: Bifurcation | None = None
     unfolding: ResonantUnfolding | None = None
+    amplitude_slope: float | None = None
+    margin: float | None = None
 
 
 @dataclass(frozen=True)
@@ -107,9 +117,18 @@ def families_of_order(order: int) -> tuple[Family, ...]:
 
 
 def codimension_two_points(
-    oscillator: Oscillator, omega_start: float, omega_stop: float, max_order: int = 8, max_multiple: int = 4
+    oscillator: Oscillator,
+    omega_start: float,
+    omega_stop: float,
+    max_order: int = 8,
+    max_multiple: int = 4,
+    varied: VariedStop | None = None,
 ) -> list[CodimensionTwoPoint]:
     """Return every codimension-two point with omega in ``[omega_start, omega_stop]``, by increasing omega.
+
+    The points are those of two equal stops whose clearance varies, or of one stop (`varied`). On one stop a graze
+    recurs after whole periods, and motions have all their impacts on it; where the other stop is grazed too there is a
+    double graze.
 
     Parameters
     ----------
@@ -122,6 +141,8 @@ def codimension_two_points(
         Largest return m of the recurrence points, >= 1.
     max_multiple : int
         Largest multiple n of the resonant points, >= 0; 0 for none.
+    varied : VariedStop, optional
+        The one stop whose clearance varies, and the clearance of the other one.
 
     Returns
     -------
@@ -149,50 +170,98 @@ def codimension_two_points(
         raise ParameterError(
             "omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times the highest natural frequency"
         )
-    points = _recurrences(response, omega_start, omega_stop, max_order)
-    points += _resonances(response, omega_start, omega_stop, max_multiple)
+    points = _recurrences(response, omega_start, omega_stop, max_order, varied is not None)
+    points += _resonances(response, omega_start, omega_stop, max_multiple, varied is not None)
+    if varied is not None:
+        points += _double_grazes(oscillator, varied, omega_start, omega_stop)
     if not points:
         return []
-    points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple))
-    clearances = np.abs(steady_response(oscillator, [point.omega for point in points])[:, 0])
+    points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple or 0))
+    if varied is not None:
+        return _on_one_stop(oscillator, response, points, varied)
+    clearances = np.abs(contact_response(oscillator, [point.omega for point in points]))
     return [
         replace(point, clearance=float(clearance), unfolding=_unfolding(response, oscillator, point, float(clearance)))
         for point, clearance in zip(points, clearances, strict=True)
     ]
 
 
+def _on_one_stop(
+    oscillator: Oscillator, response: ImpulseResponse, points: list[CodimensionTwoPoint], varied: VariedStop
+) -> list[CodimensionTwoPoint]:
+    """Return points with their clearance, slope, margin and unfolding."""
+    steady = harmonic_response(oscillator, np.array([point.omega for point in points]))
+    place, gap = varied.stop * contact_equilibrium(oscillator), varied.other_gap(oscillator)
+    found = []
+    for point, amplitude, slope in zip(points, steady.amplitude.tolist(), steady.amplitude_slope.tolist(), strict=True):
+        found.append(
+            replace(
+                point,
+                clearance=amplitude + place,
+                unfolding=_unfolding(response, oscillator, point, amplitude, one_stop=True),
+                amplitude_slope=slope,
+                margin=gap - amplitude if math.isfinite(gap) else None,
+            )
+        )
+    return found
+
+
+def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
+    """Return the points at which the other stop is grazed too, without their clearance."""
+    gap = varied.other_gap(oscillator)
+    if math.isinf(gap):
+        return []
+    found = np.array(double_grazes(oscillator, gap, start, stop))
+    residual = np.abs(np.abs(contact_response(oscillator, found)) - gap) / gap if len(found) else found
+    return [
+        CodimensionTwoPoint("double-graze", omega, math.nan, float(left), "simple", 4.0 * EPSILON * omega)
+        for omega, left in zip(found.tolist(), residual, strict=True)
+    ]
+
+
 def _unfolding(
-    response: ImpulseResponse, oscillator: Oscillator, point: CodimensionTwoPoint, clearance: float
+    response: ImpulseResponse,
+    oscillator: Oscillator,
+    point: CodimensionTwoPoint,
+    amplitude: float,
+    one_stop: bool = False,
 ) -> ResonantUnfolding | None:
     """Return the unfolding of a resonant point; None for recurrence points and near-double points."""
     if point.multiple is None or point.symmetric is None or point.status != "simple":
         return None
     pattern = Pattern(point.multiple, point.symmetric)
     return resonant_unfolding(
-        response, oscillator.restitution, point.omega, clearance, pattern, point.bifurcation == "SN"
+        response, oscillator.restitution, point.omega, amplitude, pattern, point.bifurcation == "SN", one_stop
     )
 
 
-def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order: int) -> list[CodimensionTwoPoint]:
-    """Return the recurrence points without their clearance."""
-    factors = [order * math.pi for order in range(1, max_order + 1)]
+def _recurrences(
+    response: ImpulseResponse, start: float, stop: float, max_order: int, one_stop: bool
+) -> list[CodimensionTwoPoint]:
+    """Return the recurrence points without their clearance; with one stop those of even orders."""
+    each = 2 if one_stop else 1
+    orders = range(each, max_order + 1, each)
+    factors = [order * math.pi for order in orders]
     zeros = _zeros(response, IMPULSE, factors, start, stop)
-    half_periods = np.array([zero.time for zero in zeros])
+    times = np.array([zero.time for zero in zeros])
     points = []
-    for order, factor in enumerate(factors, start=1):
-        smaller = first_recurrence(response.blocks, response.conditioning, half_periods / order, order - 1)
+    for order, factor in zip(orders, factors, strict=True):
+        returns = order // each
+        smaller = first_recurrence(response.blocks, response.conditioning, times / returns, returns - 1, one_stop)
         for zero, recurring in zip(zeros, smaller, strict=True):
             omega = _inside(factor / zero.time, start, stop)
             if omega is not None:
-                active, families = bool(recurring == 0), families_of_order(order)
+                active, families = bool(recurring == 0), None if one_stop else families_of_order(order)
                 points.append(_point("recurrence", omega, zero, order=order, active=active, families=families))
     return points
 
 
-def _resonances(response: ImpulseResponse, start: float, stop: float, max_multiple: int) -> list[CodimensionTwoPoint]:
-    """Return the resonant points without their clearance."""
+def _resonances(
+    response: ImpulseResponse, start: float, stop: float, max_multiple: int, one_stop: bool
+) -> list[CodimensionTwoPoint]:
+    """Return the resonant points without their clearance; with one stop those of motions on it alone."""
     one_sided = [(2.0 * math.pi * multiple, multiple, False) for multiple in range(1, max_multiple + 1)]
-    symmetric = [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2)]
+    symmetric = [] if one_stop else [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2)]
     names: dict[tuple[int, bool], Bifurcation] = {
         (SAME_SIGN, False): "SN",
         (ALTERNATING, False): "PD",
@@ -211,7 +280,7 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
     return points
 
 
-def _point(kind: Literal["recurrence", "resonant"], omega: float, zero: _Zero, **fields: Any) -> CodimensionTwoPoint:
+def _point(kind: Kind, omega: float, zero: _Zero, **fields: Any) -> CodimensionTwoPoint:
     """Return the point of a zero, with the fields of its kind, without its clearance."""
     return CodimensionTwoPoint(
         kind=kind,

@@ -14,7 +14,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
-from grazemap_core.model.harmonic_response import require_forced, steady_response
+from grazemap_core.model.harmonic_response import contact_response, require_forced
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -73,14 +73,14 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     require_forced(oscillator)
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
-    response = steady_response(oscillator, values)[:, 0]
+    response = contact_response(oscillator, values)
     if not np.all(np.isfinite(response) & (np.abs(response) > 0.0)):
-        raise ParameterError("omega", "contains a frequency at which the amplitude of mass 1 overflows or underflows")
-    # x_1(0) = Im(response e^{i tau}) is largest, the amplitude, where the argument is pi/2
+        raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
+    # q(0) = Im(response e^{i tau}) is largest, the amplitude, where the argument is pi/2
     phase = 0.5 * np.pi - np.angle(response)
     phase = np.where(phase > np.pi, phase - 2.0 * np.pi, phase)
 
     impulse = impulse_response(modal_model(oscillator))
-    order = first_recurrence(impulse.blocks, impulse.conditioning, np.pi / values, max_order)
+    order = first_recurrence(impulse.blocks, impulse.conditioning, np.pi / values, max_order, False)
     stop = np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
     return GrazingCurve(values, np.abs(response), phase, order, stop)

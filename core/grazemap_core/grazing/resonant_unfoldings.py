@@ -68,7 +68,13 @@ class ResonantUnfolding:
 
 
 def resonant_unfolding(
-    response: ImpulseResponse, restitution: float, omega: float, amplitude: float, pattern: Pattern, saddle_node: bool
+    response: ImpulseResponse,
+    restitution: float,
+    omega: float,
+    amplitude: float,
+    pattern: Pattern,
+    saddle_node: bool,
+    one_stop: bool = False,
 ) -> ResonantUnfolding | None:
     """Return the unfolding of a resonant point, or None if round-off hides the sign of the derivative of its sum.
 
@@ -82,6 +88,8 @@ def resonant_unfolding(
         Pattern of impacts of the orbits.
     saddle_node : bool
         Whether the sum at multiplier +1 vanishes here; otherwise that at -1 does (PD, SB).
+    one_stop : bool
+        Whether the other stop is too far to be met: `admissible` then depends on returns after whole periods alone.
     """
     sums = periodic_sums(response, pattern, omega)
     (same, same_roundoff, same_terms), (other, _, other_terms) = sum_slopes(response, pattern, omega)
@@ -116,6 +124,7 @@ def resonant_unfolding(
         0.0 if turns else sums.displacement,
         omega,
         pattern.half_periods,
+        one_stop,
     )
     return ResonantUnfolding(
         orbits_before=before,

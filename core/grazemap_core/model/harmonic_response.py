@@ -19,8 +19,8 @@ from grazemap_core.tolerances import EPSILON
 
 
 def require_forced(oscillator: Oscillator) -> None:
-    """Raise ParameterError if no mass is forced: mass 1 then never reaches a stop."""
-    if not np.any(oscillator.forcing):
+    """Raise ParameterError if nothing is forced: the contact coordinate then never reaches a stop."""
+    if not oscillator.drive:
         raise ParameterError("forcing", "is zero on every mass, so no motion ever grazes")
 
 
@@ -35,8 +35,9 @@ def require_damped(oscillator: Oscillator) -> None:
     SteadyMotionError
         A mode is undamped: motions without impacts do not settle to one steady motion.
     """
-    damped = oscillator.link_damping > 0.0
-    if np.all(damped):
+    structure = oscillator.structure
+    damped = structure.link_damping > 0.0 if isinstance(structure, Chain) else np.any(structure.damping_matrix)
+    if isinstance(structure, Chain) and np.all(damped):
         return
     if not np.any(damped) or np.any(modal_model(oscillator).undamped):
         raise SteadyMotionError(
@@ -59,6 +60,28 @@ def steady_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     values = checked_omega(omega)
     require_damped(oscillator)
     return forced_response(oscillator, values)
+
+
+def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
+    """Return the complex amplitudes of the contact coordinate in the steady motion, shape (n,).
+
+    ``q = Im(amplitude e^{i omega t})`` about the equilibrium; each has an error of about one rounding.
+
+    Raises
+    ------
+    ParameterError
+        A frequency is out of its range, or the forces have other harmonics than the first.
+    SteadyMotionError
+        A mode is undamped, or its damping is too small to resolve its resonance at one of these frequencies.
+    """
+    values = checked_omega(omega)
+    require_damped(oscillator)
+    if [one.order for one in oscillator.drive] != [1]:
+        raise ParameterError("forcing", "has other harmonics than the first, which grazing curves do not cover yet")
+    response = oscillator.structure.response(values, oscillator.drive[0].amplitudes(values), oscillator.contact)
+    if not np.all(response.exists):
+        raise SteadyMotionError("omega", "is at a resonance that is practically undamped, so there is no steady motion")
+    return response.coordinate
 
 
 def forced_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:

@@ -103,7 +103,7 @@ def summary(oscillator: Oscillator, omega: ArrayLike, times: ArrayLike) -> Struc
         natural_frequencies=natural,
         damping_ratios=_ratios(model),
         contact_weights=weights,
-        harmonics=tuple(_response(oscillator, one, frequencies) for one in oscillator.drive),
+        harmonics=tuple(harmonic_response(oscillator, frequencies, one) for one in oscillator.drive),
         impulse_response=np.where(moments > 0.0, evaluate(impulse_response(model), moments)[0], 0.0),
     )
 
@@ -126,8 +126,10 @@ def _ratios(model: ModalModel) -> Floats:
     return ratio
 
 
-def _response(oscillator: Oscillator, harmonic: Harmonic, omega: Floats) -> HarmonicResponse:
-    """Return amplitude, phase and slope of the contact coordinate (general theory, section 8)."""
+def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic | None = None) -> HarmonicResponse:
+    """Return amplitude, phase and slope of the contact coordinate in one harmonic, the first one of the forces if none
+    is given (general theory, section 8)."""
+    harmonic = harmonic or oscillator.drive[0]
     structure, order = oscillator.structure, harmonic.order
     steady = structure.response(order * omega, harmonic.amplitudes(omega), oscillator.contact)
     moved = 2.0 * order * order * omega[:, None] * (steady.amplitudes @ structure.mass_matrix.T)

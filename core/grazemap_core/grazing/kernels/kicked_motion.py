@@ -333,11 +333,12 @@ def contact_margin(
     level: float,
     omega: float,
     half_periods: int,
+    one_stop: bool,
 ) -> tuple[float, int]:
     """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and the verdict.
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
-    of G(0); infinity if there is no such return. The verdict is FOUND if all distances are positive, UNDECIDED
+    of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even j. The verdict is FOUND if all distances are positive, UNDECIDED
     or NEVER. The arguments are the fields of a `KickedMotion`: numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)
@@ -348,6 +349,8 @@ def contact_margin(
         terms += abs(state[j, 0]) + abs(state[j, 1]) / math.sqrt(frequency_squared[j])
     for m in range(1, half_periods):
         stop = 1 if m % 2 == 0 else -1
+        if one_stop and stop < 0:
+            continue
         _distance(motion, stop, m * (math.pi / omega), here)
         margin = min(margin, -here[8] / terms)
         verdict = max(verdict, _verdict(here[8], here[9]))

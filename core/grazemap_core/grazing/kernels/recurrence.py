@@ -1,6 +1,6 @@
 """The sign rule at grazing: an impact recurs at return m, after m half periods, if ``(-1)^m g(m T/2) < 0``.
 
-See equations (33)-(40).
+See equations (33)-(40). On one stop alone, after m whole periods, if ``g(m T) < 0``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def first_recurrence(blocks: ResponseBlocks, conditioning: float, half_period: Floats, max_order: int) -> Integers:
+def first_recurrence(
+    blocks: ResponseBlocks, conditioning: float, half_period: Floats, max_order: int, one_stop: bool
+) -> Integers:
     """Return for each half period the first m in 1..max_order that recurs, 0 if none does.
 
     A value of g that is smaller than its round-off, as at a codimension-two point of that order, or that underflows
@@ -27,7 +29,10 @@ def first_recurrence(blocks: ResponseBlocks, conditioning: float, half_period: F
     conditioning : float
         Condition number of the modal model.
     half_period : ndarray of shape (n,)
+        Time between two returns.
     max_order : int
+    one_stop : bool
+        Whether all returns are to one stop, a whole period apart; otherwise every other one is to the other stop.
 
     Returns
     -------
@@ -47,7 +52,8 @@ def first_recurrence(blocks: ResponseBlocks, conditioning: float, half_period: F
             state[j, 1] = slope[j]
         orientation = 1.0
         for order in range(1, max_order + 1):
-            orientation = -orientation
+            if not one_stop:
+                orientation = -orientation
             total = 0.0
             size = 0.0
             for j in range(count):
