@@ -11,7 +11,7 @@ import pytest
 
 from grazemap import Oscillator
 from grazemap.local_stack import LocalClient
-from grazemap.results import Structure
+from grazemap.results import StopGrazingCurves, Structure
 
 FIGURES: dict[str, Any] = {
     one["id"]: one["value"]
@@ -74,6 +74,50 @@ def test_the_impulse_response_vanishes_at_its_zeros(stack: LocalClient, name: st
     response = structure(stack, described, times=around).impulse_response
     before, after = np.split(response, 2)
     assert np.all(before * after < 0.0)
+
+
+@pytest.mark.parametrize(("name", "described"), [("coco", COCO), ("chain-one-stop", CHAIN)])
+def test_grazes_of_one_stop(stack: LocalClient, name: str, described: dict[str, Any]) -> None:
+    only = {"left": None}
+    found = stack.codimension_two_points(
+        Oscillator(**described), omega=(0.1, 20.0), clearance=only, max_order=2, max_multiple=1, progress=False
+    ).points
+    # a graze recurs after one period at the zeros of g
+    times = sorted(2.0 * np.pi / point.omega for point in found if point.kind == "recurrence")
+    zeros = [float(zero) for zero in FIGURES[f"{name}/zeros"]["g(s)=0"] if 0.32 < float(zero) < 62.0]
+    assert times[: len(zeros)] == [close(str(zero)) for zero in zeros]
+    for known in FIGURES[f"{name}/resonant_points"]:
+        of_its_kind = [p for p in found if (p.bifurcation, p.multiple) == (known["kind"], known["n"])]
+        (point,) = (point for point in of_its_kind if point.omega == close(known["omega"]))
+        assert (point.stop, point.symmetric, point.margin) == (1, False, None)
+        assert point.clearance == close(known["A"])
+        assert point.amplitude_slope == close(known["dA_domega"])
+        assert point.unfolding is not None
+        assert point.unfolding.curve_omega == known["side_of_omega"]
+        if known["kind"] == "SN":
+            assert point.unfolding.quadratic == close(known["coefficient"])
+        else:
+            assert point.unfolding.velocity_slope == pytest.approx(abs(float(known["v_slope"])), rel=RELATIVE)
+            assert point.unfolding.slope == pytest.approx(float(known["slope_relative_to_A"]), rel=RELATIVE, abs=1e-15)
+    for known in FIGURES[f"{name}/first_recurrence_one_stop"]:
+        omega = [float(known["omega"]), 25.0, 30.0]
+        curves = stack.grazing_curve(Oscillator(**described), omega=omega, clearance=only, max_order=40, progress=False)
+        assert isinstance(curves, StopGrazingCurves)
+        assert curves.first_recurrence_right is not None
+        assert curves.first_recurrence_right[0] == 2 * known["first_recurrence_periods"]
+
+
+def test_a_bias_moves_the_grazes_apart(stack: LocalClient) -> None:
+    curves = stack.grazing_curve(Oscillator(bias=[0.05, 0.0, 0.0]), omega=[0.29, 0.3, 0.31], progress=False)
+    known = FIGURES["bias/grazing_clearances"]
+    assert isinstance(curves, StopGrazingCurves)
+    assert curves.clearance_right is not None
+    assert curves.clearance_left is not None
+    assert curves.clearance_right[0] == close(known["right"])
+    assert curves.clearance_left[0] == close(known["left"])
+    # as the clearance of both falls, the right stop is grazed first
+    assert not np.any(curves.virtual_right)
+    assert np.all(curves.virtual_left)
 
 
 @pytest.mark.parametrize("described", [CHAIN, MATRICES])

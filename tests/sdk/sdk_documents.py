@@ -104,6 +104,9 @@ REQUESTS[MOTIONS] = {
     **REQUESTS["bifurcation-curves"],
     "motions": [{"period": 1, "stops": [1, 1, -1, -1]}, {"period": 1, "stops": [1, 1, 1]}],
 }
+ONE_STOP = "grazing-curves of one stop"
+"""The process grazing-curves where the other stop is fixed."""
+REQUESTS[ONE_STOP] = {**REQUESTS["grazing-curves"], "clearance": {"left": 1.75}}
 RESTED = "periodic-orbits by simulation"
 """The process periodic-orbits where mass 1 rests on a stop."""
 REQUESTS[RESTED] = {"omega": 0.27, "clearance": 0.85}
@@ -122,6 +125,7 @@ def document(process: str) -> dict[str, Any]:
     return {
         "structures": _structure,
         "grazing-curves": _curve,
+        ONE_STOP: _stop_curves,
         "codimension-two-points": lambda: {"points": POINTS},
         "discontinuity-mappings": _mapping,
         "trajectories": _trajectory,
@@ -465,6 +469,22 @@ def _structure() -> dict[str, Any]:
         "harmonics": [{"harmonic": 1, **response}],
         "time": np.array([1.0, 2.0]),
         "impulse_response": np.array([0.8, 0.4]),
+    }
+
+
+def _stop_curves() -> dict[str, Any]:
+    return {
+        "contact_equilibrium": 0.0,
+        "omega": np.array([0.2, 0.25, 0.3]),
+        "clearance_right": np.array([1.5, 1.7, 2.0]),
+        "phase_right": np.array([0.1, 0.2, 0.3]),
+        "margin_right": np.array([0.25, 0.05, -0.25]),
+        "virtual_right": np.array([False, False, True]),
+        "first_recurrence_right": np.array([2, 4, 0]),
+        "points": [
+            {"kind": "double-graze", "omega": 0.26, "clearance": 1.75, "residual": 0.0, "status": "simple"}
+            | {"omega_error": 1e-16, "stop": 1, "amplitude_slope": 5.0, "margin": 0.0}
+        ],
     }
 
 

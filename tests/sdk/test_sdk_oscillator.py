@@ -81,6 +81,32 @@ def test_an_absent_stop_stays_absent() -> None:
     }
 
 
+@pytest.mark.parametrize(
+    ("clearance", "text", "varied", "other"),
+    [
+        ({"left": 1.2}, {"left": 1.2}, 1, 1.2),
+        ({"left": 1.2, "right": None}, {"left": 1.2}, 1, 1.2),
+        ({"right": 1.2}, {"right": 1.2}, -1, 1.2),
+        ({"left": None}, {"left": None}, 1, None),
+        ({"right": None}, {"right": None}, -1, None),
+    ],
+)
+def test_a_fixed_stop_leaves_the_other_one(clearance: Any, text: Any, varied: int, other: float | None) -> None:
+    request = parse_request("grazing-curves", {"omega": [0.2, 0.3], "clearance": clearance})
+    assert canonical(request)["clearance"] == text
+    again = parse_request("grazing-curves", canonical(request))
+    assert (again.clearance.varied, again.clearance.other) == (varied, other)  # type: ignore[attr-defined]
+
+
+def test_a_question_without_a_fixed_stop_has_the_text_of_before() -> None:
+    assert set(canonical(parse_request("grazing-curves", {"omega": [0.2, 0.3]}))) == {
+        "oscillator",
+        "omega",
+        "max_order",
+        "sequence",
+    }
+
+
 def test_from_matrices_takes_arrays_and_other_fields() -> None:
     oscillator = Oscillator.from_matrices(
         mass=np.diag([2.0, 1.0]),

@@ -73,10 +73,9 @@ class CodimensionTwoPoint:
         The curve that leaves the grazing curve here.
     unfolding : ResonantUnfolding or None
         Leading order of that curve. None for a near-double point, where it is not defined.
-    amplitude_slope : float or None
-        d A/d omega, where only one stop varies.
-    margin : float or None
-        Gap of the other stop minus the amplitude, where only one stop varies and the other one is there.
+    stop : {+1, -1} or None
+        The stop that is grazed, where the two are not alike. So are `amplitude_slope`, d A/d omega, and `margin`, the
+        gap of the other stop minus the amplitude, None if there is none.
     """
 
     kind: Kind
@@ -92,6 +91,7 @@ class CodimensionTwoPoint:
     symmetric: bool | None = None
     bifurcation: Bifurcation | None = None
     unfolding: ResonantUnfolding | None = None
+    stop: int | None = None
     amplitude_slope: float | None = None
     margin: float | None = None
 
@@ -171,7 +171,8 @@ def codimension_two_points(
             "omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times the highest natural frequency"
         )
     points = _recurrences(response, omega_start, omega_stop, max_order, varied is not None)
-    points += _resonances(response, omega_start, omega_stop, max_multiple, varied is not None)
+    differ = oscillator.restitution_left is not None
+    points += _resonances(response, omega_start, omega_stop, max_multiple, varied is not None or differ)
     if varied is not None:
         points += _double_grazes(oscillator, varied, omega_start, omega_stop)
     if not points:
@@ -179,6 +180,9 @@ def codimension_two_points(
     points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple or 0))
     if varied is not None:
         return _on_one_stop(oscillator, response, points, varied)
+    if differ:
+        # motions on the one stop and on the other unfold differently; there are no symmetric ones
+        points = [one for point in points for one in _of_each_stop(point)]
     clearances = np.abs(contact_response(oscillator, [point.omega for point in points]))
     return [
         replace(point, clearance=float(clearance), unfolding=_unfolding(response, oscillator, point, float(clearance)))
@@ -186,24 +190,29 @@ def codimension_two_points(
     ]
 
 
+def _of_each_stop(point: CodimensionTwoPoint) -> list[CodimensionTwoPoint]:
+    """Return a resonant point once for each stop; other points as they are."""
+    return [point] if point.kind != "resonant" else [replace(point, stop=stop) for stop in (1, -1)]
+
+
 def _on_one_stop(
     oscillator: Oscillator, response: ImpulseResponse, points: list[CodimensionTwoPoint], varied: VariedStop
 ) -> list[CodimensionTwoPoint]:
     """Return points with their clearance, slope, margin and unfolding."""
     steady = harmonic_response(oscillator, np.array([point.omega for point in points]))
-    place, gap = varied.stop * contact_equilibrium(oscillator), varied.other_gap(oscillator)
-    found = []
-    for point, amplitude, slope in zip(points, steady.amplitude.tolist(), steady.amplitude_slope.tolist(), strict=True):
-        found.append(
-            replace(
-                point,
-                clearance=amplitude + place,
-                unfolding=_unfolding(response, oscillator, point, amplitude, one_stop=True),
-                amplitude_slope=slope,
-                margin=gap - amplitude if math.isfinite(gap) else None,
-            )
+    place, margins = varied.stop * contact_equilibrium(oscillator), varied.margin(oscillator, steady.amplitude)
+    each = zip(points, steady.amplitude.tolist(), steady.amplitude_slope.tolist(), margins.tolist(), strict=True)
+    return [
+        replace(
+            point,
+            clearance=amplitude + place,
+            unfolding=_unfolding(response, oscillator, replace(point, stop=varied.stop), amplitude, one_stop=True),
+            stop=varied.stop,
+            amplitude_slope=slope,
+            margin=margin if math.isfinite(margin) else None,
         )
-    return found
+        for point, amplitude, slope, margin in each
+    ]
 
 
 def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
@@ -214,8 +223,8 @@ def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, sto
     found = np.array(double_grazes(oscillator, gap, start, stop))
     residual = np.abs(np.abs(contact_response(oscillator, found)) - gap) / gap if len(found) else found
     return [
-        CodimensionTwoPoint("double-graze", omega, math.nan, float(left), "simple", 4.0 * EPSILON * omega)
-        for omega, left in zip(found.tolist(), residual, strict=True)
+        CodimensionTwoPoint("double-graze", omega, math.nan, float(rest), "simple", 4.0 * EPSILON * omega)
+        for omega, rest in zip(found.tolist(), residual, strict=True)
     ]
 
 
@@ -226,12 +235,18 @@ def _unfolding(
     amplitude: float,
     one_stop: bool = False,
 ) -> ResonantUnfolding | None:
-    """Return the unfolding of a resonant point; None for recurrence points and near-double points."""
+    """Return the unfolding of a resonant point; None for other points and near-double ones."""
     if point.multiple is None or point.symmetric is None or point.status != "simple":
         return None
     pattern = Pattern(point.multiple, point.symmetric)
     return resonant_unfolding(
-        response, oscillator.restitution, point.omega, amplitude, pattern, point.bifurcation == "SN", one_stop
+        response,
+        oscillator.restitution_of(point.stop or 1),
+        point.omega,
+        amplitude,
+        pattern,
+        point.bifurcation == "SN",
+        one_stop,
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eig
 
-from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
+from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
@@ -31,13 +31,32 @@ from grazemap_core.tolerances import EPSILON
 
 @dataclass(frozen=True)
 class VariedStop:
-    """The stop whose clearance varies, +1 or -1, and the fixed clearance of the other one; None: it is absent."""
+    """The stop whose clearance varies, +1 or -1, and where the other one is.
+
+    Attributes
+    ----------
+    stop : {+1, -1}
+    other : float or None
+        The fixed clearance of the other stop; None: it is absent.
+    together : bool
+        Whether the other stop has the clearance of this one.
+    """
 
     stop: int
     other: float | None = None
+    together: bool = False
+
+    def margin(self, oscillator: Oscillator, amplitude: Floats) -> Floats:
+        """Return the gap of the other stop minus the amplitude where this one is grazed; infinite if it is absent.
+
+        Raises ParameterError as `other_gap`.
+        """
+        if self.together:
+            return np.full(len(amplitude), 2.0 * self.stop * contact_equilibrium(oscillator))
+        return self.other_gap(oscillator) - amplitude
 
     def other_gap(self, oscillator: Oscillator) -> float:
-        """Return the gap of the other stop from the equilibrium; infinite if it is absent.
+        """Return the gap of the other stop from the equilibrium, if it is fixed; infinite if it is not.
 
         Raises
         ------
@@ -115,7 +134,7 @@ def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop, ma
     return StopGrazes(
         clearance=amplitude + varied.stop * contact_equilibrium(oscillator),
         phase=phase,
-        margin=varied.other_gap(oscillator) - amplitude,
+        margin=varied.margin(oscillator, amplitude),
         first_recurrence=2 * periods,
     )
 
@@ -124,8 +143,8 @@ def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float)
     """Return every frequency in [start, stop] at which the amplitude of the steady motion is `gap`, increasing.
 
     ``|h^T Z(w)^{-1} f(w)|^2 = gap^2`` holds where a quadratic matrix polynomial of size 2N + 1 is singular: with
-    ``Z y = f a``, ``Z^H z = h (h^T y)`` the condition is ``f^H z = gap^2 a``. Its real eigenvalues are polished with the
-    response itself. Frequencies at which the amplitude only touches the gap may be found twice or not at all.
+    ``Z y = f a``, ``Z^H z = h (h^T y)`` the condition is ``f^H z = gap^2 a``. Its real eigenvalues are polished with
+    the response itself. Frequencies at which the amplitude only touches the gap may be found twice or not at all.
     """
     structure, contact = oscillator.structure, oscillator.contact
     drive, count = oscillator.drive[0], oscillator.size
@@ -134,7 +153,7 @@ def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float)
     scale = math.sqrt(start * stop)
     mass, damping, stiffness = structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix
     parts = [np.zeros((size, size), dtype=np.complex128) for _ in range(3)]
-    dynamic: list[Floats | Complexes] = [stiffness, 1j * damping * scale, -mass * scale**2]
+    dynamic = [stiffness, (1j * scale * damping).astype(np.complex128), -mass * scale**2]
     forces = [drive.constant, 1j * drive.rate * scale, drive.quadratic * scale**2]
     weight = max(float(np.max(np.abs(force))) for force in forces)
     stiff = max(float(np.max(np.abs(part))) for part in dynamic)

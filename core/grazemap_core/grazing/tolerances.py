@@ -72,8 +72,9 @@ DOMAIN_WIDTH: Final = 1e-6
 """Relative accuracy of the end of the domain: no result depends on it, and every halving costs hundreds of steps."""
 
 REAL_EIGENVALUE: Final = 1e-6
-"""Imaginary part of an eigenvalue, relative to its modulus, up to which its real part is tried as a double graze; the
-amplitude there decides. That of a double eigenvalue, where the amplitude nearly touches the gap, is up to about 1e-8."""
+"""Imaginary part of an eigenvalue, relative to its modulus, up to which its real part is tried as a double graze.
+
+The amplitude there decides. That of a double eigenvalue, where the amplitude nearly touches the gap, is about 1e-8."""
 
 DOUBLE_GRAZE_STEPS: Final = 30
 """Maximum number of Newton steps to a double graze; two or three are usual."""

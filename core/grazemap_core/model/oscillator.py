@@ -38,11 +38,13 @@ class Oscillator:
     drive : tuple of Harmonic
         The harmonic forces, by increasing order.
     restitution : float
-        R in [0, 1].
+        R in [0, 1], of the right stop, or of both.
     bias : ndarray of shape (N,)
         Static forces.
     units : {"nondimensional", "SI"}
         Used by `create` only; the stored numbers do not depend on it.
+    restitution_left : float or None
+        R of the left stop, where it is another one.
     """
 
     structure: Structure
@@ -51,6 +53,7 @@ class Oscillator:
     restitution: float
     bias: Floats
     units: str = "nondimensional"
+    restitution_left: float | None = None
 
     @classmethod
     def create(
@@ -118,6 +121,7 @@ class Oscillator:
         drive: Iterable[Harmonic],
         restitution: float,
         bias: Sequence[float] | Floats | None = None,
+        restitution_left: float | None = None,
     ) -> Oscillator:
         """Return an oscillator of any linear structure and contact row.
 
@@ -130,9 +134,16 @@ class Oscillator:
         row = _list("contact", contact, count)
         if not np.any(row):
             raise ParameterError("contact", "is a row of zeros, so nothing ever touches a stop")
-        _check_restitution(restitution)
+        for one in (restitution, restitution_left):
+            if one is not None:
+                _check_restitution(one)
         static = np.zeros(count) if bias is None else _list("bias", bias, count)
-        return cls(structure, row, harmonics(drive), float(restitution), static)
+        left = None if restitution_left is None else float(restitution_left)
+        return cls(structure, row, harmonics(drive), float(restitution), static, restitution_left=left)
+
+    def restitution_of(self, stop: int) -> float:
+        """Return R of the right stop (+1) or of the left one (-1)."""
+        return self.restitution if stop > 0 or self.restitution_left is None else self.restitution_left
 
     @property
     def size(self) -> int:

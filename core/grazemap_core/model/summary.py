@@ -127,8 +127,10 @@ def _ratios(model: ModalModel) -> Floats:
 
 
 def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic | None = None) -> HarmonicResponse:
-    """Return amplitude, phase and slope of the contact coordinate in one harmonic, the first one of the forces if none
-    is given (general theory, section 8)."""
+    """Return amplitude, phase and slope of the contact coordinate (general theory, section 8).
+
+    They are those of the first harmonic of the forces unless one is given.
+    """
     harmonic = harmonic or oscillator.drive[0]
     structure, order = oscillator.structure, harmonic.order
     steady = structure.response(order * omega, harmonic.amplitudes(omega), oscillator.contact)

@@ -22,6 +22,7 @@ from grazemap.wire import (
     Interval,
     OrbitMotion,
     Oscillator,
+    OtherClearance,
     Problem,
     ProblemError,
     ProcessRequest,
@@ -46,6 +47,8 @@ MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequen
 that was found. For curves in a window, a mapping may also have omega and clearance."""
 ClearanceLike = float | ClearancePair | Mapping[str, Any]
 """The clearance of both stops, or of each: right and left, None for an absent one."""
+FixedStopLike = OtherClearance | Mapping[str, Any]
+"""The clearance of the one stop that is fixed, right or left; None for an absent one."""
 StatementLike = Statement | Mapping[str, Any]
 """A statement to be proven; its motion, initial state and range as those of other methods."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]

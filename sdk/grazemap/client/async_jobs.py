@@ -8,7 +8,7 @@ from base64 import b64decode
 from collections import Counter
 from collections.abc import AsyncGenerator, Callable, Iterator, Mapping, Sequence
 from contextlib import aclosing
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
@@ -244,9 +244,9 @@ async def answer(connection: AsyncConnection, kind: type[R], request: ProcessReq
             warn_of([*job.notes, *unstated(request)])
             _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listener))
             result = await fetch(connection, job.id, listener)
-    if not isinstance(result, kind):
+    if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
-    return result
+    return cast(R, result)
 
 
 async def answers(

@@ -9,7 +9,7 @@ from base64 import b64decode
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
@@ -244,9 +244,9 @@ def answer(connection: Connection, kind: type[R], request: ProcessRequest, progr
             warn_of([*job.notes, *unstated(request)])
             _require_success(Follower(connection, job_path(job.id), job=job).run(listener))
             result = fetch(connection, job.id, listener)
-    if not isinstance(result, kind):
+    if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
-    return result
+    return cast(R, result)
 
 
 def answers(

@@ -20,6 +20,7 @@ from grazemap.client import arguments, async_jobs, jobs
 from grazemap.client.arguments import (
     ClearanceLike,
     CoordinateLike,
+    FixedStopLike,
     MotionLike,
     OscillatorLike,
     StateLike,
@@ -177,9 +178,12 @@ class ProcessMethods:
         points: int | None = None,
         max_order: int = 8,
         sequence: bool = False,
+        clearance: FixedStopLike | None = None,
         progress: bool = True,
     ) -> Fields:
         """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
+
+        The result is of class StopGrazingCurves where the stops are not alike: with a fixed stop, or a bias.
 
         Parameters
         ----------
@@ -193,6 +197,9 @@ class ProcessMethods:
             Maximum number of half periods after which a recurrence of the graze is looked for.
         sequence : bool
             Whether the result has xi_m of every point, for all orders.
+        clearance : mapping, optional
+            The one stop that is fixed, {"left": 1.2}; the other one varies. With None for the number there is only one
+            stop. Left out: both stops have one clearance, which varies.
         progress : bool
             Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
             on stderr for what it waits for longer than 5 s.
@@ -211,6 +218,7 @@ class ProcessMethods:
         omega: tuple[float, float],
         max_order: int = 8,
         max_multiple: int = 4,
+        clearance: FixedStopLike | None = None,
         progress: bool = True,
     ) -> Fields:
         """Compute every codimension-two point of the grazing curve over an interval of omega.

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from grazemap.plots.axes import Drawing, rimmed
-from grazemap.plots.palette import BIFURCATIONS, INK, NAMED, ORDERS, PAPER, UNRESOLVED
+from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, ORDERS, PAPER, UNRESOLVED
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
+    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
@@ -40,6 +40,30 @@ def plot_grazing_curve(
     return ax
 
 
+def plot_stop_grazing_curves(
+    curves: StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None = None
+) -> Axes:
+    """Draw the clearance of each stop over omega, dashed where it is virtual, with codimension-two points."""
+    ax = drawing.ax
+    for name, colour in (("right", INK), ("left", LINE)):
+        clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
+        if clearance is None:
+            continue
+        text = f"graze of the {name} stop"
+        if not virtual.all():
+            drawn = np.where(virtual, np.nan, clearance)
+            ax.plot(curves.omega, drawn, color=colour, linewidth=1.2, label=text, zorder=3)
+        if virtual.any():
+            drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
+            ax.plot(curves.omega, drawn, color=colour, linewidth=1.0, linestyle="--", label=text, zorder=3)
+    if points is not False:
+        draw_points(ax, points.points if points is not None else curves.points, _span(curves))
+    drawing.describe_plane(curves.units, "Grazing curves")
+    ax.margins(x=0.01)
+    drawing.show_legend()
+    return ax
+
+
 def plot_codimension_two_points(
     points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | None = None
 ) -> Axes:
@@ -51,8 +75,9 @@ def plot_codimension_two_points(
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
         omega = np.union1d(between, [point.omega for point in points.points])
-        oscillator = Oscillator.model_validate(request["oscillator"])
-        ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
+        if not any(point.stop for point in points.points):  # else no one curve has all points
+            oscillator = Oscillator.model_validate(request["oscillator"])
+            ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
@@ -113,6 +138,8 @@ def draw_points(
     # Many symbols are drawn smaller, so that the curve under them stays visible.
     size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
+    double = [point for point in inside if point.kind == "double-graze"]
+    _mark(ax, double, rim, marker="P", color=INK, markersize=8 * size, label="both stops grazed", zorder=6)
     passive = [point for point in recurrences if not point.active]
     star = (6, 2, 0)
     text = "recurrence where a smaller order recurs"
@@ -140,5 +167,5 @@ def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: floa
         ax.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)
 
 
-def _span(curve: GrazingCurve) -> tuple[float, float]:
+def _span(curve: GrazingCurve | StopGrazingCurves) -> tuple[float, float]:
     return float(curve.omega[0]), float(curve.omega[-1])

@@ -14,7 +14,14 @@ from grazemap.results.basins import Attractor, Basins
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
-from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, Family, GrazingCurve, Unfolding
+from grazemap.results.grazing import (
+    CodimensionTwoPoint,
+    CodimensionTwoPoints,
+    Family,
+    GrazingCurve,
+    StopGrazingCurves,
+    Unfolding,
+)
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.proofs import Proof
 from grazemap.results.records import ChanceToSettle, Impacts, InferredWrong, Motion, MotionShare, State, Sticking
@@ -58,6 +65,7 @@ __all__ = [
     "SpecialPoint",
     "State",
     "Sticking",
+    "StopGrazingCurves",
     "Structure",
     "Trajectories",
     "Trajectory",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap.results.base import Result, counted, outside
-from grazemap.results.records import FloatArray, IntArray, described
+from grazemap.results.records import BoolArray, FloatArray, IntArray, described
 from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import steady_amplitude
@@ -63,7 +63,45 @@ class CodimensionTwoPoint:
     residual: float | None
     status: str | None
     omega_error: float | None
+    stop: int | None
+    amplitude_slope: float | None
+    margin: float | None
     unfolding: Unfolding | None
+
+
+class StopGrazingCurves(Result):
+    """The grazes of stops that are not alike: of one of them, or of both at one clearance."""
+
+    contact_equilibrium: float
+    omega: FloatArray
+    clearance_right: FloatArray | None
+    phase_right: FloatArray | None
+    margin_right: FloatArray | None
+    virtual_right: BoolArray | None
+    first_recurrence_right: IntArray | None
+    clearance_left: FloatArray | None
+    phase_left: FloatArray | None
+    margin_left: FloatArray | None
+    virtual_left: BoolArray | None
+    first_recurrence_left: IntArray | None
+    points: tuple[CodimensionTwoPoint, ...]
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        points: CodimensionTwoPoints | Literal[False] | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
+        """Draw the clearance of each stop over omega, dashed where it is virtual, with the codimension-two points."""
+        from grazemap.plots.axes import drawing
+        from grazemap.plots.curve import plot_stop_grazing_curves
+
+        return plot_stop_grazing_curves(self, drawing(ax, legend, labels), points)
+
+    def _summary(self) -> str:
+        return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
 class GrazingCurve(Result):
@@ -76,6 +114,16 @@ class GrazingCurve(Result):
     recurrence_stop: IntArray
     points: tuple[CodimensionTwoPoint, ...]
     xi: FloatArray | None
+
+    @property
+    def clearance_right(self) -> FloatArray:
+        """The clearance of the right stop, that of both."""
+        return self.clearance
+
+    @property
+    def clearance_left(self) -> FloatArray:
+        """The clearance of the left stop, that of both."""
+        return self.clearance
 
     def at(self, omega: ArrayLike) -> FloatArray:
         """Return the clearance at which the steady motion touches the stops, in the shape of omega.

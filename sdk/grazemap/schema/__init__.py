@@ -32,7 +32,7 @@ SCHEMAS: tuple[ResultSchema, ...] = tuple(
 
 
 def schema_of(process: str, names: Container[str]) -> ResultSchema:
-    """Return the schema of a process's result; of several forms, the one whose first field is among the names.
+    """Return the schema of a process's result; of several forms, the one whose fields are among the names.
 
     Raises
     ------
@@ -42,4 +42,6 @@ def schema_of(process: str, names: Container[str]) -> ResultSchema:
     forms = [schema for schema in SCHEMAS if schema.process == process]
     if not forms:
         raise KeyError(process)
-    return next((schema for schema in forms if schema.fields[0].name in names), forms[0])
+    whole = (schema for schema in forms if all(one.optional or one.name in names for one in schema.fields))
+    # a form of an older version may lack fields
+    return next(whole, next((schema for schema in forms if schema.fields[0].name in names), forms[0]))

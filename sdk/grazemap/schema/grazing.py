@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from grazemap.schema.common import CLEARANCE, OMEGA
-from grazemap.schema.fields import Record, ResultSchema, field
+from grazemap.schema.fields import Field, Record, ResultSchema, field
 
+_UNLIKE = "of stops that are not alike"
 _RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
 
 FAMILY = Record(
@@ -53,14 +54,21 @@ POINT = Record(
             "kind",
             "str",
             "recurrence: a zero of Phi_12(order T/2), equations (45), (57), (58); resonant: a zero of the "
-            "periodic sum H(1) or H(-1).",
-            values=("recurrence", "resonant"),
+            "periodic sum H(1) or H(-1); double-graze: the steady motion touches both stops, which are not alike.",
+            values=("recurrence", "resonant", "double-graze"),
         ),
         OMEGA.in_result(coordinate=True),
         CLEARANCE,
         field("order", "int", "Number of half periods of the forcing after which the graze recurs.", when=_RECURRENCE),
         field("active", "bool", "Whether no smaller order recurs at the point.", when=_RECURRENCE),
-        field("families", FAMILY, "The paper's families of this order.", "family", when=_RECURRENCE, prefix="family_"),
+        field(
+            "families",
+            FAMILY,
+            "The paper's families of this order.",
+            "family",
+            when="of recurrences of equal stops",
+            prefix="family_",
+        ),
         field(
             "multiple", "int", "The period of the motions in forcing periods.", unit="forcing periods", when=_RESONANT
         ),
@@ -92,10 +100,74 @@ POINT = Record(
             unit="rad/s",
             when="where it was computed",
         ),
+        field("stop", "int", "The stop that is grazed: +1 right, -1 left.", when=_UNLIKE, values=(1, -1)),
+        field("amplitude_slope", "float", "d A/d omega of the steady motion.", unit="m s/rad", when=_UNLIKE),
+        field(
+            "margin",
+            "float",
+            "Gap of the other stop minus the amplitude; the graze is virtual where it is negative.",
+            unit="m",
+            when="of stops that are not alike, if there is another one",
+        ),
         field("unfolding", UNFOLDING, "The curve that leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_"),
     ),
 )
 
+
+def _of_stop(name: str) -> tuple[Field, ...]:
+    when = f"if the clearance of the {name} stop varies"
+    return (
+        CLEARANCE.in_result(
+            name=f"clearance_{name}",
+            dims=("omega",),
+            when=when,
+            description=f"Clearance of the {name} stop at which the steady motion touches it.",
+        ),
+        field(
+            f"phase_{name}", "float", "Phase of the forcing at the contact, in (-pi, pi].", "omega", "rad", when=when
+        ),
+        field(
+            f"margin_{name}",
+            "float",
+            "Gap of the other stop minus the amplitude; null if there is none.",
+            "omega",
+            "m",
+            null=True,
+            when=when,
+        ),
+        field(
+            f"virtual_{name}",
+            "bool",
+            "Whether the steady motion meets the other stop first, so that it does not reach this graze.",
+            "omega",
+            when=when,
+        ),
+        field(
+            f"first_recurrence_{name}",
+            "int",
+            "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.",
+            "omega",
+            when=when,
+        ),
+    )
+
+
+STOP_GRAZING_CURVES = ResultSchema(
+    "StopGrazingCurves",
+    "The grazes of stops that are not alike: of one of them, with the other one fixed or absent, or of both at one "
+    "clearance on either side of an equilibrium that a bias moves.",
+    (
+        field("contact_equilibrium", "float", "The contact coordinate at the static equilibrium.", unit="m"),
+        OMEGA.in_result(dims=("omega",)),
+        *_of_stop("right"),
+        *_of_stop("left"),
+        field(
+            "points", POINT, "The codimension-two points inside the range, in increasing omega.", "point", variable=None
+        ),
+    ),
+    process="grazing-curves",
+    rows="omega",
+)
 XI = field("xi", "float", "xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
 
 GRAZING_CURVES = ResultSchema(

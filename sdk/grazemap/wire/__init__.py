@@ -38,7 +38,7 @@ from grazemap.wire.requests import (
     UnfoldingMapsRequest,
 )
 from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
-from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices
+from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices, OtherClearance
 from grazemap.wire.structures import StructuresRequest
 
 __all__ = [
@@ -72,6 +72,7 @@ __all__ = [
     "OrbitBranchesRequest",
     "OrbitMotion",
     "Oscillator",
+    "OtherClearance",
     "PeriodicOrbitsRequest",
     "Problem",
     "ProblemError",

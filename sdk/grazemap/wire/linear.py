@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from grazemap.wire.oscillator import Oscillator
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 _SOLVED_AT_ONCE = 1 << 21
 """Entries of the matrices that are solved together: 32 MiB."""
@@ -128,7 +129,9 @@ def damping_ratios(oscillator: Oscillator) -> Floats:
 
 
 def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
-    """Return the amplitude of mass 1 in the steady motion without stops at every omega (m,): the grazing curve.
+    """Return the amplitude of the contact coordinate in the steady motion without stops at every omega (m,).
+
+    It is the clearance of equal stops that the motion grazes. The forces have the first harmonic alone.
 
     It is infinite at the resonance of an undamped mode.
     """
@@ -140,10 +143,29 @@ def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
 def _amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
     mass, damping, stiffness = matrices(oscillator)
     systems = stiffness - omega[:, None, None] ** 2 * mass + 1j * omega[:, None, None] * damping
-    forces = np.broadcast_to(np.array(oscillator.amplitudes)[:, None], (len(omega), oscillator.size, 1))
+    forces = _forces(oscillator, omega, mass, damping, stiffness)[:, :, None]
     try:
-        return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, 0, 0]))
+        return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, :, 0] @ np.array(oscillator.contact_row)))
     except np.linalg.LinAlgError:
         if len(omega) == 1:
             return np.full(1, np.inf)
         return np.concatenate([_amplitude(oscillator, one) for one in np.split(omega, len(omega))])
+
+
+def _forces(oscillator: Oscillator, omega: Floats, mass: Floats, damping: Floats, stiffness: Floats) -> Complexes:
+    """Return the complex amplitudes of the forces at every omega (m,), shape (m, N)."""
+    found = np.zeros((len(omega), oscillator.size), dtype=np.complex128)
+    if not oscillator.harmonics:
+        found += np.array(oscillator.amplitudes)
+    for one in oscillator.harmonics:
+        turn = np.exp(1j * np.array(one.phase)) if one.phase is not None else 1.0
+        each = np.array(one.amplitude) * turn
+        found += omega[:, None] ** 2 * each if one.law == "unbalance" else each
+    base = oscillator.base
+    if base is not None:
+        influence = np.ones(oscillator.size) if base.influence is None else np.array(base.influence)
+        moved = omega[:, None] ** 2 * (mass @ influence)
+        if not base.stops_move:
+            moved = stiffness @ influence + 1j * omega[:, None] * (damping @ influence)
+        found += base.amplitude * np.exp(1j * base.phase) * moved
+    return found

@@ -36,7 +36,7 @@ def notes_on(request: ProcessRequest) -> list[Note]:
     found = [*_lists(request), *_damping(request.oscillator)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
-        if spans["clearance"] is not None and not isinstance(request, StructuresRequest):
+        if spans["clearance"] is not None and request.oscillator.beyond_the_chain() is None:
             found += _window(request, spans["omega"], spans["clearance"])
     return found
 

@@ -40,6 +40,20 @@ class Operation:
     examples: Mapping[str, Mapping[str, Any]]
 
 
+def first_harmonic(oscillator: Oscillator) -> Oscillator:
+    """Return the oscillator, if its forces have the first harmonic alone."""
+    if any(one.harmonic != 1 for one in oscillator.harmonics):
+        raise invalid(
+            "oscillator.forcing has other harmonics than the first, which this process does not cover in this version",
+            "forces of harmonic 1; the process structures covers every oscillator",
+            "forcing",
+        )
+    return oscillator
+
+
+GrazedOscillator = Annotated[Oscillator, AfterValidator(first_harmonic)]
+
+
 def _covered(oscillator: Oscillator) -> Oscillator:
     """Return the oscillator, if the processes other than structures answer for it in this version."""
     name = oscillator.beyond_the_chain()

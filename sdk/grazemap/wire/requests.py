@@ -11,8 +11,10 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
+from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import (
     Count,
+    GrazedOscillator,
     InitialState,
     InitialStates,
     MaxPeriod,
@@ -21,6 +23,7 @@ from grazemap.wire.process import (
     PointRequest,
     ProcessRequest,
 )
+from grazemap.wire.structure import OtherClearance
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
@@ -61,12 +64,32 @@ class GrazingCurvesRequest(ProcessRequest):
         },
     )
 
+    oscillator: GrazedOscillator = Oscillator()
+    """The oscillator; fields that are left out are those of the paper's example."""
     omega: Grid
     """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
     """The maximum number of half periods after the graze in which a recurring impact is looked for."""
     sequence: bool = False
     """Whether the result has xi_m of every point, whose signs show where an impact recurs."""
+    clearance: OtherClearance | None = None
+    """The one stop that is fixed: {"left": 1.2}, and the right one varies; {"left": null}: there is only the right one.
+    Left out: both stops have one clearance, which varies."""
+
+    def unused(self) -> Collection[str]:
+        """Return "clearance" where both stops vary: the text of such a question is as before one could be fixed."""
+        return ("clearance",) if self.clearance is None else ()
+
+    @property
+    def are_alike(self) -> bool:
+        """Whether the two stops are at equal gaps from the equilibrium, so that both are grazed at once."""
+        return self.clearance is None and not any(self.oscillator.bias or ())
+
+    @model_validator(mode="after")
+    def _sequence_is_of_equal_stops(self) -> GrazingCurvesRequest:
+        if self.sequence and not self.are_alike:
+            raise invalid("sequence is of two equal stops", "false where a stop is fixed or a bias given", "sequence")
+        return self
 
 
 class CodimensionTwoPointsRequest(ProcessRequest):
@@ -80,12 +103,20 @@ class CodimensionTwoPointsRequest(ProcessRequest):
         {"default oscillator": {"omega": {"start": 0.25, "stop": 0.35}, "max_order": 4}},
     )
 
+    oscillator: GrazedOscillator = Oscillator()
+    """The oscillator; fields that are left out are those of the paper's example."""
     omega: Interval
     """The interval of forcing frequencies; it ends at most at 1e9 times its start."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
     """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
+    clearance: OtherClearance | None = None
+    """The one stop that is fixed, as of a grazing curve."""
+
+    def unused(self) -> Collection[str]:
+        """Return "clearance" where both stops vary: the text of such a question is as before one could be fixed."""
+        return ("clearance",) if self.clearance is None else ()
 
     @model_validator(mode="after")
     def _can_be_searched(self) -> CodimensionTwoPointsRequest:

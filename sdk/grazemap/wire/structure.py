@@ -199,6 +199,40 @@ Restitution = Annotated[
 ]
 
 
+class OtherClearance(Request):
+    """The clearance of one stop, where that of the other one varies: the one that is left out."""
+
+    right: Float | None = None
+    """Of the right stop, which is fixed, and the left one varies; null: there is no right stop."""
+    left: Float | None = None
+    """Of the left stop, which is fixed, and the right one varies; null: there is no left stop."""
+
+    @model_validator(mode="after")
+    def _leaves_one(self) -> OtherClearance:
+        if len(self._given) != 1:
+            raise invalid("one stop is fixed or absent, and the other one varies", "right or left, not both")
+        return self
+
+    @property
+    def _given(self) -> set[str]:
+        numbers = {name for name in ("right", "left") if getattr(self, name) is not None}
+        return numbers or self.model_fields_set
+
+    @property
+    def varied(self) -> int:
+        """The stop whose clearance varies: +1 right, -1 left."""
+        return -1 if "right" in self._given else 1
+
+    @property
+    def other(self) -> float | None:
+        """The clearance of the other stop; None if it is absent."""
+        return self.right if self.varied < 0 else self.left
+
+    @model_serializer(mode="wrap")
+    def _normal(self, dump: SerializerFunctionWrapHandler) -> dict[str, float | None]:
+        return {"left" if self.varied > 0 else "right": self.other}
+
+
 class ClearancePair(Request):
     """The distances of the stops from ``q = 0``; None: there is no such stop."""
 

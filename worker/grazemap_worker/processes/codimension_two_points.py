@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from grazemap.codec import Document
-from grazemap.wire import CodimensionTwoPointsRequest
+from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest
 from grazemap_worker.processes.conversion import Report, core_oscillator, record
 from grazemap_worker.processes.process import Process
+
+if TYPE_CHECKING:
+    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.model.oscillator import Oscillator
+
+
+def varied_stops(request: CodimensionTwoPointsRequest | GrazingCurvesRequest) -> list[VariedStop]:
+    """Return the stops whose grazes are asked for one by one; none where two equal gaps vary together."""
+    from grazemap_core.grazing.one_stop import VariedStop, contact_equilibrium
+
+    if request.clearance is not None:
+        return [VariedStop(request.clearance.varied, request.clearance.other)]
+    if contact_equilibrium(core_oscillator(request.oscillator)) == 0.0:
+        return []
+    return [VariedStop(stop, together=True) for stop in (1, -1)]
+
+
+def special_points(
+    oscillator: Oscillator, start: float, stop: float, max_order: int, max_multiple: int, varied: list[VariedStop]
+) -> list[Any]:
+    """Return the codimension-two points of the curves of these stops as records, by increasing omega."""
+    from grazemap_core.grazing.codimension_two import codimension_two_points
+
+    each: list[VariedStop | None] = [*varied] or [None]
+    points = [
+        point for one in each for point in codimension_two_points(oscillator, start, stop, max_order, max_multiple, one)
+    ]
+    return [record(point) for point in sorted(points, key=lambda point: point.omega)]
 
 
 def compute(request: CodimensionTwoPointsRequest, report: Report) -> Document:
     """Return points, a list of records in the order of omega. Raises CoreError."""
-    from grazemap_core.grazing.codimension_two import codimension_two_points
-
-    points = codimension_two_points(
-        core_oscillator(request.oscillator),
-        request.omega.start,
-        request.omega.stop,
-        request.max_order,
-        request.max_multiple,
-    )
-    return {"points": [record(point) for point in points]}
+    oscillator, omega = core_oscillator(request.oscillator), request.omega
+    orders = request.max_order, request.max_multiple
+    return {"points": special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))}
 
 
 PROCESS = Process(whole=compute)

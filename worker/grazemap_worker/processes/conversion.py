@@ -87,7 +87,12 @@ def _general(described: Oscillator) -> CoreOscillator:
             parts.append(base_with_stops(amplitude, structure.mass_matrix @ influence))
         else:
             parts.append(base_in_space(amplitude, *structure.ground_forces(influence)))
-    return CoreOscillator.of_structure(structure, described.contact_row, parts, 1.0, described.bias)
+    restitution = described.restitution
+    right, left = (restitution, None) if isinstance(restitution, float) else (restitution.right, restitution.left)
+    same = left is None or left == right
+    return CoreOscillator.of_structure(
+        structure, described.contact_row, parts, right, described.bias, None if same else left
+    )
 
 
 def record(item: Any) -> Any:

@@ -1,37 +1,48 @@
-"""The process grazing-curves: clearance = A(omega), its first recurrences, and the special points on it."""
+"""The process grazing-curves: where the steady motion touches a stop, its first recurrences, and the special points."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields, record
+from grazemap_worker.processes.codimension_two_points import special_points, varied_stops
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.process import Process
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
+_SIDES = {1: "right", -1: "left"}
 
 
 def compute(request: GrazingCurvesRequest, report: Report) -> Document:
-    """Return omega, clearance, phase, first_recurrence and recurrence_stop, shape (n,), and points, records.
+    """Return the fields of the result's schema: one curve of equal stops, or one of each stop that varies.
 
     The points are the codimension-two points between the first and the last omega, both kinds, with the default
-    largest multiple. Where the request asks for the sequence: xi, shape (n, max_order). Raises CoreError.
+    largest multiple. Raises CoreError.
     """
-    from grazemap_core.grazing.codimension_two import codimension_two_points
     from grazemap_core.grazing.curve import grazing_curve
+    from grazemap_core.grazing.one_stop import contact_equilibrium, stop_grazes
     from grazemap_core.grazing.recurrence import xi_along
 
     oscillator = core_oscillator(request.oscillator)
     omega = grid_values(request.omega)
     report(0, 2)
-    curve = grazing_curve(oscillator, omega, request.max_order)
+    varied = varied_stops(request)
+    document: Document
+    if not varied:
+        curve = grazing_curve(oscillator, omega, request.max_order)
+        document = {"xi": xi_along(oscillator, omega, request.max_order)} if request.sequence else {}
+        document |= fields(curve, "omega", "clearance", "phase", "first_recurrence", "recurrence_stop")
+    else:
+        document = {"contact_equilibrium": contact_equilibrium(oscillator), "omega": omega}
+        for stop in varied:
+            grazes, side = stop_grazes(oscillator, omega, stop, request.max_order), _SIDES[stop.stop]
+            found = fields(grazes, "clearance", "phase", "virtual", "first_recurrence")
+            found["margin"] = np.where(np.isfinite(grazes.margin), grazes.margin, np.nan)
+            document |= {f"{name}_{side}": values for name, values in found.items()}
     report(1, 2)
-    points = codimension_two_points(oscillator, float(omega[0]), float(omega[-1]), request.max_order, _MOST_MULTIPLE)
-    sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if request.sequence else {}
-    return {
-        **sequence,
-        **fields(curve, "omega", "clearance", "phase", "first_recurrence", "recurrence_stop"),
-        "points": [record(point) for point in points],
-    }
+    ends = float(omega[0]), float(omega[-1])
+    return document | {"points": special_points(oscillator, *ends, request.max_order, _MOST_MULTIPLE, varied)}
 
 
 PROCESS = Process(whole=compute)

@@ -338,8 +338,9 @@ def contact_margin(
     """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and the verdict.
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
-    of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even j. The verdict is FOUND if all distances are positive, UNDECIDED
-    or NEVER. The arguments are the fields of a `KickedMotion`: numba is slow to unpack a named tuple from Python.
+    of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even
+    j. The verdict is FOUND if all distances are positive, UNDECIDED or NEVER. The arguments are the fields of a
+    `KickedMotion`: numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)
     here = np.empty(10)
