@@ -48,6 +48,8 @@ def of_result(result: Result, summary: str) -> str:
 def _value(value: Any) -> str:
     if isinstance(value, dict):
         points = f", {value['points']} points" if "points" in value else ""
+        if "start" not in value:  # of each stop
+            return ", ".join(f"{name} {'absent' if one is None else format(one, 'g')}" for name, one in value.items())
         return f"{value['start']:g} to {value['stop']:g}{points}"
     if isinstance(value, list) and value:
         return f"{value[0]:g} to {value[-1]:g}, {len(value)} values"

@@ -149,7 +149,9 @@ def _numbers(one: Field) -> bool:
 def _lengths(result: Result) -> dict[str, int]:
     """Return the lengths of the dimensions that arrays of a result have by themselves."""
     return {
-        one.dims[0]: len(getattr(result, one.name)) for one in result.schema if _numbers(one) and len(one.dims) == 1
+        one.dims[0]: len(values)
+        for one in result.schema
+        if _numbers(one) and len(one.dims) == 1 and (values := getattr(result, one.name)) is not None
     }
 
 

@@ -62,8 +62,8 @@ class Oscillator(Request):
     ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
     stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)
     is on mass 1). The defaults are the paper's example. With `matrices` the structure is any other; `contact` says
-    what hits the stops. The processes other than structures answer, in this version, for a chain whose mass 1 hits
-    equal stops under forces of one frequency and phase.
+    what hits the stops. In this version structures, grazing-curves and codimension-two-points answer for all of
+    them, the other processes for a chain whose mass 1 hits equal stops under forces of one frequency and phase.
 
     Parameters
     ----------
