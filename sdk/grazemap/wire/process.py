@@ -60,8 +60,8 @@ def _covered(oscillator: Oscillator) -> Oscillator:
     if name is not None:
         raise invalid(
             f"oscillator.{name} is not covered by this process in this version",
-            "a chain whose mass 1 hits equal stops, with forces of one frequency and phase; structures, grazing-curves and "
-            "codimension-two-points cover others",
+            "a chain whose mass 1 hits equal stops, with forces of one frequency and phase; structures, grazing-curves "
+            "and codimension-two-points cover others",
             name,
         )
     return oscillator
