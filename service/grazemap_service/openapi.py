@@ -67,6 +67,10 @@ TAGS = [
 ]
 
 
+# Lists in these have a number for each mass.
+_OF_OSCILLATOR = ("Oscillator", "Matrices", "ModalDamping", "ContactRow", "Forcing", "Base")
+
+
 def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
     """Return the `responses` of an operation that answers with these kinds of problem."""
     responses: dict[int | str, dict[str, Any]] = {}
@@ -111,10 +115,8 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
             if keys and path not in OPEN_PATHS:
                 operation["security"] = [{"key": []}]
     components = schema.setdefault("components", {})
-    fields = components["schemas"]["Oscillator"]["properties"]
-    for one in (fields["masses"], fields["stiffnesses"], fields["forcing"], *fields["damping"]["oneOf"]):
-        if one["type"] == "array":
-            one["maxItems"] = masses
+    for name in _OF_OSCILLATOR:
+        _limit_lists(components["schemas"][name], masses)
     _type_jobs_and_results(schema)
     _type_batches(schema)
     for unused in ("HTTPValidationError", "ValidationError"):
@@ -122,6 +124,15 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
     if keys:
         components["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
     return schema
+
+
+def _limit_lists(schema: dict[str, Any], most: int) -> None:
+    """Write the maximum length of every list in a schema that has none."""
+    if schema.get("type") == "array":
+        schema.setdefault("maxItems", most)
+    inside = (*schema.get("properties", {}).values(), *schema.get("oneOf", ()), *schema.get("anyOf", ()))
+    for one in (*inside, *filter(None, (schema.get("items"),))):
+        _limit_lists(one, most)
 
 
 def _type_jobs_and_results(schema: dict[str, Any]) -> None:

@@ -58,6 +58,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
     described = client.get("/v1").json()
     assert described["name"] == "grazemap"
     assert [process["href"] for process in described["processes"]] == [
+        "/v1/structures",
         "/v1/grazing-curves",
         "/v1/codimension-two-points",
         "/v1/discontinuity-mappings",

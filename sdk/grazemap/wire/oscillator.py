@@ -116,8 +116,7 @@ class Oscillator(Request):
     contact: Contact = 1
     """What moves between the stops: mass i, counted from 1; [i, j]: x_i - x_j; {"row": [..N]}: any row of x."""
     forcing: Forces = [1.0, 0.0, 0.0]
-    """Amplitude of the force on each of the N masses, N in SI; or one or several harmonics with phases and a law. Left
-    out: 1 on mass 1 of a chain, or 0 where the base moves."""
+    """Amplitude of the force on each mass (N in SI), or harmonics; left out: 1 on mass 1 of a chain, 0 with a base."""
     restitution: Restitution = 0.8
     """Speed after an impact over the speed before it, of both stops or of each."""
     base: Base | None = None

@@ -73,8 +73,7 @@ class GrazingCurvesRequest(ProcessRequest):
     sequence: bool = False
     """Whether the result has xi_m of every point, whose signs show where an impact recurs."""
     clearance: OtherClearance | None = None
-    """The one stop that is fixed: {"left": 1.2}, and the right one varies; {"left": null}: there is only the right one.
-    Left out: both stops have one clearance, which varies."""
+    """The one stop that is fixed, {"left": 1.2}, or absent, {"left": null}; left out: both vary together."""
 
     def unused(self) -> Collection[str]:
         """Return "clearance" where both stops vary: the text of such a question is as before one could be fixed."""

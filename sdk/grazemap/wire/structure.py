@@ -178,8 +178,7 @@ class Base(Request):
     phase: Float = 0.0
     """In radians."""
     stops_move: bool
-    """Whether the stops move with the ground; displacements are then relative to it. Else the stops are fixed in space,
-    and displacements are absolute."""
+    """true: the stops move with the ground, and displacements are relative to it; false: stops are fixed in space."""
     influence: Row | None = None
     """By how much a unit displacement of the ground moves each coordinate of the free structure; a chain: ones."""
 
