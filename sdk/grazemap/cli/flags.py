@@ -192,7 +192,7 @@ def _form(schema: Schema) -> str:
 
 def _description(field: Schema) -> str:
     default, text = field.get("default"), str(field.get("description", ""))
-    simple = default is not None and not isinstance(default, dict)
+    simple = default not in (None, []) and not isinstance(default, dict)
     return f"{text} (default: {_written(default)})" if simple else text
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, described
@@ -32,6 +34,18 @@ class HarmonicResponse:
     amplitude_slope: FloatArray
 
 
+@dataclass(frozen=True)
+class Mode:
+    """One mode of a structure; the contact weight is None where the stiffness matrix is not symmetric.
+
+    The damping ratio is that of the damped mode with this place in the order of frequencies.
+    """
+
+    natural_frequency: float
+    damping_ratio: float
+    contact_weight: float | None
+
+
 class Structure(Result):
     """The linear properties of an oscillator: the structure without contact, as the contact coordinate sees it."""
 
@@ -50,6 +64,17 @@ class Structure(Result):
     harmonics: tuple[HarmonicResponse, ...]
     time: FloatArray
     impulse_response: FloatArray
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """The modes by increasing frequency."""
+        weights = [None] * len(self.natural_frequencies) if self.contact_weights is None else self.contact_weights
+        each = zip(self.natural_frequencies.tolist(), self.damping_ratios.tolist(), weights, strict=True)
+        return tuple(Mode(omega, ratio, None if w is None else float(w)) for omega, ratio, w in each)
+
+    def derived_tables(self) -> dict[str, Sequence[Any]]:
+        """As `Result.derived_tables`."""
+        return {"modes": self.modes}
 
     def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the amplitude over omega with the natural frequencies; without omega the impulse response over time."""

@@ -139,7 +139,7 @@ class Forcing(Request):
     phase: Row | None = None
     """On each of the N masses, in radians, pi/2 for a cosine; left out: 0."""
     law: Literal["constant", "unbalance"] = "constant"
-    """"unbalance": the amplitudes are ``(harmonic omega)^2 u``, those of rotating masses, u = m r."""
+    """"unbalance": the amplitudes are (harmonic omega)^2 u, those of rotating masses, u = m r."""
     harmonic: Annotated[int, Field(ge=1, le=1000), Listable] = 1
     """The multiple of omega."""
 

@@ -68,7 +68,7 @@ class StructuresRequest(ProcessRequest):
     times: Annotated[list[NonNegative], Field(max_length=_MOST_VALUES, fail_fast=True), Listable] = []
     """Times of the impulse response."""
     clearance: EitherClearance | None = None
-    """Distance of the stops from ``q = 0``: one number, or {"right": .., "left": ..} with None for an absent stop."""
+    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
 
     @property
     def stops(self) -> ClearancePair:
