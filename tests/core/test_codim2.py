@@ -12,7 +12,7 @@ import pytest
 from oracles import steady_amplitude, zeros_of
 from random_chains import chain_of
 
-from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.errors import ConditioningError, ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.grazing.kernels.root_isolation import COMPLETE, NEAR_DOUBLE, isolate
@@ -71,6 +71,12 @@ def only(points, **fields):
     chosen = [p for p in points if all(getattr(p, name) == value for name, value in fields.items())]
     assert len(chosen) == 1, chosen
     return chosen[0]
+
+
+def test_zeros_that_round_off_hides_are_an_error_and_none_is_made_up():
+    oscillator = Oscillator.create([1e60, 6e-22], [1e-60, 1.0], 1.0, [1.0, 0.0], 0.8)
+    with pytest.raises(ConditioningError, match="round-off hides"):
+        codimension_two_points(oscillator, 19.4, 23.3, 2, 1)
 
 
 def test_the_points_of_the_default_system_are_complete_and_correct(default_points, default_expected):

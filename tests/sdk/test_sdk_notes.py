@@ -193,6 +193,12 @@ def test_si_without_damping_is_refused():
     parse_request("grazing-curves", body)
 
 
+def test_a_frequency_that_rounding_hides_is_not_divided_by():
+    stiff = {"units": "SI", "masses": [1.0, 1.0, 1.0], "stiffnesses": [1e60, 1e-7, 1e-60], "damping": 1e-60}
+    request = parse_request("structures", {"oscillator": stiff, "omega": [1.0]})
+    assert isinstance(notes_on(request), list)
+
+
 def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
     one = Oscillator(**SI)
     assert one.natural_frequencies == pytest.approx([20.0], rel=1e-14)

@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
@@ -35,6 +35,12 @@ from grazemap_core.tolerances import EPSILON
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
 Kind = Literal["recurrence", "resonant", "double-graze"]
+
+
+_HIDDEN = (
+    "the modes differ so much in frequency that round-off hides where the impulse response vanishes; the masses or the "
+    "stiffnesses differ too much in size"
+)
 
 
 class Family(NamedTuple):
@@ -333,6 +339,8 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             )
         if not len(times):
             continue
+        if not np.all(times[:, 0] > 0.0):
+            raise ConditioningError(_HIDDEN)
         value, _, _, terms = evaluate(response, times[:, 0], kind, shift=response.slowest)
         residuals = np.abs(value) / terms
         zeros += [

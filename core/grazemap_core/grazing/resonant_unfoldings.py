@@ -97,6 +97,8 @@ def resonant_unfolding(
     # the round-off of the derivative is that of the sum times the phase of its fastest term over the spacing
     turning = pattern.spacing(omega) * float(max(response.frequency_squared)) ** 0.5
     vanishing, terms = (same, same_terms) if saddle_node else (other, other_terms)
+    if not (terms > 0.0 and same_terms > 0.0):
+        return None
     transversality = omega * vanishing / terms
     if not abs(transversality) > turning * same_roundoff / same_terms:
         return None

@@ -92,6 +92,8 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
     if oscillator.units != "SI" or oscillator.matrices is not None or not np.any(oscillator.damping):
         return
     ratios, first = oscillator.damping_ratios, float(oscillator.natural_frequencies[0])
+    if not first > 0.0:  # it is hidden by the rounding of the others
+        return
     what = "damping is gamma in s"
     if isinstance(oscillator.damping, list):
         what = "a list of dampings has coefficients in N s/m"
