@@ -38,6 +38,33 @@ RANGE = st.one_of(
 STATE = st.fixed_dictionaries(
     {}, optional={"displacement": st.lists(NUMBERS, max_size=3), "velocity": NUMBERS, "phase": NUMBERS}
 )
+# Sizes that fit together, so that the matrices themselves are looked at.
+SOME = st.one_of(st.floats(-3.0, 3.0), NUMBERS)
+ROW = st.lists(SOME, min_size=2, max_size=2)
+MATRIX = st.one_of(st.lists(ROW, min_size=2, max_size=2), st.sampled_from([[[2, 0], [0, 1]], [[1, -1], [-1, 1]]]))
+HARMONIC = st.fixed_dictionaries(
+    {"amplitude": ROW}, optional={"phase": ROW, "law": st.just("unbalance"), "harmonic": SOME}
+)
+STRUCTURE = st.fixed_dictionaries(
+    {
+        "matrices": st.fixed_dictionaries(
+            {
+                "mass": MATRIX,
+                "stiffness": MATRIX,
+                "damping": st.one_of(
+                    MATRIX, st.fixed_dictionaries({"modal": SOME}), st.fixed_dictionaries({"rayleigh": ROW})
+                ),
+            }
+        )
+    },
+    optional={
+        "contact": st.one_of(SOME, ROW, st.fixed_dictionaries({"row": ROW}), st.just([1, 2])),
+        "forcing": st.one_of(ROW, HARMONIC, st.lists(HARMONIC, max_size=2)),
+        "base": st.fixed_dictionaries({"amplitude": SOME, "stops_move": st.booleans()}, optional={"influence": ROW}),
+        "bias": ROW,
+        "restitution": st.fixed_dictionaries({"right": SOME, "left": SOME}),
+    },
+)
 # Close to a right request, so that what lies behind the models is reached too.
 REQUESTS = st.fixed_dictionaries(
     {"omega": RANGE},
@@ -47,15 +74,18 @@ REQUESTS = st.fixed_dictionaries(
         "initial": st.one_of(STATE, st.lists(STATE, max_size=3)),
         "times": st.lists(NUMBERS, max_size=4),
         "max_order": NUMBERS,
-        "oscillator": st.fixed_dictionaries(
-            {},
-            optional={
-                "masses": st.lists(NUMBERS, max_size=3),
-                "stiffnesses": st.lists(NUMBERS, max_size=3),
-                "forcing": st.lists(NUMBERS, max_size=3),
-                "damping": st.one_of(NUMBERS, st.lists(NUMBERS, max_size=3)),
-                "restitution": NUMBERS,
-            },
+        "oscillator": st.one_of(
+            STRUCTURE,
+            st.fixed_dictionaries(
+                {},
+                optional={
+                    "masses": st.lists(NUMBERS, max_size=3),
+                    "stiffnesses": st.lists(NUMBERS, max_size=3),
+                    "forcing": st.lists(NUMBERS, max_size=3),
+                    "damping": st.one_of(NUMBERS, st.lists(NUMBERS, max_size=3)),
+                    "restitution": NUMBERS,
+                },
+            ),
         ),
     },
 )
