@@ -1,4 +1,4 @@
-"""Grazes of one stop, with the other one at another distance, or absent (general theory, sections 4 to 6).
+"""Grazes of one stop, with the other one at another distance, or absent (theory, "Any linear structure").
 
 The steady motion touches the right stop where its clearance is ``A + q_e``, the left one where it is ``A - q_e``. The
 motion exists while the amplitude A is less than both gaps; where the other gap is smaller the graze is virtual. After a

@@ -3,7 +3,7 @@
 Every law is a polynomial: the k-th harmonic has the complex amplitude ``constant + i s rate + s^2 quadratic``, where
 ``s = k omega`` and x(t) = Im(amplitude e^{i s t}). A constant force has the first term, an unbalance the last one, and
 a moving base with stops fixed in space the first two, from the stiffness and the damping between the structure and the
-ground (general theory, section 8).
+ground (theory, "Any linear structure").
 """
 
 from __future__ import annotations

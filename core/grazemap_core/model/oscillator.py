@@ -27,8 +27,8 @@ UNITS = ("nondimensional", "SI")
 class Oscillator:
     """A linear structure that is driven, and whose contact coordinate ``q = h^T x`` moves between stops.
 
-    ``M x'' + C x' + K x = forces + bias`` while ``-c_L < q < c_R``, and ``q' -> -restitution q'`` at a stop (general
-    theory, section 1). Use `create` for a chain of masses, `of_structure` for others; both validate the parameters.
+    ``M x'' + C x' + K x = forces + bias`` while ``-c_L < q < c_R``, and ``q' -> -restitution q'`` at a stop (theory,
+    "Any linear structure"). Use `create` for a chain of masses, `of_structure` for others; both validate parameters.
 
     Attributes
     ----------

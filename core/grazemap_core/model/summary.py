@@ -33,7 +33,7 @@ class HarmonicResponse:
 
 @dataclass(frozen=True, eq=False)
 class StructureSummary:
-    """Linear properties of an oscillator (general theory, sections 1 to 4 and 8).
+    """Linear properties of an oscillator (theory, "Any linear structure").
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ def _ratios(model: ModalModel) -> Floats:
 
 
 def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic | None = None) -> HarmonicResponse:
-    """Return amplitude, phase and slope of the contact coordinate (general theory, section 8).
+    """Return amplitude, phase and slope of the contact coordinate (theory, "Any linear structure").
 
     They are those of the first harmonic of the forces unless one is given.
     """

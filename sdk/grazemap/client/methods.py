@@ -165,7 +165,7 @@ class ProcessMethods:
 
         References
         ----------
-        The general theory, sections 1 to 4 and 8.
+        docs/theory.md, "Any linear structure".
         """
         return {"omega": arguments.as_grid("omega", omega, points, "points")}
 
