@@ -21,9 +21,10 @@ from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.grazing.one_stop import VariedStop, contact_equilibrium, double_grazes
+from grazemap_core.grazing.one_stop import VariedStop, double_grazes
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN

@@ -20,7 +20,7 @@ from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.tolerances import DOUBLE_GRAZE_STEPS, REAL_EIGENVALUE
-from grazemap_core.model.equilibrium import equilibrium
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response, require_forced
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
@@ -96,11 +96,6 @@ class StopGrazes:
     def virtual(self) -> Booleans:
         """Whether the steady motion meets the other stop before it touches this one."""
         return np.asarray(self.margin < 0.0)
-
-
-def contact_equilibrium(oscillator: Oscillator) -> float:
-    """Return q_e, the contact coordinate at the static equilibrium."""
-    return float(oscillator.contact @ equilibrium(oscillator))
 
 
 def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop, max_order: int = 8) -> StopGrazes:

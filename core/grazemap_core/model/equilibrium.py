@@ -56,6 +56,11 @@ def _refined(stiffness: Floats, bias: Floats) -> Floats:
     return solution.rounded[:, 0]
 
 
+def contact_equilibrium(oscillator: Oscillator) -> float:
+    """Return q_e, the contact coordinate at the static equilibrium."""
+    return float(oscillator.contact @ equilibrium(oscillator))
+
+
 def effective_gaps(oscillator: Oscillator, right: float | None, left: float | None) -> tuple[float, float]:
     """Return the gaps ``c_R - q_e`` and ``c_L + q_e`` of the stops from the equilibrium; infinite for an absent stop.
 
@@ -66,7 +71,7 @@ def effective_gaps(oscillator: Oscillator, right: float | None, left: float | No
     ParameterError
         The equilibrium lies beyond both stops.
     """
-    place = float(oscillator.contact @ equilibrium(oscillator))
+    place = contact_equilibrium(oscillator)
     gaps = (np.inf if right is None else right - place, np.inf if left is None else left + place)
     if gaps[0] + gaps[1] <= 0.0:
         raise ParameterError("clearance", "the sum of the two must be greater than 0")

@@ -267,9 +267,7 @@ class Oscillator(Request):
     @property
     def harmonics(self) -> list[Forcing]:
         """The harmonics of the forces, where they are not a list of amplitudes."""
-        if isinstance(self.forcing, Forcing):
-            return [self.forcing]
-        return [one for one in self.forcing if isinstance(one, Forcing)]
+        return _harmonics(self.forcing)
 
     @property
     def contact_row(self) -> list[float]:
@@ -340,10 +338,13 @@ def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[floa
     return {"row": row}
 
 
+def _harmonics(forcing: Any) -> list[Forcing]:
+    return [forcing] if isinstance(forcing, Forcing) else [one for one in forcing if isinstance(one, Forcing)]
+
+
 def _simplest_forcing(forcing: Any) -> list[Any]:
     """Return the amplitudes of one plain harmonic, or a list of harmonics."""
-    harmonics = [forcing] if isinstance(forcing, Forcing) else [one for one in forcing if isinstance(one, Forcing)]
-    described = [one.normal() for one in harmonics] or [{"amplitude": forcing}]
+    described = [one.normal() for one in _harmonics(forcing)] or [{"amplitude": forcing}]
     return described[0]["amplitude"] if len(described) == 1 and len(described[0]) == 1 else described
 
 

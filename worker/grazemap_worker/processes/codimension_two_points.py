@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 def varied_stops(request: CodimensionTwoPointsRequest | GrazingCurvesRequest) -> list[VariedStop]:
     """Return the stops whose grazes are asked for one by one; none where two equal gaps vary together."""
-    from grazemap_core.grazing.one_stop import VariedStop, contact_equilibrium
+    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.model.equilibrium import contact_equilibrium
 
     if request.clearance is not None:
         return [VariedStop(request.clearance.varied, request.clearance.other)]

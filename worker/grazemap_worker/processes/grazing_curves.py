@@ -21,8 +21,9 @@ def compute(request: GrazingCurvesRequest, report: Report) -> Document:
     largest multiple. Raises CoreError.
     """
     from grazemap_core.grazing.curve import grazing_curve
-    from grazemap_core.grazing.one_stop import contact_equilibrium, stop_grazes
+    from grazemap_core.grazing.one_stop import stop_grazes
     from grazemap_core.grazing.recurrence import xi_along
+    from grazemap_core.model.equilibrium import contact_equilibrium
 
     oscillator = core_oscillator(request.oscillator)
     omega = grid_values(request.omega)
