@@ -12,7 +12,7 @@ SLOW_CONVERGENCE = 2
 NEAR_GRAZING = 3
 """The orbit returns, but an impact is so slow that the limit motion may not contain it."""
 NO_STICKING_FLOW = 4
-"""Mass 1 comes to rest on a stop, and the motion of the other masses has no accurate closed form."""
+"""The contact comes to rest on a stop, and the motion of the structure held there has no accurate closed form."""
 TOO_MANY_IMPACTS = 5
 """Too many impacts, in half a period or before the motion settled."""
 OVERFLOW = 6
@@ -22,9 +22,9 @@ HIDDEN_BY_ROUNDING = 7
 
 # why a periodic motion is not verified
 NOT_VERIFIED = 8
-"""Verification was not asked for, or the chain has an undamped mode or ill-conditioned modes."""
+"""Verification was not asked for, or the structure has an undamped mode or ill-conditioned modes."""
 STICKS = 9
-"""Mass 1 rests on a stop or chatters: there is no finite sequence of impacts."""
+"""The contact rests on a stop or chatters: there is no finite sequence of impacts."""
 SEQUENCE_UNKNOWN = 10
 """There are more impacts than verification handles, or a graze or a rest among them."""
 NOT_SOLVED = 11

@@ -6,9 +6,9 @@ date. The folder lies below NUMBA_CACHE_DIR if that is set, otherwise in the `__
 
 Each compiled function is a file of its own, an *entry*, with a checksum. Numba itself keeps an index of each function,
 which two processes at once, or one that is killed between two writes, can leave with the data of another signature. An
-entry is renamed into its place when it is complete; one that is damaged is compiled again alone. A *step* is a list of
-entries that are loaded together (`warmup`). What the folder does not hold is looked for in a folder of the same name in
-the package of kernels that were compiled ahead of time (`compiled_ahead`).
+entry is renamed into its place when it is complete; one that is damaged is compiled again alone. A *component* is a
+list of entries that are loaded together (`warmup`). What the folder does not hold is looked for in a folder of the same
+name in the package of kernels that were compiled ahead of time (`compiled_ahead`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _CORE = Path(__file__).parent
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
 _DIGEST = hashlib.sha256
 _DIGEST_BYTES = 32
-_STEP = ".step"
+_COMPONENT = ".kernels"
 
 _used: set[str] = set()
 """The names of the entries that this process has loaded or saved."""
@@ -64,19 +64,19 @@ def choose_folder() -> None:
     dispatcher.FunctionCache = _cache_of  # type: ignore[attr-defined]  # numba asks it for every cached function
 
 
-def record(step: str) -> None:
-    """Store which entries a step consists of: all that this process has used until now."""
-    _write(folder() / f"{step}{_STEP}", json.dumps(sorted(_used)).encode())
+def record(component: str) -> None:
+    """Store which entries a component consists of: all that this process has used until now."""
+    _write(folder() / f"{component}{_COMPONENT}", json.dumps(sorted(_used)).encode())
 
 
-def holds(step: str) -> bool:
-    """Return whether all entries of a step are stored, and undamaged."""
-    return any(_holds(place, step) for place in _places())
+def holds(component: str) -> bool:
+    """Return whether all entries of a component are stored, and undamaged."""
+    return any(_holds(place, component) for place in _places())
 
 
-def _holds(place: Path, step: str) -> bool:
+def _holds(place: Path, component: str) -> bool:
     try:
-        names = json.loads((place / f"{step}{_STEP}").read_bytes())
+        names = json.loads((place / f"{component}{_COMPONENT}").read_bytes())
     except (OSError, ValueError):
         return False
     return all(_stored(name) is not None for name in names)

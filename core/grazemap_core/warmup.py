@@ -1,30 +1,35 @@
 """Compilation of the kernels by steps, so that processes that are forked afterwards inherit the machine code.
 
-A step has all kernels that some computations need: each of these is run on a small case. The kernels of maps have the
-number of masses as a constant, so there is a step for each number. What a step has in common with one before is not
-compiled again, as the kernels are cached (`kernel_folder`); several processes can compile different steps at the same
-time:
+A step has all kernels that some computations need. It is made of *components*, which several steps may have in common.
+A component is compiled by running a small case, or for the types of one. The kernels that carry the lanes of maps have
+the number of masses as a constant, so there is a component for each number. What a component has in common with one
+before is not compiled again, as the kernels are cached (`kernel_folder`); several processes can compile different
+components at the same time:
 
-    python -m grazemap_core.warmup maps-3
-    python -m grazemap_core.warmup curves trajectories orbits
+    python -m grazemap_core.warmup lockstep-3
+    python -m grazemap_core.warmup curves trajectories classification orbits
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grazemap_core.kernel_folder import record
 from grazemap_core.model.oscillator import Oscillator
 
+if TYPE_CHECKING:
+    from grazemap_core.maps.settling import Settler
+
 OMEGA = np.array([0.28, 0.29])
 
 
 def _curves(oscillator: Oscillator) -> None:
     from grazemap_core.grazing.codimension_two import codimension_two_points
-    from grazemap_core.grazing.curve import grazing_curve
+    from grazemap_core.grazing.one_stop import grazing_curve
 
     grazing_curve(oscillator, OMEGA, max_order=2)
     codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
@@ -36,22 +41,34 @@ def _trajectories(oscillator: Oscillator) -> None:
     trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(OMEGA)
 
 
-def _maps(oscillator: Oscillator) -> None:
-    from grazemap_core.maps.unfolding import unfolding_map_tile
+def _classification(oscillator: Oscillator) -> None:
+    _settler(oscillator).compile(lockstep=False)
 
-    unfolding_map_tile(oscillator, OMEGA, np.array([1.6]), max_periods=4, max_period=2)
+
+def _lockstep(oscillator: Oscillator) -> None:
+    _settler(oscillator).compile(lockstep=True)
+
+
+def _settler(oscillator: Oscillator) -> Settler:
+    from grazemap_core.maps.settling import Settler, Settling
+
+    return Settler(oscillator, Settling(max_periods=4, max_period=2))
 
 
 def _orbits(oscillator: Oscillator) -> None:
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.grazing.discontinuity_mapping import mapping_error
+    from grazemap_core.grazing.one_stop import VariedStop
     from grazemap_core.grazing.poincare_map import compare_returns
     from grazemap_core.grazing.point import grazing_point
     from grazemap_core.orbits.one_impact_branches import one_impact_branch
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
-    from grazemap_core.orbits.search import sequence_of_stops
+    from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
+    from grazemap_core.orbits.window_curves import window_curves
 
     one_impact_branch(oscillator, 0.28)
+    window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1))
+    explicit_sequences(oscillator, 0.28, (1.85, None), 1, np.array([1]))
     point = grazing_point(oscillator, 0.29, 1)
     mapping_error(point, np.array([1e-6]))
     compare_returns(point, np.zeros(len(point.state)), 2, 1e-6, "exact")
@@ -61,28 +78,72 @@ def _orbits(oscillator: Oscillator) -> None:
     orbit_branch(oscillator, orbit, 1.84, 1.86, max_points=2)
 
 
-_STEPS: dict[str, tuple[Callable[[Oscillator], None], ...]] = {
-    "curves": (_curves,),
-    "trajectories": (_trajectories,),
-    "maps": (),
-    "orbits": (_curves, _trajectories, _orbits),
-    "diagrams": (_curves, _trajectories, _orbits),
+def _observables(oscillator: Oscillator) -> None:
+    from grazemap_core.orbits.orbit_observables import of_orbit
+    from grazemap_core.orbits.periodic_orbits import periodic_orbit
+    from grazemap_core.orbits.search import sequence_of_stops
+    from grazemap_core.simulation.observables import Observables, of_record
+    from grazemap_core.simulation.start import forced_oscillator
+    from grazemap_core.simulation.trajectories import trajectory
+
+    wanted = Observables(("rms_displacement",))
+    run = trajectory(oscillator, 0.27, 1.85, periods=1, samples_per_period=1)
+    of_record(run.record, forced_oscillator(oscillator, 0.27, 1.85).models, wanted, 1)
+    guess = sequence_of_stops(oscillator, 0.27, 1.85, 1, [1])
+    assert guess is not None
+    of_orbit(oscillator, periodic_orbit(oscillator, 0.27, 1.85, guess), wanted)
+
+
+def _map_observables(oscillator: Oscillator) -> None:
+    from grazemap_core.maps.planes import Plane
+    from grazemap_core.maps.unfolding import unfolding_map_tile
+    from grazemap_core.simulation.observables import Observables
+
+    wanted = Observables(("rms_displacement",))
+    unfolding_map_tile(Plane.of(oscillator, OMEGA, np.array([1.6])), max_periods=4, max_period=2, observed=wanted)
+
+
+_COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
+    "curves": _curves,
+    "trajectories": _trajectories,
+    "classification": _classification,
+    "lockstep": _lockstep,
+    "orbits": _orbits,
+    "observables": _observables,
+    "map_observables": _map_observables,
 }
-# those that have the kernels of maps, too, for the number of masses in their name
-_OF_MASSES = ("maps", "diagrams")
+_OF_ORBITS = ("curves", "trajectories", "orbits")
+_OF_MAPS = ("classification", "lockstep")
+_STEPS: dict[str, tuple[str, ...]] = {
+    "curves": ("curves",),
+    "trajectories": ("trajectories",),
+    "maps": _OF_MAPS,
+    "orbits": _OF_ORBITS,
+    "diagrams": (*_OF_ORBITS, *_OF_MAPS),
+    "observables": (*_OF_ORBITS, "observables"),
+    "map_observables": (*_OF_ORBITS, *_OF_MAPS, "map_observables"),
+}
 STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
-"""The steps of a first start, in their order: all computations, those with maps for three masses."""
+"""The steps of a first start, in their order: computations without observables, those with maps for three masses."""
 
 
-def masses_of(step: str) -> int | None:
-    """Return the number of masses that a step is for; None if it is for all."""
-    kind, _, masses = step.partition("-")
-    return int(masses) if kind in _OF_MASSES and masses.isdigit() else None
+def masses_of(name: str) -> int | None:
+    """Return the number of masses that a step or component is for; None if it is for all."""
+    kind, _, masses = name.partition("-")
+    of_masses = "lockstep" in (kind, *_STEPS.get(kind, ()))
+    return int(masses) if of_masses and masses.isdigit() else None
 
 
 def is_step(name: str) -> bool:
     """Return whether a step has this name."""
-    return bool(masses_of(name)) or (name in _STEPS and name not in _OF_MASSES)
+    kind, dash, _ = name.partition("-")
+    return kind in _STEPS and (bool(masses_of(name)) or (not dash and "lockstep" not in _STEPS[kind]))
+
+
+def components_of(step: str) -> tuple[str, ...]:
+    """Return the components of a step; that of the lanes is named with their number of masses."""
+    kind, _, masses = step.partition("-")
+    return tuple(f"{component}-{masses}" if component == "lockstep" else component for component in _STEPS[kind])
 
 
 def load(step: str) -> None:
@@ -95,12 +156,14 @@ def load(step: str) -> None:
     """
     if not is_step(step):
         raise ValueError(f"no step is called {step}")
-    masses = masses_of(step)
+    for component in components_of(step):
+        _load_component(component)
+
+
+def _load_component(component: str) -> None:
+    run, masses = _COMPONENTS[component.partition("-")[0]], masses_of(component) or 3  # whose motions these cases are
     for per_link in (False, True):
-        if masses is not None:
-            _maps(_chain(masses, per_link))
-        for run in _STEPS[step.partition("-")[0]]:
-            run(_chain(3, per_link))  # whose motions these cases are
+        run(_chain(masses, per_link))
 
 
 def _chain(masses: int, per_link: bool) -> Oscillator:
@@ -109,15 +172,15 @@ def _chain(masses: int, per_link: bool) -> Oscillator:
     return Oscillator.create([1.0] + [10.0] * others, [1.0] + [5.0] * others, damping, [1.0] + [0.0] * others, 0.8)
 
 
-def compile_steps(steps: tuple[str, ...]) -> None:
-    """Load steps one after another, and record the entries of each; this process compiles nothing else."""
+def compile_components(components: Iterable[str]) -> None:
+    """Load components one after another, and record the entries of each; this process compiles nothing else."""
     from grazemap_core.numerics.jit.quick_compiler import hurry
 
     hurry()
-    for step in steps:
-        load(step)
-        record(step)
+    for component in components:
+        _load_component(component)
+        record(component)
 
 
 if __name__ == "__main__":
-    compile_steps(tuple(sys.argv[1:]) or STEPS)
+    compile_components(sys.argv[1:] or dict.fromkeys(component for step in STEPS for component in components_of(step)))

@@ -17,10 +17,14 @@ from grazemap_core.contact.held_problem import (
 from grazemap_core.contact.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.reference_motion import reference_motion
 from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.model.equilibrium import effective_gaps
+from grazemap_core.model.held_structure import held_structure
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 MAX_CELLS_PER_PERIOD = 200_000
 """Maximum number of cells per forcing period; a chain that needs more is too stiff for its forcing frequency.
@@ -29,18 +33,101 @@ At the maximum a period of one trajectory takes about 10 ms, a point of a map wi
 MAX_TABLED_CELLS = 64
 """Maximum number of cells of a tabulated flow; longer flows are composed of several."""
 
+UNIT = Stops._fields.index("unit")
+"""Column of `stops_table`."""
+
+
+Clearance = float | tuple[float | None, float | None]
+"""Distance of both stops, or of the right and of the left one, from q = 0; None: there is no such stop."""
+
+
+def both_clearances(clearance: Clearance) -> tuple[float, float]:
+    """Return the clearances of the right and of the left stop; infinite for an absent one."""
+    right, left = clearance if isinstance(clearance, tuple) else (clearance, clearance)
+    return math.inf if right is None else right, math.inf if left is None else left
+
 
 def trajectory_models(oscillator: Oscillator) -> HeldModel:
-    """Return the modal models of the whole chain and of the chain while mass 1 rests."""
-    free, chain = modal_model(oscillator), oscillator.held_chain
+    """Return the modal models of the structure with its contact free and with its contact held."""
+    free, constrained = modal_model(oscillator), held_structure(oscillator)
     try:
-        return HeldModel(oscillator, free, None if chain is None else modal_model(chain))
-    except ConditioningError:  # only trajectories that come to rest end for this reason
-        return HeldModel(oscillator, free, None)
+        held = None if constrained.structure is None else modal_model(constrained.structure)
+    except (ConditioningError, ParameterError):  # only trajectories that come to rest end for this reason
+        held = None
+    return HeldModel(oscillator, free, constrained, held)
 
 
-def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
+def stops_of(oscillator: Oscillator, clearance: Clearance, problem: CellProblem) -> Stops:
+    """Return the stops as the kernels of trajectories take them. Raises as `stops_between`."""
+    gaps = _gaps(oscillator, clearance)
+    both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
+    (row,) = stops_table(oscillator, np.array([gaps]), problem, np.array([both]))
+    _require_length(row[UNIT])
+    right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric = row.tolist()
+    return Stops(right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric != 0.0)
+
+
+def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float) -> Stops:
+    """Return the stops without the limits of chatter; `amplitude` is a bound of the steady motion of q.
+
+    Raises
+    ------
+    ParameterError
+        A clearance is out of its range, both stops are absent, or the equilibrium lies beyond both.
+    """
+    gaps = _gaps(oscillator, clearance)
+    unit = _unit(*gaps, amplitude)
+    _require_length(unit)
+    both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
+    alike = gaps[0] == gaps[1] and both[0] == both[1] and has_odd_harmonics_only(oscillator)
+    return Stops(*gaps, *both, unit, 0.0, 0.0, alike)
+
+
+def _gaps(oscillator: Oscillator, clearance: Clearance) -> tuple[float, float]:
+    """Return the gaps of both stops from the equilibrium. Raises as `stops_between`."""
+    right, left = clearance if isinstance(clearance, tuple) else (clearance, clearance)
+    for one in (right, left):
+        if one is not None and not (one == 0.0 or SMALLEST_NUMBER <= abs(one) <= LARGEST_NUMBER):
+            raise ParameterError(
+                "clearance", f"every number must be 0 or between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g} in size"
+            )
+    if right is None and left is None:
+        raise ParameterError("clearance", "has neither a right nor a left stop")
+    return effective_gaps(oscillator, right, left)
+
+
+def _require_length(unit: float) -> None:
+    if not unit > 0.0:
+        raise ParameterError("clearance", "of the only stop is 0, and the forces do not move the contact")
+
+
+def _unit(right: float, left: float, amplitude: float) -> float:
+    """Return `Stops.unit` for two gaps; `amplitude` is a bound of the steady motion of q."""
+    return max(abs(min(right, left)), amplitude) if math.isinf(right + left) else 0.5 * (right + left)
+
+
+def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
+    """Return whether the forces change their sign after half a period."""
+    return all(one.order % 2 == 1 for one in oscillator.forces)
+
+
+def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, restitution: Floats) -> Floats:
+    """Return the fields of `Stops`, (n, fields), for stops with gaps from the equilibrium and restitutions.
+
+    `gaps` and `restitution` (n, 2) are those of the right and of the left stop.
+    """
+    followed = {one: followed_chatter_impacts(one, problem.cells) for one in np.unique(restitution).tolist()}
+    chatter = np.array([[followed[one] for one in row] for row in restitution.tolist()])
+    settling = np.sum(np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0), axis=1)
+    unit = np.array([_unit(one, other, problem.steady_bound) for one, other in gaps.tolist()])
+    alike = (gaps[:, 0] == gaps[:, 1]) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
+    return np.column_stack([gaps, restitution, unit, np.sum(chatter, axis=1), settling, alike])
+
+
+def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1) -> int:
     """Return the even number of cells per forcing period such that exponents are at most CELL_REACH per cell.
+
+    `order` is the largest of the harmonics.
 
     Raises
     ------
@@ -55,10 +142,10 @@ def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
             np.sqrt(model.frequency_squared),
         )
         fastest = max(fastest, float(np.max(exponents)))
-    needed = 2.0 * math.pi * max(1.0, fastest / omega) / tolerances.CELL_REACH
+    needed = 2.0 * math.pi * max(float(order), fastest / omega) / tolerances.CELL_REACH
     if not needed <= MAX_CELLS_PER_PERIOD:
         raise ParameterError(
-            "omega", f"must be greater than the fastest exponent of the chain / {MAX_CELLS_PER_PERIOD // 6}"
+            "omega", f"must be greater than the fastest exponent of the structure / {MAX_CELLS_PER_PERIOD // 6}"
         )
     return 2 * math.ceil(max(needed, tolerances.MIN_CELLS_PER_PERIOD) / 2)
 
@@ -66,26 +153,29 @@ def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
 def cell_problem(
     models: HeldModel, steady: Complexes, omega: float, phase: float = 0.0
 ) -> tuple[CellProblem, HeldProblem]:
-    """Return the arrays of the kernels for one forcing frequency, with mass 1 free and with mass 1 at rest.
+    """Return the arrays of the kernels for one forcing frequency, with the contact free and with the contact at rest.
 
     Parameters
     ----------
     models : HeldModel
         From `trajectory_models`.
-    steady : complex, shape (2, N)
-        From `reference_response`: amplitudes of the displacements, and of the velocities divided by i omega; the motion
-        is ``Im(steady exp(i (omega t + phase)))``. Or (N,), the steady motion of all modes: then none is resonant.
+    steady : complex, shape (H, 2, N + 1)
+        From `reference_response`.
     omega : float
         Forcing frequency.
     phase : float
         Forcing phase at t = 0.
     """
-    model = models.free
+    model, oscillator = models.free, models.oscillator
     count = model.size
-    cells = cells_per_period([model] if models.held is None else [model, models.held], omega)
+    highest = max(one.order for one in oscillator.forces)
+    cells = cells_per_period([model] if models.held is None else [model, models.held], omega, highest)
     step = cell_length(omega, cells)
-    frequency = np.sqrt(model.frequency_squared)
-    a, b = model.shape[0, :, 0], model.shape[0, :, 1]
+    # a free mode, which contact does not see, has the unit of time of the forcing
+    frequency = np.where(model.frequency_squared > 0.0, np.sqrt(model.frequency_squared), omega)
+    a, b = model.contact_row.T
+    unit_displacement = (model.to_modal[:, :count] @ oscillator.jump).reshape(count, 2)
+    seen = np.any(model.contact_row != 0.0, axis=1)
     output_row = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
     reach, fourth = np.empty(count), np.empty(count)
     flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, count, 8))
@@ -97,6 +187,7 @@ def cell_problem(
         row = row @ np.linalg.matrix_power(generator, 4)
         fourth[j] = math.hypot(row[0] / frequency[j], row[1])
     size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
+    size = np.where(seen | ~model.undamped, size / np.max(np.abs(oscillator.jump)), 0.0)
     problem = CellProblem(
         decay=np.ascontiguousarray(model.decay),
         discriminant=np.ascontiguousarray(model.discriminant),
@@ -104,21 +195,20 @@ def cell_problem(
         frequency=frequency,
         output_row=np.ascontiguousarray(output_row),
         unit_impulse=np.ascontiguousarray(model.unit_impulse),
-        unit_impulse_low=_unit_impulse_low(model, output_row),
+        unit_impulse_low=_unit_impulse_low(model, unit_displacement, output_row),
+        unit_displacement=unit_displacement,
         reach=reach,
         fourth=fourth,
         displacement_scale=np.stack([size, size / frequency], axis=1),
         cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
         flow_table=flow_table,
-        **reference_motion(models.oscillator, model, steady, omega, step[0], cells, phase, output_row)._asdict(),
+        **reference_motion(oscillator, model, steady, omega, step[0], cells, phase, output_row),
         omega=float(omega),
         step=step[0],
-        restitution=models.oscillator.restitution,
         cells=cells,
-        chatter_impacts=tolerances.COMPLETE_CHATTERS * followed_chatter_impacts(models.oscillator.restitution, cells),
-        damped=not bool(np.any(model.undamped)),
+        damped=not bool(np.any(model.undamped & seen)),
     )
-    return problem, held_problem(models, np.broadcast_to(steady, (2, count)), omega, cells, phase)
+    return problem, held_problem(models, steady, omega, cells, phase)
 
 
 def at_phase(
@@ -126,13 +216,13 @@ def at_phase(
 ) -> tuple[CellProblem, HeldProblem]:
     """Return the arrays for another forcing phase at t = 0, bitwise equal to those of `cell_problem`.
 
-    Mass 1 does not rest. Arrays that kernels change in place are new.
+    The contact does not rest. Arrays that kernels change in place are new.
     """
     reference = reference_motion(
         models.oscillator, models.free, steady, problem.omega, problem.step, problem.cells, phase, problem.output_row
     )
     return (
-        problem._replace(**reference._asdict()),
+        problem._replace(**reference),
         held_at_phase(held, models, problem.omega, problem.cells, phase),
     )
 
@@ -152,12 +242,11 @@ def followed_chatter_impacts(restitution: float, cells: int) -> float:
     )
 
 
-def _unit_impulse_low(model: ModalModel, output_row: Floats) -> Floats:
+def _unit_impulse_low(model: ModalModel, unit_displacement: Floats, output_row: Floats) -> Floats:
     """Return the rounding error of `unit_impulse`, shape (N, 2).
 
     Without it the energy would drift in one direction by a few roundings at every impact.
     """
-    unit_displacement = model.to_modal[:, 0].reshape(model.size, 2)
     displacement = shortfall(output_row[:, :2], model.unit_impulse, 0.0)
     velocity = shortfall(output_row[:, 2:], model.unit_impulse, 1.0)
     return np.ascontiguousarray(displacement * unit_displacement + velocity * model.unit_impulse)
@@ -166,15 +255,23 @@ def _unit_impulse_low(model: ModalModel, output_row: Floats) -> Floats:
 def free_state(
     model: ModalModel,
     steady: Complexes,
+    orders: Floats,
     omega: float,
     displacement: Floats,
     velocity: Floats,
     phase: float,
 ) -> Floats:
-    """Return a physical state minus the reference motion at this phase, in block coordinates, shape (N, 2).
+    """Return a state minus the reference motion at this phase, in block coordinates, shape (N, 2).
 
-    `steady` is that of `cell_problem`; resonant modes are at rest in the reference motion at this moment.
+    `displacement` and `velocity` (N,) are from the static equilibrium, `steady` and `orders` those of the problem;
+    resonant modes are at rest in the reference motion at this moment.
     """
-    at_phase = np.broadcast_to(steady, (2, model.size)) * np.exp(1j * phase)
-    rest = np.concatenate([displacement - at_phase[0].imag, velocity - omega * at_phase[1].real])
+    rest = np.concatenate([displacement, velocity]) - reference_state(steady, orders, omega, phase)
     return np.ascontiguousarray((model.to_modal @ rest).reshape(model.size, 2))
+
+
+def reference_state(steady: Complexes, orders: Floats, omega: float, phase: float) -> Floats:
+    """Return displacements, then velocities, (2 N,), of the reference motion where a half period begins."""
+    at_phase = steady[:, :, :-1] * np.exp(1j * orders * phase)[:, None, None]
+    velocity = omega * np.sum(orders[:, None] * at_phase[:, 1].real, axis=0)
+    return np.concatenate([np.sum(at_phase[:, 0].imag, axis=0), velocity])

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
-from grazemap_core.contact.held_problem import half_period_phases, real_and_imaginary, whole_period
+from grazemap_core.contact.held_problem import (
+    half_period_phases,
+    harmonic_orders,
+    real_and_imaginary,
+    whole_period,
+)
+from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
@@ -19,43 +27,38 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 _TERMS = TAYLOR_DEGREE + 1
 
 
-class ReferenceMotion(NamedTuple):
-    """The fields of `CellProblem` that depend on the phase of the forcing."""
-
-    steady_table: Floats
-    steady_bound: float
-    steady_fourth: float
-    reference_series: Floats
-    reference_rest: float
-    resonant_forcing: Complexes
-    half_jump: Floats
-    resonant_steady: Floats
-    lasting_steady: complex
-    lasting_bound: float
-
-
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """The cells of half a forcing period; phases are exp(i omega t) at their boundaries, (cells/2 + 1,)."""
+    """The cells of half a forcing period; phases are exp(i s t) at their boundaries, (cells/2 + 1,).
+
+    `omega` is that of the forcing, `s` that of a harmonic.
+    """
 
     omega: float
+    s: float
     step: float
     phases: Complexes
 
+    @classmethod
+    def of(cls, harmonic: Harmonic, omega: float, step: float, cells: int) -> _Grid:
+        """Return the grid of a harmonic, with so many cells of a length in a forcing period."""
+        half, order = half_period_phases(cells, harmonic.order), harmonic.order
+        return cls(omega, order * omega, step, np.append(half, -1.0 if order % 2 == 1 else 1.0))
+
     def series(self, value: Complexes) -> Complexes:
-        """Return the series of exp(i omega t) times values at the cells' starts, shape (cells/2, terms)."""
+        """Return the series of exp(i s t) times values at the cells' starts, shape (cells/2, terms)."""
         terms = np.empty((len(value), _TERMS), dtype=np.complex128)
         for k in range(_TERMS):
             terms[:, k] = value
-            value = value * (1j * self.omega * self.step / (k + 1))
+            value = value * (1j * self.s * self.step / (k + 1))
         return terms
 
 
 @dataclass(frozen=True, eq=False)
 class _ResonantMode:
-    """A resonant mode, at rest at the start of the half period, at phase 0; y is its part of the motion of mass 1.
+    """A resonant mode, at rest at the start of the half period, at phase 0; y is its part of the motion of q.
 
-    ``y'' + 2 decay y' + frequency_squared y = force exp(i omega t)``, y(0) = 0, y'(0) = rate.
+    ``y'' + 2 decay y' + frequency_squared y = force exp(i s t)``, y(0) = 0, y'(0) = rate.
 
     Attributes
     ----------
@@ -76,33 +79,33 @@ class _ResonantMode:
     slope: Complexes
 
     @classmethod
-    def of(cls, model: ModalModel, j: int, forcing: Floats, row: Floats, grid: _Grid) -> _ResonantMode:
+    def of(cls, model: ModalModel, j: int, forcing: Complexes, row: Floats, grid: _Grid) -> _ResonantMode:
         """Return mode j of a model, with its forcing (2,) and its row of `CellProblem.output_row` (4,)."""
         decay, square = float(model.decay[j]), float(model.frequency_squared[j])
         first, second = complex(forcing[0]), complex(forcing[1])
         times = (k * grid.step for k in range(len(grid.phases)))
         states = np.array(
-            [forced_block(decay, float(model.discriminant[j]), square, first, second, grid.omega, t) for t in times],
+            [forced_block(decay, float(model.discriminant[j]), square, first, second, grid.s, t) for t in times],
             dtype=np.complex128,
         )
         rate = complex(row[:2] @ forcing)
-        force = complex(row[2:] @ forcing) + (2.0 * decay + 1j * grid.omega) * rate
+        force = complex(row[2:] @ forcing) + (2.0 * decay + 1j * grid.s) * rate
         place = np.asarray(states @ row[:2])
         slope = np.asarray(states @ row[2:] + rate * grid.phases)
         return cls(decay, square, force, rate, states, place, slope)
 
-    def bound(self, order: int, omega: float) -> float:
+    def bound(self, order: int, grid: _Grid) -> float:
         """Return a bound of the derivative of y of this order within half a forcing period.
 
         The norm sqrt(w^2 y^2 + y'^2) of any derivative increases at most at the rate of its forcing.
         """
         first, second = 0j, self.rate
         for k in range(order):
-            change = self.force * (1j * omega) ** k
+            change = self.force * (1j * grid.s) ** k
             first, second = second, change - 2.0 * self.decay * second - self.frequency_squared * first
         frequency = math.sqrt(self.frequency_squared)
         initial = math.hypot(frequency * abs(first), abs(second))
-        return (initial + abs(self.force) * omega**order * math.pi / omega) / frequency
+        return (initial + abs(self.force) * grid.s**order * math.pi / grid.omega) / frequency
 
     def series(self, grid: _Grid) -> Complexes:
         """Return the series of y over every cell, scaled to t in [0, 1], shape (cells/2, terms)."""
@@ -125,15 +128,15 @@ def reference_motion(
     cells: int,
     phase: float,
     output_row: Floats,
-) -> ReferenceMotion:
-    """Return the reference motion as the kernels take it.
+) -> dict[str, Any]:
+    """Return the reference motion as the kernels take it: the fields of `CellProblem` that depend on the phase.
 
     Parameters
     ----------
     model : ModalModel
         That of the oscillator.
-    steady : complex (2, N) or (N,)
-        As in `cell_problem`.
+    steady : complex (H, 2, N + 1)
+        From `reference_response`.
     step : float
         Length of a cell.
     cells : int
@@ -143,55 +146,150 @@ def reference_motion(
     output_row : (N, 4)
         As in `CellProblem`.
     """
-    resonant = resonant_modes(model, omega) & bool(steady.ndim == 2 and np.any(oscillator.forcing))
-    first = complex(steady.ravel()[0])
-    bound, turn, phases = abs(first), np.exp(1j * phase), half_period_phases(cells)
-    if not np.any(resonant):
-        square, none = omega * omega, np.zeros((0, 2))
-        table = real_and_imaginary(whole_period(first * turn * phases))
-        return ReferenceMotion(
-            steady_table=table,
-            steady_bound=bound,
-            steady_fourth=bound * square * square,
-            reference_series=np.zeros((0, _TERMS)),
-            reference_rest=0.0,
-            resonant_forcing=none.astype(np.complex128),
-            half_jump=none,
-            resonant_steady=none,
-            lasting_steady=complex(table[0, 0], table[0, 1]),
-            lasting_bound=bound,
+    parts = [
+        _HarmonicPart.of(
+            oscillator, model, harmonic, steady[h], _Grid.of(harmonic, omega, step, cells), phase, output_row
         )
-    grid = _Grid(omega, step, np.append(phases, -1.0))
-    forcing = np.where(resonant[:, None], modal_forcing(oscillator, model), 0.0)
-    modes = {j: _ResonantMode.of(model, j, forcing[j], output_row[j], grid) for j in np.flatnonzero(resonant).tolist()}
-    bounds = [bound * omega**k + sum(mode.bound(k, omega) for mode in modes.values()) for k in (0, 4, _TERMS)]
-    series = grid.series(first * phases) + sum(mode.series(grid) for mode in modes.values())
-    jump = np.zeros(forcing.shape, dtype=np.complex128)
-    for j, mode in modes.items():
-        jump[j] = mode.states[-1]
-    resonant_steady, lasting = _lasting(oscillator, model, first, omega, resonant, output_row)
-    series = (series * turn).imag
-    return ReferenceMotion(
-        steady_table=_boundaries(modes, first, grid, turn),
-        steady_bound=bounds[0],
-        steady_fourth=bounds[1],
-        reference_series=np.concatenate([series, -series]),
-        reference_rest=bounds[2] * step**_TERMS / math.factorial(_TERMS),
-        resonant_forcing=forcing * turn,
-        half_jump=np.ascontiguousarray((jump * turn).imag),
-        resonant_steady=np.ascontiguousarray((resonant_steady * turn).imag),
-        lasting_steady=complex(lasting * turn) if math.isfinite(abs(lasting)) else lasting,
-        lasting_bound=abs(lasting),
-    )
+        for h, harmonic in enumerate(oscillator.forces)
+    ]
+    lone = parts[0] if len(parts) == 1 and parts[0].harmonic.order == 1 else None
+    resonant = any(part.modes for part in parts)
+    orders = harmonic_orders(oscillator)
+    if lone is not None and not resonant:
+        half, bound, square = lone.amplitude * lone.turn * half_period_phases(cells), abs(lone.amplitude), omega * omega
+        table = real_and_imaginary(whole_period(half))
+        return {
+            "steady_table": table,
+            "half_start": np.stack([table[0], -table[0]]),
+            "steady_bound": bound,
+            "steady_fourth": bound * square * square,
+            "reference_series": np.zeros((0, _TERMS)),
+            "reference_rest": 0.0,
+            "orders": orders,
+            "resonant_forcing": np.zeros((1, 0, 2), dtype=np.complex128),
+            "half_jump": np.zeros((2, 0, 2)),
+            "resonant_steady": np.zeros((2, 0, 2)),
+            "lasting_steady": table[:1].copy(),
+            "lasting_bound": bound,
+        }
+    states = model.size if resonant else 0
+    return {
+        "steady_table": np.concatenate([_total(parts, 0, "boundaries"), _total(parts, 1, "boundaries")[1:]]),
+        "half_start": np.stack([_total(parts, half, "boundaries")[0] for half in (0, 1)]),
+        "steady_bound": sum(part.bound(0) for part in parts),
+        "steady_fourth": sum(part.bound(4) for part in parts),
+        "reference_series": np.concatenate([_total(parts, half, "series") for half in (0, 1)]),
+        "reference_rest": sum(part.bound(_TERMS) for part in parts) * step**_TERMS / math.factorial(_TERMS),
+        "orders": orders,
+        "resonant_forcing": np.stack([part.forcing[:states] for part in parts]),
+        "half_jump": np.stack([_total(parts, half, "jump")[:states] for half in (0, 1)]),
+        "resonant_steady": np.stack([_total(parts, half, "resonant_steady")[:states] for half in (0, 1)]),
+        "lasting_steady": np.array([[part.lasting.real, part.lasting.imag] for part in parts]),
+        "lasting_bound": sum(abs(part.lasting) for part in parts),
+    }
 
 
-def _boundaries(modes: dict[int, _ResonantMode], steady: complex, grid: _Grid, turn: complex) -> Floats:
-    """Return `CellProblem.steady_table` with resonant modes; the second half period mirrors the first."""
-    place, velocity = steady * grid.phases, 1j * grid.omega * steady * grid.phases
-    for mode in modes.values():
-        place, velocity = place + mode.place, velocity + mode.slope
-    half = np.stack([(velocity * turn).imag / grid.omega, (place * turn).imag], axis=1)
-    return np.concatenate([half, -half[1:]])
+def _total(parts: Sequence[_HarmonicPart], half: int, name: str) -> Floats:
+    """Return the sum of an attribute of all harmonics in the first half period, 0, or in the second, 1.
+
+    Harmonics of odd order change their sign after half a period.
+    """
+    result = 0.0
+    for part in parts:
+        mirrored = half == 1 and part.harmonic.order % 2 == 1
+        result = result - getattr(part, name) if mirrored else result + getattr(part, name)
+    return np.ascontiguousarray(result)
+
+
+@dataclass(frozen=True, eq=False)
+class _HarmonicPart:
+    """What one harmonic contributes to the reference motion, in the first half period.
+
+    Attributes
+    ----------
+    harmonic : Harmonic
+    amplitude : complex
+        Of q in the steady motion of the modes that are not resonant, at phase 0.
+    turn : complex
+        exp(i order phase).
+    grid : _Grid
+    modes : dict of int to _ResonantMode
+    forcing : complex (N, 2)
+        Of the resonant modes, the phase included; 0 for others.
+    jump, resonant_steady : (N, 2)
+        As `CellProblem.half_jump` and `CellProblem.resonant_steady`.
+    lasting : complex
+        Amplitude of q with all modes, at t = 0; infinite if a mode is resonant and undamped.
+    """
+
+    harmonic: Harmonic
+    amplitude: complex
+    turn: complex
+    grid: _Grid
+    modes: dict[int, _ResonantMode]
+    forcing: Complexes
+    jump: Floats
+    resonant_steady: Floats
+    lasting: complex
+
+    @classmethod
+    def of(
+        cls,
+        oscillator: Oscillator,
+        model: ModalModel,
+        harmonic: Harmonic,
+        steady: Complexes,
+        grid: _Grid,
+        phase: float,
+        output_row: Floats,
+    ) -> _HarmonicPart:
+        """Return the part of a harmonic; `steady` (2, N + 1) is its part of `reference_response`."""
+        order, count, omega = harmonic.order, model.size, grid.omega
+        turn = complex(np.exp(1j * (order * phase)))
+        resonant = resonant_modes(model, omega, order) & bool(oscillator.drive)
+        amplitude = complex(steady[0, count])
+        nothing = np.zeros((count, 2), dtype=np.complex128)
+        forcing, jump, states = nothing, nothing.copy(), nothing
+        modes: dict[int, _ResonantMode] = {}
+        lasting = amplitude
+        if np.any(resonant):
+            forcing = np.where(resonant[:, None], modal_forcing(oscillator, model, omega, harmonic), 0.0)
+            for j in np.flatnonzero(resonant).tolist():
+                modes[j] = _ResonantMode.of(model, j, forcing[j], output_row[j], grid)
+                jump[j] = modes[j].states[-1]
+            states, lasting = _lasting(oscillator, model, amplitude, omega, harmonic, resonant, output_row)
+        return cls(
+            harmonic=harmonic,
+            amplitude=amplitude,
+            turn=turn,
+            grid=grid,
+            modes=modes,
+            forcing=forcing * turn,
+            jump=np.asarray((jump * turn).imag),
+            resonant_steady=np.asarray((states * turn).imag),
+            lasting=complex(lasting * turn) if math.isfinite(abs(lasting)) else lasting,
+        )
+
+    def bound(self, derivative: int) -> float:
+        """Return a bound of a derivative of the part of q."""
+        s, found = self.grid.s, abs(self.amplitude)
+        return found * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
+
+    @cached_property
+    def boundaries(self) -> Floats:
+        """Velocity/omega and displacement of q at the cell boundaries of the first half period, (cells/2 + 1, 2)."""
+        place, velocity = self.amplitude * self.grid.phases, 1j * self.grid.s * self.amplitude * self.grid.phases
+        for mode in self.modes.values():
+            place, velocity = place + mode.place, velocity + mode.slope
+        return np.stack([(velocity * self.turn).imag / self.grid.omega, (place * self.turn).imag], axis=1)
+
+    @cached_property
+    def series(self) -> Floats:
+        """Series of q over the cells of the first half period, (cells/2, TAYLOR_DEGREE + 1)."""
+        terms = self.grid.series(self.amplitude * self.grid.phases[:-1])
+        for mode in self.modes.values():
+            terms = terms + mode.series(self.grid)
+        return np.asarray((terms * self.turn).imag)
 
 
 def _lasting(
@@ -199,11 +297,12 @@ def _lasting(
     model: ModalModel,
     steady: complex,
     omega: float,
+    harmonic: Harmonic,
     resonant: Booleans,
     output_row: Floats,
 ) -> tuple[Complexes, complex]:
-    """Return the steady amplitudes of the resonant modes at phase 0, and the amplitude of mass 1 with all modes."""
+    """Return the steady amplitudes of the resonant modes at phase 0, and the amplitude of q with all modes."""
     if np.any(model.undamped):
-        return np.zeros((0, 2), dtype=np.complex128), complex(math.inf)
-    amplitudes = np.where(resonant[:, None], modal_steady(oscillator, model, omega), 0.0)
+        return np.zeros((model.size, 2), dtype=np.complex128), complex(math.inf)
+    amplitudes = np.where(resonant[:, None], modal_steady(oscillator, model, omega, harmonic), 0.0)
     return amplitudes, complex(steady + np.sum(amplitudes * output_row[:, :2]))

@@ -24,9 +24,9 @@ CHATTER_ACCURACY: Final = 1e-14
 
 The series of the remaining time is truncated after its second term. With r that time over the length of a cell and e
 the relative change of the contact acceleration within it, the next term is estimated (not bounded) by r (r + e)^2; the
-effect of the impacts on the other masses is of third order too. The impacts are computed one by one until the estimate
-is below this tolerance, which r = 2e-5 achieves for a constant contact acceleration. The tolerance is a hundredth of
-1e-12, the accuracy of the times of accumulation and release.
+effect of the impacts on the rest of the structure is of third order too. The impacts are computed one by one until the
+estimate is below this tolerance, which r = 2e-5 achieves for a constant contact acceleration. The tolerance is a
+hundredth of 1e-12, the accuracy of the times of accumulation and release.
 """
 
 ANCHORED_GAP: Final = 1e-3
@@ -35,9 +35,6 @@ number: computed from positions, whose round-off is EPSILON of the clearance, it
 
 HALF_PERIOD_IMPACTS: Final = 50_000
 """Maximum number of impacts in half a forcing period, without those of complete chatter; the trajectory then ends."""
-
-COMPLETE_CHATTERS: Final = 2
-"""Complete chatters in half a forcing period whose impacts are allowed in addition: one on each stop."""
 
 MAX_CHATTER_IMPACTS: Final = 150_000
 """Maximum number of impacts of one complete chatter.

@@ -1,4 +1,4 @@
-"""Bifurcation curves in the plane of forcing frequency and clearance, of motions with any impacts.
+"""Bifurcation curves in a plane of two parameters, as forcing frequency and clearance, of motions with any impacts.
 
 A curve is followed both ways from a special point of a branch: a saddle-node, period doubling, symmetry breaking,
 Neimark-Sacker point or graze. The condition of the special point is one more equation (theory, "Any impacting orbit").
@@ -6,7 +6,6 @@ Neimark-Sacker point or graze. The condition of the special point is one more eq
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +15,7 @@ from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
+from grazemap_core.continuation.parameters import Parameter, ParameterCurve, check_interval, keeps_symmetry
 from grazemap_core.continuation.pseudo_arclength import follow_path
 from grazemap_core.continuation.special_points import SpecialPoint, SpecialType, neimark_sacker_test, on_unit_circle
 from grazemap_core.continuation.tolerances import CURVE_DIFFERENCE
@@ -27,13 +27,16 @@ from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationCurve:
+class BifurcationCurve(ParameterCurve):
     """A curve of special orbits: m of them in the order of the curve, with k impacts each.
 
     Attributes
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
-    omega, clearance : (m,)
+    plane : (str, str)
+        The two parameters that vary.
+    horizontal, vertical : (m,)
+        Their values.
     phases, velocities : (m, k)
         As in `OrbitBranch`. For a GR one of the impacts is the graze; its velocity is 0.
     stops : int (k,)
@@ -45,7 +48,7 @@ class BifurcationCurve:
         For symmetric motions: over half the period, followed by the mirror image. For a GR one of them is infinite, or
         a large number.
     admissible : bool (m,)
-        Mass 1 has no contact with a stop other than the impacts; the graze of a GR does not count.
+        There is no contact with a stop other than the impacts; the graze of a GR does not count.
     residual : (m,)
         Residual of the orbit, in units of length.
     ends : (str, str)
@@ -53,8 +56,9 @@ class BifurcationCurve:
     """
 
     type: SpecialType
-    omega: Floats
-    clearance: Floats
+    plane: tuple[Parameter, Parameter]
+    horizontal: Floats
+    vertical: Floats
     phases: Floats
     velocities: Floats
     stops: Integers
@@ -70,10 +74,16 @@ class BifurcationCurve:
 class BifurcationProblem(ContinuationProblem):
     """The equations of an orbit, and the condition that a test function vanishes."""
 
-    def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: Integers, impact: int | None) -> None:
+    def __init__(
+        self,
+        family: OrbitFamily,
+        point: SpecialPoint,
+        stops: Integers,
+        impact: int | None,
+        plane: tuple[Parameter, Parameter] = ("omega", "clearance"),
+    ) -> None:
         """Take the type of the condition and, for a GR, the index of the impact whose speed is 0."""
-        fixed = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
-        super().__init__(family, stops, ("clearance", "omega"), fixed)
+        super().__init__(family, stops, (plane[1], plane[0]), point.values)
         self.kind, self.impact = point.type, impact
 
     def condition(self, unknowns: Floats) -> float:
@@ -177,10 +187,11 @@ class BifurcationProblem(ContinuationProblem):
 def bifurcation_curve(
     oscillator: Oscillator,
     point: SpecialPoint,
-    omega: tuple[float, float],
-    clearance: tuple[float, float],
+    horizontal: tuple[float, float],
+    vertical: tuple[float, float],
     longest_step: float = 0.05,
     max_points: int = 500,
+    plane: tuple[Parameter, Parameter] = ("omega", "clearance"),
 ) -> BifurcationCurve:
     """Follow a special point both ways, until a parameter leaves its range.
 
@@ -188,13 +199,16 @@ def bifurcation_curve(
     ----------
     oscillator : Oscillator
     point : SpecialPoint
-        Converged special point of a branch of this oscillator; the curve has its restitution.
-    omega, clearance : (float, float)
-        Ranges, 0 < minimum < maximum, that contain the point.
+        Converged special point of a branch of this oscillator, which is that with the factors 1 of bias and forces. The
+        parameters that do not vary are those of the point.
+    horizontal, vertical : (float, float)
+        Ranges of the two parameters that vary, minimum < maximum, that contain the point; as in `orbit_branch`.
     longest_step : float
         As for `orbit_branch`.
     max_points : int
         Maximum number of points in either direction.
+    plane : (str, str)
+        The two parameters that vary, of `parameters.PARAMETERS`.
 
     Raises
     ------
@@ -205,15 +219,20 @@ def bifurcation_curve(
     """
     if point.status != "converged":
         raise ParameterError("point", "has not converged")
-    for name, bounds, value in (("omega", omega, point.omega), ("clearance", clearance, point.clearance)):
-        if not (0.0 < bounds[0] < bounds[1] < math.inf and bounds[0] <= value <= bounds[1]):
-            raise ParameterError(name, "must be two increasing numbers greater than 0, with the point between them")
+    for name, bounds in zip(plane, (horizontal, vertical), strict=True):
+        check_interval(name, *bounds, named=name)
+        if not bounds[0] <= point.values.value(name) <= bounds[1]:
+            raise ParameterError(name, "must be two increasing numbers with the point between them")
     if not 0.0 < longest_step <= 1.0:
         raise ParameterError("longest_step", "must lie between 0 and 1")
     checked_order("max_points", max_points, 1)
     impacts, impact = as_on_curve(point)
+    if impacts.symmetric and not all(keeps_symmetry(oscillator, name) for name in plane):
+        if point.type == "SB":
+            raise ParameterError("plane", "has a parameter that breaks the symmetry, so there are no SB points in it")
+        impacts = impacts.whole
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = BifurcationProblem(family, point, impacts.stops, impact)
+    path = BifurcationProblem(family, point, impacts.stops, impact, plane)
     start = path.unknowns(impacts, path.fixed)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
     refined = path.correct(start, tangent)  # accurate to the square root of round-off where branches meet
@@ -221,8 +240,8 @@ def bifurcation_curve(
     first = path.evaluate(start)
     last = len(start) - 1
     limits = [
-        (last - 1, clearance[0] / point.clearance, clearance[1] / point.clearance),
-        (last, omega[0] / point.omega, omega[1] / point.omega),
+        (last - 1, vertical[0] / path.units[plane[1]], vertical[1] / path.units[plane[1]]),
+        (last, horizontal[0] / path.units[plane[0]], horizontal[1] / path.units[plane[0]]),
     ]
     sides: list[list[ContinuationPoint]] = []
     ends: list[str] = []
@@ -243,7 +262,7 @@ def bifurcation_curve(
             ends.append("closed")
             break
     whole = [*reversed(sides[1]), first, *sides[0]]
-    return _curve(path, point.type, impact, whole, (ends[1], ends[0]))
+    return _curve(path, point.type, impact, whole, (ends[1], ends[0]), plane)
 
 
 def _curve(
@@ -252,14 +271,18 @@ def _curve(
     impact: int | None,
     points: list[ContinuationPoint],
     ends: tuple[str, str],
+    plane: tuple[Parameter, Parameter],
 ) -> BifurcationCurve:
     count = path.count
     unknowns = np.array([found.unknowns for found in points])
-    omega = np.array([found.omega for found in points])
+    values = tuple(found.values for found in points)
+    omega, across, up = (np.array([one.value(name) for one in values]) for name in ("omega", *plane))
     return BifurcationCurve(
         type=kind,
-        omega=omega,
-        clearance=np.array([found.clearance for found in points]),
+        points=values,
+        plane=plane,
+        horizontal=across,
+        vertical=up,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
         stops=path.stops.astype(np.int64),

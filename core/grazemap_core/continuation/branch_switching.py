@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.continuation_problem import ContinuationProblem, Parameter
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.continuation.parameters import (
+    Parameter,
+    ParameterOrbit,
+    ParameterPoint,
+    keeps_symmetry,
+    symmetric_stops,
+)
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
@@ -22,22 +29,20 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitStart:
+class OrbitStart(ParameterOrbit):
     """An orbit of another branch next to a special point.
 
     Attributes
     ----------
-    clearance, omega, restitution : float
-        Parameters of the orbit; all but the branch's parameter are those of the special point.
+    values : ParameterPoint
+        Of the orbit; all but the branch's parameter are those of the special point.
     impacts : ImpactSequence
     admissible : bool
         Whether the orbit is a motion. For a GR, a motion on either side is chosen; if there is none, the orbit at the
         graze itself.
     """
 
-    clearance: float
-    omega: float
-    restitution: float
+    values: ParameterPoint
     impacts: ImpactSequence
     admissible: bool
 
@@ -51,9 +56,9 @@ def starts_beyond(
     ----------
     oscillator : Oscillator
     point : SpecialPoint
-        Special point of a branch of this oscillator.
-    parameter : {"clearance", "omega", "restitution"}
-        What varies along the branches.
+        Special point of a branch of this oscillator, which is that with the factors 1 of bias and forces.
+    parameter : str
+        What varies along the branches: one of `parameters.PARAMETERS`.
 
     Returns
     -------
@@ -68,9 +73,10 @@ def starts_beyond(
         As for `periodic_orbits.periodic_orbit`.
     """
     if point.type == "GR":
-        found = [_from_graze(oscillator, point, parameter, *choice) for choice in _sequences_at_graze(point)]
+        choices = _sequences_at_graze(point, symmetric_stops(oscillator, point.values))
+        found = [_from_graze(oscillator, point, parameter, *choice) for choice in choices]
     elif point.type in ("PD", "SB"):
-        parent = merged(point.impacts)
+        parent = merged(point.impacts, point.type == "SB")
         if parent is not None:
             found = [_on_parent(oscillator, point, parameter, parent)]
         else:
@@ -80,17 +86,18 @@ def starts_beyond(
     return tuple(start for start in found if start is not None)
 
 
-def merged(impacts: ImpactSequence) -> ImpactSequence | None:
+def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | None:
     """Return the orbit of a smaller period, or the symmetric one, that a sequence coincides with, or None.
 
-    They coincide where a branch ends on another one, to about `MERGED_ORBITS`.
+    They coincide where a branch ends on another one, to about `MERGED_ORBITS`. Symmetric orbits are looked for if
+    `mirrored`: between symmetric stops.
     """
     least = impacts.repeats_after(MERGED_ORBITS)
     if least < impacts.period:
         whole = impacts.whole
         count = len(whole.stops) * least // impacts.period
         return ImpactSequence(least, whole.stops[:count], whole.phases[:count], whole.velocities[:count])
-    return impacts.half() if not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
+    return impacts.half() if mirrored and not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
 
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
@@ -120,23 +127,20 @@ def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
     return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
 
 
-def _with(oscillator: Oscillator, restitution: float) -> Oscillator:
-    return oscillator if restitution == oscillator.restitution else replace(oscillator, restitution=restitution)
-
-
 def _path(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
 ) -> tuple[ContinuationProblem, Floats]:
     """Return a path through a sequence of impacts at a special point, and its unknowns there."""
-    values = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
-    family = OrbitFamily.of(_with(oscillator, point.restitution), impacts.period, impacts.symmetric)
-    path = ContinuationProblem(family, impacts.stops, (parameter,), values)
-    return path, path.unknowns(impacts, values)
+    if impacts.symmetric and not keeps_symmetry(oscillator, parameter):
+        impacts = impacts.whole
+    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
+    path = ContinuationProblem(family, impacts.stops, (parameter,), point.values)
+    return path, path.unknowns(impacts, point.values)
 
 
 def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
     found = path.evaluate(unknowns)
-    return OrbitStart(found.clearance, found.omega, found.restitution, path.impacts(unknowns), found.admissible)
+    return OrbitStart(found.values, path.impacts(unknowns), found.admissible)
 
 
 def _on_parent(
@@ -158,7 +162,7 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     is another orbit.
     """
     impacts = point.impacts
-    parent, unknowns = _path(oscillator, point, parameter, impacts)
+    parent, unknowns = _path(oscillator, point, "omega", impacts)  # its equations do not depend on what varies
     count, turn = parent.count, parent.family.turn
     change = np.linalg.svd(parent.doubling_matrix(unknowns))[2][-1]
     shift, unit_impulse = change[:count], change[count:]
@@ -179,8 +183,14 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     return None
 
 
-def _sequences_at_graze(point: SpecialPoint) -> list[tuple[ImpactSequence, int | None]]:
-    """Return the other sequences that solve the equations at a graze, each with the index of its grazing impact."""
+def _sequences_at_graze(point: SpecialPoint, between_symmetric: bool) -> list[tuple[ImpactSequence, int | None]]:
+    """Return the other sequences that solve the equations at a graze, each with the index of its grazing impact.
+
+    Parameters
+    ----------
+    between_symmetric : bool
+        Whether the stops are symmetric.
+    """
     impacts, number = point.impacts, point.impact
     if number is None:
         assert point.phase is not None
@@ -194,7 +204,9 @@ def _sequences_at_graze(point: SpecialPoint) -> list[tuple[ImpactSequence, int |
         without.append((_without(impacts, number), None))
     if impacts.symmetric:  # the mirror image of the impact remains
         without.append((_without(impacts.whole, number), number + len(impacts.stops) - 1))
-    elif len(impacts.stops) == 1 and impacts.period % 2 == 1:  # the steady motion: it touches both stops
+    elif (
+        between_symmetric and len(impacts.stops) == 1 and impacts.period % 2 == 1
+    ):  # the steady motion: it touches both stops
         without.append((replace(impacts, symmetric=True), 0))
     return without
 

@@ -11,32 +11,54 @@ Theory*, 1977, 359-384.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem, Parameter
+from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
+from grazemap_core.continuation.parameters import (
+    Parameter,
+    ParameterCurve,
+    ParameterPoint,
+    check_interval,
+    keeps_symmetry,
+)
 from grazemap_core.continuation.pseudo_arclength import follow_path
 from grazemap_core.continuation.special_points import Segment, SpecialPoint
 from grazemap_core.errors import ParameterError
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 
 
+class OrbitPoint(NamedTuple):
+    """An orbit, and the values of all parameters there."""
+
+    orbit: PeriodicOrbit
+    at: ParameterPoint
+
+
+def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> OrbitPoint:
+    """Return an orbit with its values of all parameters: if none are given those of the oscillator, with factors 1."""
+    if isinstance(orbit, OrbitPoint):
+        return orbit
+    return OrbitPoint(orbit, ParameterPoint.of(oscillator, orbit.omega, orbit.clearance))
+
+
 @dataclass(frozen=True, eq=False)
-class OrbitBranch:
+class OrbitBranch(ParameterCurve):
     """A branch of periodic orbits: m of them in the order of the branch, with k impacts each.
 
     Attributes
     ----------
-    parameter : {"clearance", "omega", "restitution"}
+    parameter : str
+        One of `parameters.PARAMETERS`.
     values : (m,)
         Values of the parameter.
-    clearance, omega, restitution : (m,)
     phases, velocities : (m, k)
         Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; for
         symmetric motions, those of half the period. An impact is virtual where the sign of its velocity is not that of
@@ -60,9 +82,6 @@ class OrbitBranch:
 
     parameter: Parameter
     values: Floats
-    clearance: Floats
-    omega: Floats
-    restitution: Floats
     phases: Floats
     velocities: Floats
     stops: Integers
@@ -81,7 +100,7 @@ class OrbitBranch:
 
 def orbit_branch(
     oscillator: Oscillator,
-    orbit: PeriodicOrbit,
+    orbit: PeriodicOrbit | OrbitPoint,
     start: float,
     stop: float,
     parameter: Parameter = "clearance",
@@ -94,13 +113,14 @@ def orbit_branch(
     Parameters
     ----------
     oscillator : Oscillator
-    orbit : PeriodicOrbit
-        Converged. A symmetric orbit is continued as a symmetric one.
+    orbit : PeriodicOrbit or OrbitPoint
+        Converged, an orbit of this oscillator, or of it with the values of the point. A symmetric orbit is continued as
+        a symmetric one, if the parameter keeps the stops symmetric.
     start, stop : float
-        Range of the parameter, 0 < start < stop, which contains the orbit's value; of restitution,
-        0 <= start < stop <= 1.
-    parameter : {"clearance", "omega", "restitution"}
-        What varies.
+        Range of the parameter, start < stop, which contains the orbit's value: within [0, 1] for restitutions, above 0
+        for the frequency, one clearance of both stops, and the factor of the forces.
+    parameter : str
+        What varies: one of `parameters.PARAMETERS`, or a parameter of the structure.
     longest_step : float
         Maximum length of a step: phases in radians, speeds in units of speed, and the parameter relative to its value
         at the start, taken together as one vector. Two special points of one type within a step may be missed.
@@ -112,27 +132,25 @@ def orbit_branch(
     Raises
     ------
     ParameterError
-        The orbit has not converged, or a number is out of range.
+        The orbit has not converged, a number is out of range, or the parameter does not exist for these stops.
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`; anywhere on the branch, when the frequency varies.
     """
-    if parameter not in ("clearance", "omega", "restitution"):
-        raise ParameterError("parameter", "must be clearance, omega or restitution")
+    orbit, values = at_point(oscillator, orbit)
     if not orbit.converged:
         raise ParameterError("orbit", "has not converged")
-    values = {"clearance": orbit.clearance, "omega": orbit.omega, "restitution": oscillator.restitution}
-    if parameter == "restitution":
-        if not 0.0 <= start < stop <= 1.0:
-            raise ParameterError("start", "must be below stop, both between 0 and 1")
-    elif not 0.0 < start < stop < math.inf:
-        raise ParameterError("start", "must be greater than 0 and below stop")
-    if not start <= values[parameter] <= stop:
+    here = values.value(parameter)
+    if parameter == "bias" and contact_equilibrium(oscillator) == 0.0:
+        raise ParameterError("parameter", "bias does not move the contact, so the orbits do not depend on it")
+    check_interval(parameter, start, stop)
+    if not start <= here <= stop:
         raise ParameterError("start", "must not be above the orbit's value, nor stop below it")
     if not 0.0 < longest_step <= 1.0:
         raise ParameterError("longest_step", "must lie between 0 and 1")
     checked_order("max_points", max_points, 1)
 
-    impacts = orbit.impacts.half() if orbit.symmetric else orbit.impacts
+    symmetric = orbit.symmetric and keeps_symmetry(oscillator, parameter)
+    impacts = orbit.impacts.half() if symmetric else orbit.impacts.whole
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     path = ContinuationProblem(family, impacts.stops, (parameter,), values)
     bounds = (start / path.units[parameter], stop / path.units[parameter])
@@ -189,9 +207,8 @@ def _branch(
 ) -> OrbitBranch:
     count = path.count
     unknowns = np.array([point.unknowns for point in points])
-    clearance = np.array([point.clearance for point in points])
-    omega = np.array([point.omega for point in points])
-    restitution = np.array([point.restitution for point in points])
+    values = tuple(point.values for point in points)
+    omega = np.array([one.omega for one in values])
     multipliers = np.array([point.multipliers for point in points])
     if path.family.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
@@ -203,10 +220,8 @@ def _branch(
     least_period = np.array([path.impacts(point.unknowns).repeats_after() == period for point in points])
     return OrbitBranch(
         parameter=parameter,
-        values={"clearance": clearance, "omega": omega, "restitution": restitution}[parameter],
-        clearance=clearance,
-        omega=omega,
-        restitution=restitution,
+        values=np.array([one.value(parameter) for one in values]),
+        points=values,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
         stops=path.stops.astype(np.int64),

@@ -10,26 +10,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.continuation.tolerances import PATH_EXACT, PATH_NEWTON_STEPS
+from grazemap_core.contact.cell_problem import has_odd_harmonics_only
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint
+from grazemap_core.continuation.tolerances import DIFFERENCE, PATH_EXACT, PATH_NEWTON_STEPS
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.numerics.kernels.dense import eliminate
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import CLEAR, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
-from grazemap_core.orbits.states import multipliers_of
+from grazemap_core.orbits.states import multipliers_of, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_RESIDUAL, ORBIT_SETTLED
-
-Parameter = Literal["clearance", "omega", "restitution"]
-
-_ABOVE = {"clearance": 0.0, "omega": 0.0, "restitution": -1.0}
-"""Newton's method may try any value above these: the equations are analytic in a restitution beyond [0, 1] too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +38,7 @@ class ContinuationPoint:
     ----------
     unknowns : (2 k + p,)
         Phases, speeds and the p parameters, in the path's units.
-    clearance, omega, restitution : float
+    values : ParameterPoint
     residual : float
         Largest residual, in units of length.
     kantorovich : float
@@ -57,9 +55,7 @@ class ContinuationPoint:
     """
 
     unknowns: Floats
-    clearance: float
-    omega: float
-    restitution: float
+    values: ParameterPoint
     residual: float
     kantorovich: float
     multipliers: Complexes
@@ -77,7 +73,7 @@ class ContinuationPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether every impact velocity points at its stop, and mass 1 has no other contact with a stop."""
+        """Whether every impact velocity points at its stop, and the contact has no other contact with a stop."""
         return self.contact == CLEAR
 
 
@@ -90,6 +86,7 @@ class ContinuationProblem:
     stops : (k,)
     parameters : tuple of str
         The parameters that vary. The others keep their values in `fixed`.
+    fixed : ParameterPoint
     units : dict of str to float
         The unknown of a parameter is its value over this.
     length : float
@@ -97,48 +94,97 @@ class ContinuationProblem:
     """
 
     def __init__(
-        self, family: OrbitFamily, stops: Integers, parameters: tuple[Parameter, ...], fixed: dict[str, float]
+        self, family: OrbitFamily, stops: Integers, parameters: tuple[Parameter, ...], fixed: ParameterPoint
     ) -> None:
-        """Take the values of the parameters at the start, which are also their units; the unit of restitution is 1.
+        """Take the values of all parameters at the start, in which those that vary have their units.
 
-        A restitution that is not in `fixed` is that of the family's oscillator.
+        The units of restitutions and of factors are 1, that of one clearance is the unit of length.
         """
         self.family = family
         self.stops = stops.astype(np.float64)
         self.parameters = parameters
-        self.fixed = {"restitution": family.oscillator.restitution, **fixed}
-        self.units = {**self.fixed, "restitution": 1.0}
+        self.fixed = fixed
         self.count = len(stops)
-        self.length = max(abs(family.steady(fixed["omega"])[0]), fixed["clearance"])
+        self._odd = has_odd_harmonics_only(family.oscillator)
+        self._structure = fixed.structure
+        self._member = self._varied = family, contact_equilibrium(family.oscillator)
+        self.length = max(steady_size(family.steady(fixed.omega)), self._stops_at(fixed).unit)
+        self.units = {name: self._unit(name) for name in parameters}
         self._problem: OrbitProblem | None = None
+        self._place = fixed.omega, fixed.structure
+        self._varying: tuple[float, ...] = ()
+        self._point = (fixed, self._stops_at(fixed))
+        self._structural = [(i, name) for i, name in enumerate(parameters) if name not in PARAMETERS]
+        constant = [name for name in parameters if name != "bias" or not self._structural]
+        self._by_gap = {name: self._derivative_by_gap(name, fixed) for name in constant}
+
+    def _unit(self, name: Parameter) -> float:
+        if name in ("omega", "clearance"):
+            return self.fixed.value(name)
+        if name not in PARAMETERS:
+            return self.fixed.value(name) or 1.0
+        return self.length if name.startswith("clearance") else 1.0
+
+    def family_at(self, values: ParameterPoint) -> OrbitFamily:
+        """Return the family of the structure at a point; the last one is cached."""
+        return self._member_at(values)[0]
+
+    def _member_at(self, values: ParameterPoint) -> tuple[OrbitFamily, float]:
+        """Return the family of the structure at a point, and its equilibrium of the contact."""
+        oscillator = self.family.oscillator.with_structure(dict(values.structure))
+        if oscillator is self.family.oscillator:
+            return self._member
+        if values.structure != self._structure:
+            pattern = self.family.pattern
+            family = OrbitFamily.of(oscillator, pattern.multiple, pattern.symmetric)
+            self._structure, self._varied = values.structure, (family, contact_equilibrium(oscillator))
+        return self._varied
+
+    def _stops_at(self, values: ParameterPoint) -> Stops:
+        return values.stops(self._member_at(values)[1], self._odd)
 
     @cached_property
     def _scratch(self) -> OrbitScratch:
         return orbit_scratch(self.count, self.family.model.size)
 
-    def unknowns(self, impacts: ImpactSequence, values: dict[str, float]) -> Floats:
+    def unknowns(self, impacts: ImpactSequence, values: ParameterPoint) -> Floats:
         """Return the unknowns of an orbit whose parameters have these values."""
-        parameters = [values[name] / self.units[name] for name in self.parameters]
-        return np.concatenate([impacts.phases, impacts.velocities / (values["omega"] * self.length), parameters])
+        parameters = [values.value(name) / self.units[name] for name in self.parameters]
+        return np.concatenate([impacts.phases, impacts.velocities / (values.omega * self.length), parameters])
 
-    def value(self, unknowns: Floats, name: str) -> float:
-        """Return the value of a parameter."""
-        if name not in self.parameters:
-            return self.fixed[name]
-        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
+    def values(self, unknowns: Floats) -> ParameterPoint:
+        """Return the values of all parameters."""
+        return self._at(unknowns)[0]
 
-    def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
-        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last is cached."""
-        if self._problem is None or self._problem.omega != omega:
-            self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
-        value = self.fixed["restitution"] if restitution is None else restitution
-        if self._problem.restitution != value:
-            self._problem = self._problem._replace(restitution=value, rebound=1.0 + value)
+    def gaps(self, unknowns: Floats) -> Stops:
+        """Return the stops at a point."""
+        return self._at(unknowns)[1]
+
+    def _at(self, unknowns: Floats) -> tuple[ParameterPoint, Stops]:
+        """Return the values of all parameters, and the stops; the last ones are cached."""
+        varying = tuple(unknowns[2 * self.count :].tolist())
+        if varying != self._varying:
+            found = self.fixed
+            for name, value in zip(self.parameters, varying, strict=True):
+                found = found.varied(name, value * self.units[name])
+            self._varying, self._point = varying, (found, self._stops_at(found))
+        return self._point
+
+    def problem(self, values: ParameterPoint) -> OrbitProblem:
+        """Return the equations with forces of the factor 1; those of the last frequency and structure are cached."""
+        place = values.omega, values.structure
+        if self._problem is None or place != self._place:
+            family = self.family_at(values)
+            self._problem = family.problem(values.omega, self.length, family.steady(values.omega))
+            self._place = place
         return self._problem
 
     def problem_at(self, unknowns: Floats) -> OrbitProblem:
         """Return the equations at a point, as the kernels take them."""
-        return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
+        return self._problem_of(self.values(unknowns))
+
+    def _problem_of(self, values: ParameterPoint) -> OrbitProblem:
+        return forced(self.problem(values), values.forcing)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual, derivatives and terms of all equations of the path: those of its orbits."""
@@ -147,26 +193,53 @@ class ContinuationProblem:
     def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
         count, work = self.count, self._scratch.newton
-        problem = self.problem_at(unknowns)
-        terms = assemble(
-            problem,
-            self.stops,
-            self.value(unknowns, "clearance"),
-            unknowns[:count],
-            unknowns[count : 2 * count],
-            work.residual,
-            work.jacobian,
-            work.before,
-        )
+        by_structure = {name: self._by_structure(i, unknowns) for i, name in self._structural}
+        values, gaps = self._at(unknowns)
+        terms = self._assemble(unknowns)
         derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
         derivatives[:, : 2 * count] = work.jacobian[:, : 2 * count]
         for i, name in enumerate(self.parameters):
-            if name == "restitution":
-                derivatives[:, 2 * count + i] = _by_restitution(problem, unknowns[:count], work.before)
-                continue
-            column = 2 * count + (0 if name == "clearance" else 1)
-            derivatives[:, 2 * count + i] = work.jacobian[:, column] * self.units[name]
+            if name in by_structure:
+                column = by_structure[name]
+            elif name == "omega":
+                column = work.jacobian[:, 2 * count]
+            elif name == "forcing":
+                column = self._by_forcing(unknowns)
+            elif name.startswith("restitution"):
+                column = self._by_restitution(name, gaps, unknowns)
+            else:
+                column = self._by_gap[name] if name in self._by_gap else self._derivative_by_gap(name, values)
+            derivatives[:, 2 * count + i] = column * self.units[name]
         return work.residual.copy(), derivatives, terms
+
+    def _assemble(self, unknowns: Floats) -> float:
+        """Write residual and Jacobian of the orbit's equations to the scratch; return the size of their terms."""
+        count, work = self.count, self._scratch.newton
+        return float(
+            assemble(
+                self.problem_at(unknowns),
+                self.stops,
+                self.gaps(unknowns),
+                unknowns[:count],
+                unknowns[count : 2 * count],
+                work.residual,
+                work.jacobian,
+                work.before,
+            )
+        )
+
+    def _by_structure(self, index: int, unknowns: Floats) -> Floats:
+        """Return the residuals' derivatives (2 k,) with respect to a parameter of the structure, by differences.
+
+        They only direct Newton's method and the path: what is solved for are the residuals.
+        """
+        residuals, unit = [], self.units[self.parameters[index]]
+        for side in (DIFFERENCE, -DIFFERENCE):
+            moved = unknowns.copy()
+            moved[2 * self.count + index] += side
+            self._assemble(moved)
+            residuals.append(self._scratch.newton.residual.copy())
+        return np.asarray((residuals[0] - residuals[1]) / (2.0 * DIFFERENCE * unit))
 
     def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
         """Return the unit tangent of the path, in the direction of `along`; None where there is none."""
@@ -189,19 +262,20 @@ class ContinuationProblem:
         offset = float(normal @ guess)
         settled = False
         for steps in range(PATH_NEWTON_STEPS + 1):
-            if not all(self.value(unknowns, name) > _ABOVE[name] for name in self.parameters):
+            values = self.values(unknowns)
+            if not self._in_domain(values):
                 return None
             residual, derivatives, terms = self.equations(unknowns)
-            norm = float(np.max(np.abs(residual)))
+            norm = float(np.abs(residual).max())
             if settled:
                 return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
-            right = np.append(residual, float(normal @ unknowns) - offset)
+            right = np.concatenate([residual, [float(normal @ unknowns) - offset]])
             try:
                 step = np.linalg.solve(np.concatenate([derivatives, normal[None]]), right)
             except np.linalg.LinAlgError:
                 return None
-            length = float(np.max(np.abs(step)))
-            problem = self.problem_at(unknowns)
+            length = float(np.abs(step).max())
+            problem = self._problem_of(values)
             if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
                 return None
             unknowns = unknowns - step
@@ -213,7 +287,7 @@ class ContinuationProblem:
         count, period = self.count, self.family.pattern.multiple
         whole = 2.0 * math.pi * period
         phases = unknowns[:count] - math.floor(unknowns[0] / whole) * whole
-        velocities = unknowns[count : 2 * count] * (self.value(unknowns, "omega") * self.length)
+        velocities = unknowns[count : 2 * count] * (self.values(unknowns).omega * self.length)
         return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
 
     def doubling_matrix(self, unknowns: Floats) -> Floats:
@@ -221,15 +295,19 @@ class ContinuationProblem:
         self.of_orbit(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
         phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
-        assemble_doubled(self.problem_at(unknowns), phases, speeds, self._scratch.newton.before, matrix)
+        problem, gaps = self.problem_at(unknowns), self.gaps(unknowns)
+        assemble_doubled(problem, self.stops, gaps, phases, speeds, self._scratch.newton.before, matrix)
         return matrix
 
-    def _determinants(self, problem: OrbitProblem, unknowns: Floats, derivatives: Floats) -> tuple[float, float]:
+    def _determinants(
+        self, problem: OrbitProblem, gaps: Stops, unknowns: Floats, derivatives: Floats
+    ) -> tuple[float, float]:
         count = self.count
         system = derivatives[:, : 2 * count].copy()
         fold_test = eliminate(system, 2 * count)
         speeds = unknowns[count : 2 * count]
-        assemble_doubled(problem, unknowns[:count], speeds, self._scratch.newton.before, system)
+        before = self._scratch.newton.before
+        assemble_doubled(problem, self.stops, gaps, unknowns[:count], speeds, before, system)
         return float(fold_test), float(eliminate(system, 2 * count))
 
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
@@ -237,21 +315,19 @@ class ContinuationProblem:
         count, scratch = self.count, self._scratch
         residual, derivatives, terms = self.of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
-        omega, clearance = self.value(unknowns, "omega"), self.value(unknowns, "clearance")
-        problem = self.problem_at(unknowns)
-        kantorovich, _ = newton_kantorovich(problem, speeds, terms, scratch.newton)
-        fold_test, doubling_test = self._determinants(problem, unknowns, derivatives)
+        values, gaps = self._at(unknowns)
+        problem = self._problem_of(values)
+        kantorovich, _ = newton_kantorovich(problem, self.stops, gaps, speeds, terms, scratch.newton)
+        fold_test, doubling_test = self._determinants(problem, gaps, unknowns, derivatives)
         contact, excess, phase, stop = further_contact(
-            problem, self.stops, clearance, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
+            problem, self.stops, gaps, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
         )
         return ContinuationPoint(
             unknowns=unknowns,
-            clearance=clearance,
-            omega=omega,
-            restitution=self.value(unknowns, "restitution"),
-            residual=float(np.max(np.abs(residual))),
+            values=values,
+            residual=float(np.abs(residual).max()),
             kantorovich=float(kantorovich),
-            multipliers=multipliers_of(problem, phases, speeds, scratch.newton.before),
+            multipliers=self._multipliers(self.family_at(values), problem, gaps, phases, speeds),
             fold_test=fold_test,
             doubling_test=doubling_test,
             contact=int(contact),
@@ -260,10 +336,47 @@ class ContinuationProblem:
             excess_stop=int(stop),
         )
 
+    def _multipliers(
+        self, family: OrbitFamily, problem: OrbitProblem, gaps: Stops, phases: Floats, speeds: Floats
+    ) -> Complexes:
+        """Return all multipliers over a span, by decreasing modulus."""
+        of_blocks = multipliers_of(problem, self.stops, gaps, phases, speeds, self._scratch.newton.before)
+        return with_unseen(family, problem.omega, of_blocks)
 
-def _by_restitution(problem: OrbitProblem, phases: Floats, before: Floats) -> Floats:
-    """Return the residuals' derivatives (2 k,): all terms but the steady motion are proportional to 1 + R."""
-    sine, cosine = np.sin(phases), np.cos(phases)
-    place = problem.steady_real * sine + problem.steady_imag * cosine
-    rate = problem.steady_real * cosine - problem.steady_imag * sine
-    return np.concatenate([before[:, 0] - place, before[:, 1] - rate]) / problem.rebound
+    def _in_domain(self, values: ParameterPoint) -> bool:
+        """Return whether Newton's method may try these values: the equations are analytic beyond the physical ones."""
+        rebounds = 1.0 + values.restitution_right, 1.0 + values.restitution_left
+        distance = values.clearance_right + values.clearance_left
+        structure = [value for name, value in values.structure if name in self.parameters]
+        return min(values.omega, values.forcing, distance, *rebounds, *structure) > 0.0
+
+    def _derivative_by_gap(self, name: Parameter, values: ParameterPoint) -> Floats:
+        """Return the residuals' derivatives (2 k,) with respect to a clearance, or to the factor of the bias."""
+        by_gap = -self.stops / self.length
+        if name == "bias":  # which moves both stops the same way
+            by_gap = -self.stops * self._member_at(values)[1] * by_gap
+        elif name != "clearance":
+            by_gap = np.where(self.stops == (1.0 if name == "clearance_right" else -1.0), by_gap, 0.0)
+        return np.concatenate([by_gap, np.zeros(self.count)])
+
+    def _by_forcing(self, unknowns: Floats) -> Floats:
+        """Return the residuals' derivatives (2 k,) with respect to the factor of the forces."""
+        problem = self.problem(self.values(unknowns))
+        angles = np.outer(problem.orders, unknowns[: self.count])
+        turned = (problem.steady @ np.array([1.0, 1j]))[:, None] / problem.steady_unit * np.exp(1j * angles)
+        rates = problem.orders[:, None] * turned
+        return np.concatenate([np.sum(turned.imag, axis=0), np.sum(rates.real, axis=0)])
+
+    def _by_restitution(self, name: Parameter, gaps: Stops, unknowns: Floats) -> Floats:
+        """Return the residuals' derivatives (2 k,) with respect to a restitution: impulses are proportional to 1 + R.
+
+        `of_orbit` has written the Jacobian.
+        """
+        count, jacobian = self.count, self._scratch.newton.jacobian
+        by_speed = jacobian[:, count : 2 * count].copy()
+        by_speed[count + np.arange(count), np.arange(count)] += 1.0  # the unknown itself is no impulse
+        rebound = 1.0 + np.where(self.stops > 0.0, gaps.restitution_right, gaps.restitution_left)
+        weight = unknowns[count : 2 * count] / rebound
+        if name != "restitution":
+            weight = np.where(self.stops == (1.0 if name == "restitution_right" else -1.0), weight, 0.0)
+        return np.asarray(by_speed @ weight)

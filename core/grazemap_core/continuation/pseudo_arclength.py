@@ -5,6 +5,7 @@ The length of the steps is adapted to the convergence of the corrector and to th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -72,7 +73,7 @@ def follow_path(
         if reason is not None or outside is not None or following is None:
             return reason or "range"
         here, tangent = unknowns, following
-        apart = float(np.linalg.norm(here - start))
+        apart = float(np.linalg.norm(_change(path, start, here)))
         if (
             number >= tolerances.MIN_CLOSED_POINTS
             and apart < step
@@ -82,6 +83,13 @@ def follow_path(
         if steps <= tolerances.FAST_NEWTON_STEPS:
             step = min(step * tolerances.STEP_GROWTH, longest)
     return "points"
+
+
+def _change(path: ContinuationProblem, start: Floats, here: Floats) -> Floats:
+    """Return the change of the unknowns, with phases that count from the same forcing period."""
+    change = here - start
+    change[: path.count] -= 2.0 * math.pi * round(float(change[0]) / (2.0 * math.pi))
+    return change
 
 
 def _first_bound(here: Floats, there: Floats, bounds: Bounds) -> tuple[int, float, float] | None:

@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
+from grazemap_core.continuation.parameters import ParameterOrbit, ParameterPoint
 from grazemap_core.continuation.tolerances import (
     END_NODES,
     GRAZE_MARGIN,
@@ -38,13 +39,13 @@ Test = Callable[[ContinuationPoint], float]
 
 
 @dataclass(frozen=True, eq=False)
-class SpecialPoint:
+class SpecialPoint(ParameterOrbit):
     """A special point of a branch.
 
     Attributes
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
-    clearance, omega, restitution : float
+    values : ParameterPoint
     status : {"converged", "guess"}
         "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
         another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
@@ -62,9 +63,7 @@ class SpecialPoint:
     """
 
     type: SpecialType
-    clearance: float
-    omega: float
-    restitution: float
+    values: ParameterPoint
     status: Literal["converged", "guess"]
     admissible: bool
     impacts: ImpactSequence
@@ -244,9 +243,7 @@ class Segment:
         point = self.at(where)
         return SpecialPoint(
             type=kind,
-            clearance=point.clearance,
-            omega=point.omega,
-            restitution=point.restitution,
+            values=point.values,
             status="converged" if residual <= SPECIAL_POINT_RESIDUAL else "guess",
             impacts=self.path.impacts(point.unknowns),
             multipliers=point.multipliers,
@@ -266,7 +263,8 @@ class Segment:
         impacts = self.path.impacts(point.unknowns)
         if impacts.repeats_after(MERGED_ORBITS) < impacts.period:
             return "PD"
-        return "SB" if not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else "SN"
+        mirrored = self.path.gaps(point.unknowns).symmetric and not impacts.symmetric
+        return "SB" if mirrored and impacts.mirrors(MERGED_ORBITS) else "SN"
 
 
 def _fold_test(point: ContinuationPoint) -> float:

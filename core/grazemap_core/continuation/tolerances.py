@@ -64,3 +64,6 @@ points that have another special point, or impact, nearby."""
 SAME_CURVE: Final = 5e-3
 """Distance from the polyline of a curve, all impacts compared, up to which a special point of its type lies on it. With
 steps of 0.05 and turns of up to `MIN_TANGENT_COSINE`, a curve is within a fourth of this from its chords."""
+
+DIFFERENCE: Final = 6e-6
+"""Step of central differences, relative to a parameter: the cube root of a rounding, where both errors are small."""

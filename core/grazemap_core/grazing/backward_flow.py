@@ -1,6 +1,6 @@
-"""The motion of mass 1 near a graze, backward in time: to the stop, and to the moment of zero velocity.
+"""The motion of the contact near a graze, backward in time: to the stop, and to the moment of zero velocity.
 
-The steady motion is treated as a block without decay. Over a time t a block changes by
+Every harmonic of the steady motion is treated as a block without decay. Over a time t a block changes by
 
     u(t) - u(0) = t T phi_1(T t) u(0),     u(t) - u(0) - t T u(0) = t^2 T^2 phi_2(T t) u(0)
 
@@ -10,7 +10,9 @@ by a bound of the acceleration or the jerk, so that no zero is missed.
 
 from __future__ import annotations
 
+import cmath
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,9 +29,9 @@ ACCELERATION, JERK = 0, 1
 
 
 class Moment(NamedTuple):
-    """A moment of a backward motion: the change of its blocks, shape (N + 1, 2), and mass 1.
+    """A moment of a backward motion: the change of its blocks, shape (N + H, 2), and the contact.
 
-    With x_1(t) = x_1 + t v_1 + t^2 curve and v_1(t) = v_1 + t slope; `acceleration` is that at t.
+    With q(t) = q + t q' + t^2 curve and q'(t) = q' + t slope; `acceleration` is that at t.
     """
 
     gained: Floats
@@ -40,15 +42,15 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BackwardFlow:
-    """The N free blocks and the steady motion, in coordinates (frequency u, u').
+    """The N free blocks and the H harmonics, in coordinates (frequency u, u').
 
     Attributes
     ----------
     point : GrazingPoint
-    generator : ndarray of shape (N + 1, 2, 2)
+    generator : ndarray of shape (N + H, 2, 2)
         T of each block.
-    rows : ndarray of shape (4, N + 1, 2)
-        Contribution of each coordinate to x_1 and its first three derivatives.
+    rows : ndarray of shape (4, N + H, 2)
+        Contribution of each coordinate to q and its first three derivatives.
     """
 
     point: GrazingPoint
@@ -59,11 +61,11 @@ class BackwardFlow:
     def of(cls, point: GrazingPoint) -> BackwardFlow:
         """Return the flow of the blocks of a grazing point."""
         model = point.model
-        frequency = np.append(np.sqrt(model.frequency_squared), point.omega)
+        frequency = np.append(np.sqrt(model.frequency_squared), point.orders * point.omega)
         generator = np.zeros((len(frequency), 2, 2))
         generator[:, 0, 1], generator[:, 1, 0] = frequency, -frequency
-        generator[:-1, 1, 1] = -2.0 * model.decay
-        row = np.concatenate([model.shape[0], [[1.0, 0.0]]])
+        generator[: model.size, 1, 1] = -2.0 * model.decay
+        row = np.concatenate([model.contact_row, [[1.0, 0.0]] * len(point.orders)])
         row[:, 0] /= frequency
         rows = [row]
         for _ in range(3):
@@ -71,16 +73,17 @@ class BackwardFlow:
         return cls(point, generator, np.array(rows))
 
     def start(self, free: Floats, phase: float) -> Floats:
-        """Return the blocks' state, shape (N + 1, 2), of a free part with theta `phase` ahead of the point."""
-        amplitude = self.point.stop * self.point.omega * self.point.clearance
-        state = np.concatenate([free, [[amplitude * math.cos(phase), -amplitude * math.sin(phase)]]])
-        state[:-1, 0] *= self.generator[:-1, 0, 1]
+        """Return the blocks' state, shape (N + H, 2), of a free part with theta `phase` ahead of the point."""
+        rates = self.point.omega * self.point.orders * self.point.contact_steady
+        turned = [rate * cmath.exp(1j * k * phase) for k, rate in zip(self.point.orders.tolist(), rates, strict=True)]
+        state = np.concatenate([free, [[one.imag, one.real] for one in turned]])
+        state[: len(free), 0] *= self.generator[: len(free), 0, 1]
         return state
 
     def free(self, state: Floats) -> Floats:
         """Return the free part of a state of the blocks, shape (N, 2)."""
-        free = state[:-1].copy()
-        free[:, 0] /= self.generator[:-1, 0, 1]
+        free = state[: self.point.model.size].copy()
+        free[:, 0] /= self.generator[: len(free), 0, 1]
         return free
 
     def after(self, state: Floats, time: float) -> Moment:
@@ -99,7 +102,7 @@ class BackwardFlow:
         )
 
     def bounds(self, state: Floats, span: float) -> tuple[float, float]:
-        """Return bounds of acceleration and jerk of mass 1 over a time `span` before a state.
+        """Return bounds of acceleration and jerk of the contact over a time `span` before a state.
 
         The energy of a block grows backward by a factor of at most exp(4 decay span).
         """
@@ -109,11 +112,11 @@ class BackwardFlow:
         return float(second), float(third)
 
     def time_at_stop(self, state: Floats, overshoot: float, longest: float) -> float | None:
-        """Return when mass 1, at rest at an overshoot beyond the stop, passed the stop; None if not within `longest`.
+        """Return when the contact, at rest beyond the stop by an overshoot, passed it; None if not within `longest`.
 
         Parameters
         ----------
-        state : ndarray of shape (N + 1, 2)
+        state : ndarray of shape (N + H, 2)
         overshoot : float
             > 0.
         longest : float
@@ -124,53 +127,51 @@ class BackwardFlow:
         float or None
             The last such time before 0, with a relative error of a few roundings.
         """
-        stop, time = self.point.stop, 0.0
-        for _ in range(BACKWARD_STEPS):
-            now = self.after(state, time)
-            depth, speed = overshoot + stop * time * time * now.curve, stop * time * now.slope
-            here = state + now.gained
-            if depth <= 0.0 or self._newton_converges(ACCELERATION, here, depth, speed):
-                break
-            time -= self._step(ACCELERATION, here, depth, speed)
-            if time < -longest:
-                return None
-        else:
-            return None
-        if speed <= 0.0:  # a touch within round-off
-            return None
-        for _ in range(BACKWARD_STEPS):
-            before, time = time, time - depth / speed
-            if abs(time - before) <= 2.0 * EPSILON * abs(time):
-                break
-            now = self.after(state, time)
-            depth, speed = overshoot + stop * time * time * now.curve, stop * time * now.slope
-        return time if time >= -longest else None
+        stop = self.point.stop
+
+        def depth(time: float, now: Moment) -> tuple[float, float]:
+            return overshoot + stop * time * time * now.curve, stop * time * now.slope
+
+        return self._last_zero(ACCELERATION, state, longest, depth)
 
     def time_at_rest(self, state: Floats, velocity: float, longest: float) -> float | None:
-        """Return when mass 1, leaving the stop at a velocity, would have been at rest; None if not within `longest`.
+        """Return when the contact, leaving a stop at a velocity, would have rested; None if not within `longest`.
 
-        Parameters and the result are as in `time_at_stop`; the velocity is the exact one of mass 1.
+        Parameters and the result are as in `time_at_stop`; the velocity is the exact one of the contact.
         """
-        stop, time = self.point.stop, 0.0
+        stop = self.point.stop
+
+        def leaving(time: float, now: Moment) -> tuple[float, float]:
+            return -stop * (velocity + time * now.slope), -stop * now.acceleration
+
+        return self._last_zero(JERK, state, longest, leaving)
+
+    def _last_zero(
+        self, which: int, state: Floats, longest: float, function: Callable[[float, Moment], tuple[float, float]]
+    ) -> float | None:
+        """Return the last zero before 0, within `longest`, of a function that is positive at 0.
+
+        `function` returns its value and its rate; `which` of the `bounds` is that of the change of its rate.
+        """
+        time = 0.0
         for _ in range(BACKWARD_STEPS):
             now = self.after(state, time)
-            leaving, slowing = -stop * (velocity + time * now.slope), -stop * now.acceleration
+            value, rate = function(time, now)
             here = state + now.gained
-            if leaving <= 0.0 or self._newton_converges(JERK, here, leaving, slowing):
+            if value <= 0.0 or self._newton_converges(which, here, value, rate):
                 break
-            time -= self._step(JERK, here, leaving, slowing)
+            time -= self._step(which, here, value, rate)
             if time < -longest:
                 return None
         else:
             return None
-        if slowing <= 0.0:
+        if rate <= 0.0:  # a touch within round-off
             return None
         for _ in range(BACKWARD_STEPS):
-            before, time = time, time - leaving / slowing
+            before, time = time, time - value / rate
             if abs(time - before) <= 2.0 * EPSILON * abs(time):
                 break
-            now = self.after(state, time)
-            leaving, slowing = -stop * (velocity + time * now.slope), -stop * now.acceleration
+            value, rate = function(time, self.after(state, time))
         return time if time >= -longest else None
 
     def _step(self, which: int, state: Floats, value: float, rate: float) -> float:

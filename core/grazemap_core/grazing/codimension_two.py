@@ -1,11 +1,19 @@
 """All codimension-two points of the grazing curve in an interval of forcing frequencies.
 
-The points are the zeros of three functions of one variable (theory, sections 6 and 7), which `kernels.root_isolation`
-finds without missing one:
+Two kinds are the zeros of three functions of one variable (theory, "Codimension-two points: recurrence" and "...:
+resonant"), which `kernels.root_isolation` finds without missing one:
 
 - recurrence points, ``g(m T/2) = 0``: the paper's four families, equations (42), (45), (57), (58);
 - resonant points, ``h = 0`` or ``h_s = 0`` at ``n T`` or ``n T/2``: where saddle-node, period-doubling and
   symmetry-breaking curves of single-impact orbits leave the grazing curve.
+
+Two kinds depend on the steady motion (theory, "Several harmonics"). `peak_search` finds them where there are several
+harmonics, by bounds that leave none out:
+
+- double grazes: both stops are grazed, which are not alike;
+- corners: two maxima of the steady motion are equal, and the grazing curve has a kink.
+
+T is the period of the forces: with p the common divisor of their harmonics, 2 pi/(p omega).
 """
 
 from __future__ import annotations
@@ -22,20 +30,22 @@ from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.grazing.one_stop import VariedStop, double_grazes
+from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
+from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
+from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.summary import harmonic_response
 from grazemap_core.tolerances import EPSILON
 
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
-Kind = Literal["recurrence", "resonant", "double-graze"]
+Kind = Literal["recurrence", "resonant", "double-graze", "corner"]
 
 
 _HIDDEN = (
@@ -52,12 +62,36 @@ class Family(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Corner:
+    """A kink of the grazing curve, where two maxima of the steady motion toward the grazed stop are equal.
+
+    Attributes
+    ----------
+    phase_before, phase_after : float
+        omega t in (-pi, pi] of the maximum that is the larger one below the frequency of the corner, and above it.
+    slope_before, slope_after : float
+        d A/d omega of these maxima: that of the grazing curve below the corner is the smaller one.
+    recurrence_before, recurrence_after : int
+        After a graze at this maximum, the number of the contact at which an impact first recurs, 0 if none does within
+        max_order half periods. The contacts are those of the steady motion at the corner, of both stops if they are
+        alike, in the order of time.
+    """
+
+    phase_before: float
+    phase_after: float
+    slope_before: float
+    slope_after: float
+    recurrence_before: int
+    recurrence_after: int
+
+
+@dataclass(frozen=True)
 class CodimensionTwoPoint:
     """A point (omega, clearance) of the grazing curve at which its unfolding changes.
 
     Attributes
     ----------
-    kind : {"recurrence", "resonant", "double-graze"}
+    kind : {"recurrence", "resonant", "double-graze", "corner"}
     omega, clearance : float
         On the grazing curve; the clearance is that of the stop that varies.
     residual : float
@@ -81,8 +115,10 @@ class CodimensionTwoPoint:
     unfolding : ResonantUnfolding or None
         Leading order of that curve. None for a near-double point, where it is not defined.
     stop : {+1, -1} or None
-        The stop that is grazed, where the two are not alike. So are `amplitude_slope`, d A/d omega, and `margin`, the
-        gap of the other stop minus the amplitude, None if there is none.
+        The stop that is grazed, where the two are not alike. So are `amplitude_slope`, d A/d omega, None at a corner,
+        and `margin`, the gap of the other stop minus the amplitude toward it, None if there is none.
+    corner : Corner or None
+        None for other points and near-double ones.
     """
 
     kind: Kind
@@ -101,6 +137,7 @@ class CodimensionTwoPoint:
     stop: int | None = None
     amplitude_slope: float | None = None
     margin: float | None = None
+    corner: Corner | None = None
 
 
 @dataclass(frozen=True)
@@ -141,7 +178,8 @@ def codimension_two_points(
     ----------
     oscillator : Oscillator
         Forced, every mode damped. (With an undamped mode the periodic sums do not converge and the grazing motion is
-        not unique, so recurrence points are not computed either.)
+        not unique, so recurrence points are not computed either.) Without `varied` the forces change their sign after
+        half of their period.
     omega_start, omega_stop : float
         0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is included.
     max_order : int
@@ -158,7 +196,8 @@ def codimension_two_points(
     Raises
     ------
     ParameterError
-        Nothing is forced, a number is out of range, or the interval holds too many oscillations of g to search.
+        Nothing is forced, the stops are not alike, a number is out of range, or the interval holds too many
+        oscillations of g, or cells with two equal maxima, to search.
     SteadyMotionError
         A mode is undamped.
     ConditioningError
@@ -172,6 +211,13 @@ def codimension_two_points(
         raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
     if omega_stop > MAX_FREQUENCY_RATIO * omega_start:
         raise ParameterError("omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times start")
+    if varied is None:
+        require_alike(oscillator)
+    own, times = at_own_period(oscillator)
+    if times > 1:
+        ends = omega_start, omega_stop
+        found = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
+        return [_at_declared_frequency(point, times, *ends) for point in found]
     response = impulse_response(modal_model(oscillator))
     if omega_stop > MAX_FREQUENCY_RATIO * float(np.sqrt(np.max(response.frequency_squared))):
         raise ParameterError(
@@ -182,6 +228,8 @@ def codimension_two_points(
     points += _resonances(response, omega_start, omega_stop, max_multiple, varied is not None or differ)
     if varied is not None:
         points += _double_grazes(oscillator, varied, omega_start, omega_stop)
+    if len(oscillator.drive) > 1:
+        points += _corners(oscillator, response, varied, omega_start, omega_stop, max_order)
     if not points:
         return []
     points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple or 0))
@@ -190,11 +238,41 @@ def codimension_two_points(
     if differ:
         # motions on the one stop and on the other unfold differently; there are no symmetric ones
         points = [one for point in points for one in _of_each_stop(point)]
-    clearances = np.abs(contact_response(oscillator, [point.omega for point in points]))
+    maxima = steady_motion(oscillator, np.array([point.omega for point in points])).toward(1)
+    each = zip(points, maxima.amplitude.tolist(), maxima.curvature.tolist(), strict=True)
     return [
-        replace(point, clearance=float(clearance), unfolding=_unfolding(response, oscillator, point, float(clearance)))
-        for point, clearance in zip(points, clearances, strict=True)
+        replace(point, clearance=amplitude, unfolding=_unfolding(response, oscillator, point, curvature))
+        for point, amplitude, curvature in each
     ]
+
+
+def _at_declared_frequency(point: CodimensionTwoPoint, times: int, start: float, stop: float) -> CodimensionTwoPoint:
+    """Return a point of the forces' own frequency, which is `times` omega, with omega in [start, stop]."""
+    unfolding, corner, slope = point.unfolding, point.corner, point.amplitude_slope
+    if unfolding is not None:
+        unfolding = replace(
+            unfolding,
+            slope=times * unfolding.slope,
+            quadratic=None if unfolding.quadratic is None else times**2 * unfolding.quadratic,
+            velocity_slope=times * unfolding.velocity_slope,
+        )
+    if corner is not None:
+        before, after = first_phase(np.array([corner.phase_before, corner.phase_after]), times).tolist()
+        corner = replace(
+            corner,
+            phase_before=before,
+            phase_after=after,
+            slope_before=times * corner.slope_before,
+            slope_after=times * corner.slope_after,
+        )
+    return replace(
+        point,
+        omega=min(max(point.omega / times, start), stop),
+        omega_error=point.omega_error / times,
+        amplitude_slope=None if slope is None else times * slope,
+        unfolding=unfolding,
+        corner=corner,
+    )
 
 
 def _of_each_stop(point: CodimensionTwoPoint) -> list[CodimensionTwoPoint]:
@@ -206,40 +284,90 @@ def _on_one_stop(
     oscillator: Oscillator, response: ImpulseResponse, points: list[CodimensionTwoPoint], varied: VariedStop
 ) -> list[CodimensionTwoPoint]:
     """Return points with their clearance, slope, margin and unfolding."""
-    steady = harmonic_response(oscillator, np.array([point.omega for point in points]))
-    place, margins = varied.stop * contact_equilibrium(oscillator), varied.margin(oscillator, steady.amplitude)
-    each = zip(points, steady.amplitude.tolist(), steady.amplitude_slope.tolist(), margins.tolist(), strict=True)
+    motion = steady_motion(oscillator, np.array([point.omega for point in points]), slopes=True)
+    maxima, other = motion.toward(varied.stop), motion.toward(-varied.stop)
+    clearances = maxima.amplitude + varied.stop * contact_equilibrium(oscillator)
+    margins = varied.margin(oscillator, maxima.amplitude, other.amplitude)
+    columns = (clearances, margins, maxima.slope, maxima.curvature)
+    each = zip(points, *(column.tolist() for column in columns), strict=True)
     return [
         replace(
             point,
-            clearance=amplitude + place,
-            unfolding=_unfolding(response, oscillator, replace(point, stop=varied.stop), amplitude, one_stop=True),
+            clearance=clearance,
+            unfolding=_unfolding(response, oscillator, replace(point, stop=varied.stop), curvature, one_stop=True),
             stop=varied.stop,
-            amplitude_slope=slope,
+            amplitude_slope=slope if point.kind != "corner" else None,
             margin=margin if math.isfinite(margin) else None,
         )
-        for point, amplitude, slope, margin in each
+        for point, clearance, margin, slope, curvature in each
     ]
 
 
 def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
     """Return the points at which the other stop is grazed too, without their clearance."""
     gap = varied.other_gap(oscillator)
-    if math.isinf(gap):
+    if is_half_wave_symmetric(oscillator.drive) if varied.together else math.isinf(gap):
+        return []  # the margin does not depend on omega
+    if len(oscillator.drive) > 1:
+        found = vanishing_margins(oscillator, varied, start, stop)
+        return [_coincidence("double-graze", one, start, stop) for one in found]
+    frequencies = np.array(double_grazes(oscillator, gap, start, stop))
+    if not len(frequencies):
         return []
-    found = np.array(double_grazes(oscillator, gap, start, stop))
-    residual = np.abs(np.abs(contact_response(oscillator, found)) - gap) / gap if len(found) else found
+    residual = np.abs(np.abs(contact_response(oscillator, frequencies)[:, 0]) - gap) / gap
     return [
         CodimensionTwoPoint("double-graze", omega, math.nan, float(rest), "simple", 4.0 * EPSILON * omega)
-        for omega, rest in zip(found.tolist(), residual, strict=True)
+        for omega, rest in zip(frequencies.tolist(), residual, strict=True)
     ]
+
+
+def _corners(
+    oscillator: Oscillator,
+    response: ImpulseResponse,
+    varied: VariedStop | None,
+    start: float,
+    stop: float,
+    max_order: int,
+) -> list[CodimensionTwoPoint]:
+    """Return the points at which two maxima toward the grazed stop are equal, without their clearance."""
+    alike, points = varied is None, []
+    for one in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
+        point = _coincidence("corner", one, start, stop)
+        if one.simple:
+            before, after = (_recurring(response, one, i, max_order, alike) for i in (0, 1))
+            point = replace(point, corner=Corner(*one.phases, *one.slopes, before, after))
+        points.append(point)
+    return points
+
+
+def _recurring(response: ImpulseResponse, corner: Coincidence, graze: int, max_order: int, alike: bool) -> int:
+    """Return the number of the contact at which an impact first recurs after one of the two grazes of a corner."""
+    delays = 2.0 * math.pi - (corner.phases[graze] - np.array(corner.phases)) % (2.0 * math.pi)
+    signs = np.ones(2)
+    if alike:  # half a period later the motion is at the other stop
+        delays = np.append(delays, 2.0 * math.pi - (math.pi - delays) % (2.0 * math.pi))
+        signs = np.array([1.0, 1.0, -1.0, -1.0])
+    order = np.argsort(delays)
+    turns = 2.0 * math.pi * np.arange((max_order + 1) // 2)
+    contacts = (turns[:, None] + delays[order]).ravel()
+    contacts = contacts[contacts <= max_order * math.pi * (1.0 + END_WIDTH)]
+    value, _, roundoff, _ = evaluate(response, contacts / corner.omega)
+    (recurring,) = np.nonzero(np.resize(signs[order], len(contacts)) * value < -roundoff)
+    return int(recurring[0]) + 1 if len(recurring) else 0
+
+
+def _coincidence(kind: Kind, found: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
+    """Return the point of a coincidence, without its clearance."""
+    omega = min(max(found.omega, start), stop)
+    status: Status = "simple" if found.simple else "near-double"
+    return CodimensionTwoPoint(kind, omega, math.nan, found.residual, status, found.error)
 
 
 def _unfolding(
     response: ImpulseResponse,
     oscillator: Oscillator,
     point: CodimensionTwoPoint,
-    amplitude: float,
+    curvature: float,
     one_stop: bool = False,
 ) -> ResonantUnfolding | None:
     """Return the unfolding of a resonant point; None for other points and near-double ones."""
@@ -250,7 +378,7 @@ def _unfolding(
         response,
         oscillator.restitution_of(point.stop or 1),
         point.omega,
-        amplitude,
+        curvature,
         pattern,
         point.bifurcation == "SN",
         one_stop,
@@ -325,7 +453,7 @@ def _inside(omega: float, start: float, stop: float) -> float | None:
 def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: float, stop: float) -> list[_Zero]:
     """Return the zeros tau of one function with ``factor/tau`` in ``[start, stop]`` for any of the factors, once."""
     zeros: list[_Zero] = []
-    for left, right in _merged([(factor / stop, factor / start) for factor in factors]):
+    for left, right in united([(factor / stop, factor / start) for factor in factors]):
         times, kinds, status = isolate(
             kind,
             response.blocks,
@@ -349,14 +477,3 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             for (time, width), what, residual in zip(times, kinds, residuals, strict=True)
         ]
     return zeros
-
-
-def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the union of intervals as disjoint ones, increasing."""
-    merged: list[tuple[float, float]] = []
-    for left, right in sorted(intervals):
-        if merged and left <= merged[-1][1] * (1.0 + 4.0 * END_WIDTH):
-            merged[-1] = (merged[-1][0], max(right, merged[-1][1]))
-        else:
-            merged.append((left, right))
-    return merged

@@ -1,8 +1,8 @@
 """The discontinuity mapping at a grazing point: leading order, equation (27), and exact.
 
-The mapping acts on states of the Poincare surface ``v_1 = 0``. If mass 1 is beyond the stop there, an impact precedes
-the state. The image is another state on the surface: the motion without impacts through it is the motion after the
-impact. The paper's (27) omits the mapped state x; see docs/theory.md.
+The mapping acts on states of the Poincare surface ``q' = 0``. If the contact is beyond the stop there, an impact
+precedes the state. The image is another state on the surface: the motion without impacts through it is the motion after
+the impact. The paper's (27) omits the mapped state x; see docs/theory.md.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class ExactMapping:
     displacement : ndarray of shape (2N + 1,)
         The image minus the state, to full relative accuracy.
     impact : ndarray of shape (2N + 1,)
-        Deviation just before the impact. Its x_1 is that of the stop, ``-stop depth``.
+        Deviation just before the impact. Its q is that of the stop, ``-stop depth``.
     velocity : float
-        v_1 just before the impact, signed.
+        Of the contact just before the impact, signed.
     """
 
     deviation: Floats
@@ -44,9 +44,9 @@ class ExactMapping:
 
 @dataclass(frozen=True, eq=False)
 class MappingError:
-    """Errors of the leading-order mapping for states that differ from the graze only by mass 1 beyond the stop.
+    """Errors of the leading-order mapping for states that differ from the graze only by the contact beyond the stop.
 
-    Sizes are those of `GrazingPoint.size`: the largest entry in units of clearance, omega clearance and radians.
+    Sizes are those of `GrazingPoint.size`: the largest entry in units of amplitude, omega amplitude and radians.
 
     Attributes
     ----------
@@ -70,23 +70,21 @@ class MappingError:
 
 
 def overshoot_of(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> float:
-    """Return how far mass 1 is beyond the stop, negative if it is inside; `depth` as in `leading_mapping`."""
-    return depth + point.stop * float(checked_deviation(point, deviation, on_surface=False)[0])
+    """Return how far the contact is beyond the stop, negative if it is inside; `depth` as in `leading_mapping`."""
+    return depth + point.stop * point.contact_of(checked_deviation(point, deviation, on_surface=False))[0]
 
 
-def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0, second: bool = False) -> Floats:
-    """Return ``x + beta u`` with ``u = sqrt(2 overshoot/|a_1*|)``, equation (27), or x itself without an overshoot.
+def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> Floats:
+    """Return ``x + beta u`` with ``u = sqrt(2 overshoot/|a*|)``, equation (27), or x itself without an overshoot.
 
     Parameters
     ----------
     point : GrazingPoint
     deviation : array_like of shape (2N + 1,)
-        Deviation of the state from the grazing point, with v_1 = 0.
+        Deviation of the state from the grazing point, with q' = 0.
     depth : float
-        Steady amplitude minus clearance; the clearance is ``point.clearance - depth``. With x_1 of the deviation, the
-        overshoot is ``depth + stop x_1``.
-    second : bool
-        Whether to add ``gamma u^2``, the second-order term for deviations of the order of the overshoot.
+        Steady amplitude minus clearance; the clearance is ``point.clearance - depth``. With q of the deviation, the
+        overshoot is ``depth + stop q``.
 
     Returns
     -------
@@ -103,14 +101,14 @@ def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.
     if overshoot <= 0.0:
         return values
     u = math.sqrt(2.0 * overshoot / abs(point.acceleration))
-    return values + u * point.beta + (u * u * point.gamma if second else 0.0)
+    return values + u * point.beta
 
 
 def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> ExactMapping:
     """Return the image of a state on the Poincare surface under the exact mapping, without an expansion.
 
-    The motion is followed backward to where mass 1 passed the stop; the impact law is applied; and the motion is
-    followed backward again to where mass 1 would have been at rest. Both searches find the last such time, with full
+    The motion is followed backward to where the contact passed the stop; the impact law is applied; and the motion is
+    followed backward again to where it would have been at rest. Both searches find the last such time, with full
     relative accuracy at any overshoot.
 
     Parameters
@@ -125,14 +123,14 @@ def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0)
     Raises
     ------
     ParameterError
-        "overshoot": it is not positive, or beyond the domain of the mapping: mass 1 did not pass the stop in the
-        previous half period, is accelerated toward the stop after the impact, or would not have been at rest in the
-        half period before it. "deviation": as in `leading_mapping`.
+        "overshoot": it is not positive, or beyond the domain of the mapping: the contact did not pass the stop in the
+        previous half period of the forces, is accelerated toward the stop after the impact, or would not have been at
+        rest in the half period before it. "deviation": as in `leading_mapping`.
     """
     values = checked_deviation(point, deviation)
     overshoot = overshoot_of(point, values, depth)
     if not overshoot > 0.0:
-        raise ParameterError("overshoot", "must be greater than 0: mass 1 does not reach the stop")
+        raise ParameterError("overshoot", "must be greater than 0: the contact does not reach the stop")
     result = _exact(point, values, overshoot, depth)
     if isinstance(result, str):
         raise ParameterError("overshoot", result)
@@ -167,15 +165,15 @@ def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
 
 
 def largest_overshoot(point: GrazingPoint) -> float:
-    """Return the overshoot up to which the exact mapping is defined for mass 1 displaced beyond the stop.
+    """Return the overshoot up to which the exact mapping is defined for the contact displaced beyond the stop.
 
-    The other coordinates are as in the graze. The relative error is 1e-6. Overshoots of 2^k 1e-3 clearances are tested:
-    all below the result are in the domain. The result is infinite if all of them up to 1024 clearances are.
+    The other coordinates are as in the graze. The relative error is 1e-6. Overshoots of 2^k 1e-3 amplitudes are tested:
+    all below the result are in the domain. The result is infinite if all of them up to 1024 amplitudes are.
     """
-    inside, outside = 0.0, FIRST_OVERSHOOT * point.clearance
+    inside, outside = 0.0, FIRST_OVERSHOOT * point.amplitude
     while _defined(point, outside):
         inside, outside = outside, 2.0 * outside
-        if outside > MAX_OVERSHOOT * point.clearance:
+        if outside > MAX_OVERSHOOT * point.amplitude:
             return math.inf
     while outside - inside > DOMAIN_WIDTH * outside:
         middle = 0.5 * (inside + outside)
@@ -184,10 +182,8 @@ def largest_overshoot(point: GrazingPoint) -> float:
 
 
 def beyond_stop(point: GrazingPoint, overshoot: float, depth: float = 0.0) -> Floats:
-    """Return the deviation with mass 1 at rest beyond the stop and the other coordinates as in the graze."""
-    deviation = np.zeros_like(point.state)
-    deviation[0] = point.stop * (overshoot - depth)
-    return deviation
+    """Return the deviation of the graze displaced beyond the stop, by `Oscillator.with_contact`, and else unchanged."""
+    return point.with_contact(np.zeros_like(point.state), point.stop * (overshoot - depth), 0.0)
 
 
 def _defined(point: GrazingPoint, overshoot: float) -> bool:
@@ -196,36 +192,36 @@ def _defined(point: GrazingPoint, overshoot: float) -> bool:
 
 def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: float) -> ExactMapping | str:
     """Return the image, or the reason why there is none."""
-    flow, restitution = BackwardFlow.of(point), point.oscillator.restitution
+    flow, restitution = BackwardFlow.of(point), point.oscillator.restitution_of(point.stop)
     phase = float(deviation[-1])
     start = flow.start(point.free_part(deviation), phase)
     back = flow.time_at_stop(start, overshoot, point.half_period)
     if back is None:
-        return "is beyond the mapping's domain: mass 1 did not pass the stop in the previous half period"
+        return "is beyond the mapping's domain: the contact did not pass the stop in the previous half period"
     moment = flow.after(start, back)
     velocity = back * moment.slope
     before = start + moment.gained
     impact = deviation + _change(point, flow, moment.gained, phase, back)
-    impact[0], impact[1] = -point.stop * depth, velocity
+    impact = point.with_contact(impact, -point.stop * depth, velocity)
 
-    impulse = np.zeros_like(start)
-    impulse[:-1] = point.model.unit_impulse * (-(1.0 + restitution) * velocity)
-    impulse[:-1, 0] *= flow.generator[:-1, 0, 1]
+    impulse, size = np.zeros_like(start), point.model.size
+    impulse[:size] = point.model.unit_impulse * (-(1.0 + restitution) * velocity)
+    impulse[:size, 0] *= flow.generator[:size, 0, 1]
     after = before + impulse
     if point.stop * float(np.sum(flow.rows[2] * after)) >= 0.0:
-        return "is beyond the mapping's domain: after the impact mass 1 is accelerated toward the stop"
+        return "is beyond the mapping's domain: after the impact the contact is accelerated toward the stop"
     again = 0.0
     if restitution > 0.0:
         found = flow.time_at_rest(after, -restitution * velocity, point.half_period)
         if found is None:
-            return "is beyond the mapping's domain: mass 1 would not have been at rest in the previous half period"
+            return "is beyond the mapping's domain: the contact would not have been at rest in the previous half period"
         again = found
     end = flow.after(after, again)
 
     displacement = _change(point, flow, moment.gained + impulse + end.gained, phase, back + again)
-    # mass 1 is on the surface; its overshoot is its displacement from the stop
+    # the contact is at rest; its overshoot is its displacement from the stop
     beyond = point.stop * again * (again * end.curve - restitution * velocity)
-    displacement[0], displacement[1] = point.stop * (beyond - overshoot), 0.0
+    displacement = point.with_contact(displacement, point.stop * (beyond - overshoot), 0.0)
     return ExactMapping(deviation + displacement, displacement, impact, velocity)
 
 

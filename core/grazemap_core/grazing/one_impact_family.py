@@ -64,11 +64,12 @@ class PeriodicSums:
     Attributes
     ----------
     displacement, velocity, acceleration : float
-        H, H', H'' at mu = +1: the motion of mass 1 just before an impact, caused by unit impulses at all earlier ones.
+        H, H', H'' at mu = +1: the motion of the contact just before an impact, caused by unit impulses at all earlier
+        ones.
     doubled_displacement, doubled_velocity, doubled_acceleration : float
         H, H', H'' at mu = -1.
     state : ndarray of shape (N, 2)
-        Contribution of each block to displacement and velocity of mass 1 just after an impulse.
+        Contribution of each block to displacement and velocity of the contact just after an impulse.
     """
 
     displacement: float

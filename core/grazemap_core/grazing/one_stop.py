@@ -1,15 +1,17 @@
-"""Grazes of one stop, with the other one at another distance, or absent (theory, "Any linear structure").
+"""Grazes of two equal stops at once, or of one, with the other one at another distance or absent.
 
-The steady motion touches the right stop where its clearance is ``A + q_e``, the left one where it is ``A - q_e``. The
-motion exists while the amplitude A is less than both gaps; where the other gap is smaller the graze is virtual. After a
-graze impacts recur on the same stop, after whole periods: where one gap is larger than the other, the half periods of
-equal stops have no meaning.
+See theory, "Steady motion and the grazing curve", "Recurrence of impacts" and "Any linear structure".
+
+The steady motion touches the right stop where its clearance is ``A_R + q_e``, the left one where it is ``A_L - q_e``,
+with A_R and A_L its largest displacements from the equilibrium; one harmonic has A_R = A_L. The motion exists while
+both are less than the gaps; where that of the other stop is not, the graze is virtual. After a graze impacts recur on
+the same stop, after whole periods of the forces: half periods have a meaning for stops that are grazed at once.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +21,10 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
+from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
 from grazemap_core.grazing.tolerances import DOUBLE_GRAZE_STEPS, REAL_EIGENVALUE
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.harmonic_response import contact_response, require_forced
+from grazemap_core.model.harmonic_response import require_forced
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -46,14 +49,15 @@ class VariedStop:
     other: float | None = None
     together: bool = False
 
-    def margin(self, oscillator: Oscillator, amplitude: Floats) -> Floats:
-        """Return the gap of the other stop minus the amplitude where this one is grazed; infinite if it is absent.
+    def margin(self, oscillator: Oscillator, amplitude: Floats, other: Floats) -> Floats:
+        """Return the gap of the other stop minus the amplitude toward it where this one is grazed.
 
-        Raises ParameterError as `other_gap`.
+        The amplitudes are those toward this stop and toward the `other` one. The margin is infinite if the other stop
+        is absent. Raises ParameterError as `other_gap`.
         """
         if self.together:
-            return np.full(len(amplitude), 2.0 * self.stop * contact_equilibrium(oscillator))
-        return self.other_gap(oscillator) - amplitude
+            return np.asarray(2.0 * self.stop * contact_equilibrium(oscillator) - (other - amplitude))
+        return self.other_gap(oscillator) - other
 
     def other_gap(self, oscillator: Oscillator) -> float:
         """Return the gap of the other stop from the equilibrium, if it is fixed; infinite if it is not.
@@ -73,22 +77,32 @@ class VariedStop:
 
 @dataclass(frozen=True, eq=False)
 class StopGrazes:
-    """The grazes of one stop at n frequencies.
+    """The grazes of one stop, or of both at once, at n frequencies: equations (16)-(19), the paper's Figure 2.
+
+    Half periods are those of the forces: with p the common divisor of the harmonics, pi/(p omega).
 
     Attributes
     ----------
+    omega : ndarray of shape (n,)
+        Forcing frequencies.
     clearance : ndarray of shape (n,)
-        Of this stop, at which the steady motion touches it.
+        Of this stop, at which the steady motion touches it; of both stops, its largest displacement.
     phase : ndarray of shape (n,)
-        Of the forcing at the contact, in (-pi, pi].
+        omega t at the contact, in (-pi, pi], the smallest one if there are several.
+    acceleration : ndarray of shape (n,)
+        Away from the stop, at the graze.
     margin : ndarray of shape (n,)
-        Gap of the other stop minus the amplitude; infinite if it is absent. The graze is virtual where it is negative.
+        Gap of the other stop minus the amplitude toward it; infinite if it is absent, or if both are grazed. The graze
+        is virtual where it is negative.
     first_recurrence : ndarray of int, shape (n,)
-        Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.
+        Number of half periods of the forces after which an impact first recurs; 0: none up to max_order. On one stop it
+        is even.
     """
 
+    omega: Floats
     clearance: Floats
     phase: Floats
+    acceleration: Floats
     margin: Floats
     first_recurrence: Integers
 
@@ -97,45 +111,74 @@ class StopGrazes:
         """Whether the steady motion meets the other stop before it touches this one."""
         return np.asarray(self.margin < 0.0)
 
+    @property
+    def recurrence_stop(self) -> Integers:
+        """The stop of the impact that recurs after a graze of both at A: +1 (A), -1 (C), 0 if there is none."""
+        order = self.first_recurrence
+        return np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
 
-def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop, max_order: int = 8) -> StopGrazes:
-    """Return the grazes of one stop.
+
+def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> StopGrazes:
+    """Return the grazing curve, on which the steady motion grazes both stops; as `stop_grazes`."""
+    return stop_grazes(oscillator, omega, None, max_order)
+
+
+def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | None, max_order: int = 8) -> StopGrazes:
+    """Return the grazes of one stop, or of both.
 
     Parameters
     ----------
     oscillator : Oscillator
-        Forced in the first harmonic, every mode damped.
+        Forced, every mode damped.
     omega : array_like of shape (n,)
-        Forcing frequencies > 0.
-    varied : VariedStop
+        Forcing frequencies > 0 (rad/s in SI).
+    varied : VariedStop or None
+        None: both stops, at equal gaps, are grazed at once; the forces change their sign after half of their period, as
+        one harmonic does.
     max_order : int
         Largest number of half periods after which a recurring impact is looked for, >= 1.
 
     Raises
     ------
-    ParameterError, SteadyMotionError, ConditioningError
-        As `grazing_curve`; the equilibrium is beyond the other stop.
+    ParameterError
+        Nothing is forced, a number is out of range, the equilibrium is beyond the other stop, or, for both stops, the
+        forces have even and odd harmonics.
+    SteadyMotionError
+        A mode is undamped, or a resonance is practically undamped.
+    ConditioningError
+        The modal model, which the recurrences need, is ill-conditioned.
     """
     require_forced(oscillator)
+    if varied is None:
+        require_alike(oscillator)
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
-    response = contact_response(oscillator, values)
-    amplitude = np.abs(response)
-    # q = q_e + stop A where the argument of the response is stop pi/2
-    phase = varied.stop * 0.5 * np.pi - np.angle(response)
-    phase = np.where(phase > np.pi, phase - 2.0 * np.pi, np.where(phase <= -np.pi, phase + 2.0 * np.pi, phase))
-    impulse = impulse_response(modal_model(oscillator))
-    periods = first_recurrence(impulse.blocks, impulse.conditioning, 2.0 * np.pi / values, max_order // 2, True)
+    own, times = at_own_period(oscillator)
+    if times > 1:
+        grazes = stop_grazes(own, times * values, varied, max_order)
+        return replace(grazes, omega=values, phase=first_phase(grazes.phase, times))
+    motion = steady_motion(oscillator, values)
+    maxima = motion.toward(1 if varied is None else varied.stop)
+    if varied is None and not np.all(np.isfinite(maxima.amplitude) & (maxima.amplitude > 0.0)):
+        raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
+    shift, margin, halves = 0.0, np.full(len(values), np.inf), 1  # half periods between two returns
+    if varied is not None:
+        shift, halves = varied.stop * contact_equilibrium(oscillator), 2
+        margin = varied.margin(oscillator, maxima.amplitude, motion.toward(-varied.stop).amplitude)
+    impulse, return_time = impulse_response(modal_model(oscillator)), halves * np.pi / values
+    returns = first_recurrence(impulse.blocks, impulse.conditioning, return_time, max_order // halves, halves == 2)
     return StopGrazes(
-        clearance=amplitude + varied.stop * contact_equilibrium(oscillator),
-        phase=phase,
-        margin=varied.margin(oscillator, amplitude),
-        first_recurrence=2 * periods,
+        omega=values,
+        clearance=maxima.amplitude + shift,
+        phase=maxima.phase,
+        acceleration=values**2 * maxima.curvature,
+        margin=margin,
+        first_recurrence=halves * returns,
     )
 
 
 def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float) -> list[float]:
-    """Return every frequency in [start, stop] at which the amplitude of the steady motion is `gap`, increasing.
+    """Return every frequency in [start, stop] at which the amplitude in one harmonic, the first, is `gap`, increasing.
 
     ``|h^T Z(w)^{-1} f(w)|^2 = gap^2`` holds where a quadratic matrix polynomial of size 2N + 1 is singular: with
     ``Z y = f a``, ``Z^H z = h (h^T y)`` the condition is ``f^H z = gap^2 a``. Its real eigenvalues are polished with
@@ -173,7 +216,7 @@ def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float)
 def _polished(oscillator: Oscillator, gap: float, omega: float) -> float | None:
     """Return the frequency near omega at which the amplitude is the gap, by Newton's method; None if it is lost."""
     for _ in range(DOUBLE_GRAZE_STEPS):
-        steady = harmonic_response(oscillator, np.array([omega]))
+        steady = harmonic_response(oscillator, np.array([omega]), oscillator.drive[0])
         amplitude, rate = float(steady.amplitude[0]), float(steady.amplitude_slope[0])
         if rate == 0.0 or not math.isfinite(rate):
             return None

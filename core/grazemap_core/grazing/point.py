@@ -1,7 +1,7 @@
 """A grazing point of the steady motion, and deviations from it.
 
 The point is the paper's state vector (20), with the vector field there and the two coefficients of the discontinuity
-mapping (27).
+mapping (27), for any structure and contact coordinate ``q = h^T x`` (theory, "Any linear structure").
 
 States near the point are represented by their *deviations* from it, because differences of states would lose digits: an
 overshoot of 1e-12 of the clearance has four digits in a displacement, and all of them in a deviation.
@@ -12,16 +12,34 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.checks import checked_omega
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.curve import grazing_curve
-from grazemap_core.model.harmonic_response import steady_response
+from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
+from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
+from grazemap_core.model.drive import fundamental
+from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
+from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
+
+
+class _Graze(NamedTuple):
+    """The steady motion as it touches a stop; as in `GrazingPoint`."""
+
+    stop: int
+    theta: float
+    amplitude: float
+    margin: float
+    steady: Complexes
+    contact: Complexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,27 +52,41 @@ class GrazingPoint:
     omega : float
     stop : {+1, -1}
         A or C.
+    varied : VariedStop or None
+        Where the other stop is; None: the motion grazes both stops, half a period of the forces apart.
+    amplitude : float
+        Largest displacement of q from its equilibrium toward the stop, A(omega).
+    margin : float
+        Gap of the other stop minus the amplitude toward it; infinite if there is none, or if both are grazed at once.
     clearance : float
-        The steady amplitude A(omega), on the grazing curve.
+        Of the stop, on the grazing curve.
     state : ndarray of shape (2N + 1,)
-        x*; theta in (-pi, pi] is the phase of the forcing, f sin(theta).
+        x*; theta in (-pi, pi] is the phase of the forcing, omega t.
     vector_field : ndarray of shape (2N + 1,)
         f(x*), its last entry omega, equation (20).
     acceleration : float
-        a_1*, the acceleration of mass 1: ``-stop omega^2 clearance``, always away from the stop.
+        a*, that of q, always away from the stop; ``-stop omega^2 amplitude`` with one harmonic.
     beta : ndarray of shape (2N + 1,)
-        Coefficient of ``u = sqrt(2 overshoot/|a_1*|)`` in the discontinuity mapping, equation (27).
+        Coefficient of ``u = sqrt(2 overshoot/|a*|)`` in the discontinuity mapping, equation (27).
     gamma : ndarray of shape (2N + 1,)
         Coefficient of ``u^2`` in it, for deviations of the order of ``u^2``.
     model : ModalModel
         The modal model of the free motion.
-    steady : ndarray of complex, shape (N,)
-        Displacements of the steady motion are ``Im(steady e^{i phi})`` where theta is phi ahead of the point.
+    orders : ndarray of shape (H,)
+        k of the harmonics.
+    steady : ndarray of complex, shape (H, N)
+        Displacements of the steady motion are the sum of ``Im(steady_k e^{i k phi})`` where theta is phi ahead of the
+        point.
+    contact_steady : ndarray of complex, shape (H,)
+        The same for q.
     """
 
     oscillator: Oscillator
     omega: float
     stop: int
+    varied: VariedStop | None
+    amplitude: float
+    margin: float
     clearance: float
     state: Floats
     vector_field: Floats
@@ -62,30 +94,71 @@ class GrazingPoint:
     beta: Floats
     gamma: Floats
     model: ModalModel = field(repr=False)
+    orders: Floats = field(repr=False)
     steady: Complexes = field(repr=False)
+    contact_steady: Complexes = field(repr=False)
+
+    @property
+    def turn(self) -> float:
+        """By how much theta advances from a return to the next one: half a period of the forces, or a whole one."""
+        return (math.pi if self.varied is None else 2.0 * math.pi) / fundamental(self.oscillator.drive)
+
+    @property
+    def return_time(self) -> float:
+        """The time of a return."""
+        return self.turn / self.omega
 
     @property
     def half_period(self) -> float:
-        """Half a forcing period: the time to the other stop's point."""
-        return math.pi / self.omega
+        """Half a period of the forces."""
+        return math.pi / fundamental(self.oscillator.drive) / self.omega
 
-    def opposite(self) -> GrazingPoint:
-        """Return the point at the other stop, half a period later: the mirror image S x."""
-        return _point(self.oscillator, self.omega, -self.stop, _wrapped(self.state[-1] + math.pi), self.model, self)
+    @property
+    def quarter_turn(self) -> float:
+        """Advance of theta in a quarter of a period of the forces."""
+        return 0.5 * math.pi / fundamental(self.oscillator.drive)
+
+    def next(self) -> GrazingPoint:
+        """Return the point after a return: that of the other stop, the mirror image S x, or this one."""
+        if self.varied is not None:
+            return self
+        theta = _wrapped(float(self.state[-1]) + self.turn)
+        graze = _Graze(-self.stop, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
+        return _point(self.oscillator, self.omega, None, self.model, graze)
+
+    def clearances(self, depth: float) -> Clearance:
+        """Return the clearance of both stops, or of each, where this one is `depth` below the graze."""
+        here = self.clearance - depth
+        if self.varied is None or self.varied.together:
+            return here
+        return (here, self.varied.other) if self.stop > 0 else (self.varied.other, here)
 
     def size(self, deviation: Floats) -> float:
-        """Return the largest entry of a deviation in units of clearance, omega clearance and radians."""
-        pair = [1.0 / self.clearance, 1.0 / (self.omega * self.clearance)]
+        """Return the largest entry of a deviation in units of amplitude, omega amplitude and radians."""
+        pair = [1.0 / self.amplitude, 1.0 / (self.omega * self.amplitude)]
         return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), 1.0])))
+
+    def contact_of(self, deviation: Floats) -> tuple[float, float]:
+        """Return q and its velocity in a deviation."""
+        row = self.oscillator.contact
+        return math.fsum(row * deviation[:-1:2]), math.fsum(row * deviation[1::2])
+
+    def with_contact(self, deviation: Floats, place: float, velocity: float) -> Floats:
+        """Return a deviation moved so that q and its velocity have these values, as `Oscillator.with_contact`."""
+        moved = self.oscillator.with_contact
+        return interleaved(moved(deviation[:-1:2], place), moved(deviation[1::2], velocity), float(deviation[-1]))
 
     def steady_change(self, turn: float, phase: float = 0.0) -> Floats:
         """Return the change of the steady motion, shape (2N + 1,), as theta advances by `turn` from `phase`.
 
         `phase` is relative to the point. Small changes keep their relative accuracy.
         """
-        factor = complex(-2.0 * math.sin(0.5 * turn) ** 2, math.sin(turn))  # e^{i turn} - 1
-        change = self.steady * cmath.exp(1j * phase) * factor
-        return interleaved(change.imag, self.omega * change.real, turn)
+        displacement, velocity = np.zeros((2, self.oscillator.size))
+        for order, steady in zip(self.orders.tolist(), self.steady, strict=True):
+            factor = complex(-2.0 * math.sin(0.5 * order * turn) ** 2, math.sin(order * turn))  # e^{i k turn} - 1
+            change = steady * cmath.exp(1j * order * phase) * factor
+            displacement, velocity = displacement + change.imag, velocity + order * self.omega * change.real
+        return interleaved(displacement, velocity, turn)
 
     def free_part(self, deviation: Floats) -> Floats:
         """Return a deviation minus that of the steady motion at its phase, in block coordinates, shape (N, 2)."""
@@ -105,13 +178,19 @@ class GrazingPoint:
         return np.concatenate([np.arange(count) * 2, np.arange(count) * 2 + 1])
 
 
-def grazing_point(oscillator: Oscillator, omega: float, stop: int = 1) -> GrazingPoint:
+def grazing_point(
+    oscillator: Oscillator, omega: float, stop: int = 1, varied: VariedStop | None = None
+) -> GrazingPoint:
     """Return the point at which the steady motion of forcing frequency omega grazes stop A (+1) or C (-1).
+
+    Without `varied` the motion grazes both stops at once, half a period of the forces apart. With it, it grazes that
+    stop, and touches it at its highest maximum.
 
     Raises
     ------
     ParameterError
-        Nothing is forced, or a number is out of range.
+        Nothing is forced, a number is out of range, the motion passes the other stop before it touches this one, or,
+        without `varied`, there is a bias or the forces have even and odd harmonics.
     SteadyMotionError
         A mode is undamped, or a resonance is practically undamped.
     ConditioningError
@@ -119,9 +198,47 @@ def grazing_point(oscillator: Oscillator, omega: float, stop: int = 1) -> Grazin
     """
     if stop not in (1, -1):
         raise ParameterError("stop", "must be +1 (stop A) or -1 (stop C)")
-    curve = grazing_curve(oscillator, [omega], max_order=1)
-    theta = float(curve.phase[0])
-    return _point(oscillator, float(omega), stop, theta if stop == 1 else _wrapped(theta + math.pi))
+    require_forced(oscillator)
+    require_damped(oscillator)
+    place = contact_equilibrium(oscillator)
+    if varied is None:
+        require_alike(oscillator)
+        if place != 0.0:
+            raise ParameterError(
+                "bias", "moves the equilibrium from the middle, so that the stops are grazed one by one"
+            )
+    own, times = at_own_period(oscillator)
+    values = checked_omega([times * omega])
+    motion = steady_motion(own, values)
+    # that of C half a period after that of A, where both are grazed at once
+    maxima, later = motion.toward(1 if varied is None else stop), math.pi if varied is None and stop < 0 else 0.0
+    amplitude, phase = float(maxima.amplitude[0]), float(maxima.phase[0])
+    if not (math.isfinite(amplitude) and amplitude > 0.0):
+        raise ParameterError("omega", "is a frequency at which the amplitude overflows or underflows")
+    margin = math.inf
+    if varied is not None:
+        margin = float(np.ravel(varied.margin(oscillator, maxima.amplitude, motion.toward(-stop).amplitude))[0])
+    if margin < 0.0:
+        raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
+    theta = float(first_phase(maxima.phase, times)[0]) if times > 1 else phase
+    theta, phase = _wrapped(theta + later / times), phase + later
+    responses = [harmonic_amplitudes(own, values, one) for one in own.drive]
+    if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
+        ((response, coordinate, _),) = responses
+        contact = np.array([1j * stop * amplitude])
+        steady = contact[:, None] * (response / coordinate[0])
+    else:
+        turns = np.exp(1j * phase * motion.orders)
+        contact = motion.response[0] * turns
+        steady = np.concatenate([one.amplitudes for one in responses]) * turns[:, None]
+    steady = np.array(
+        [
+            oscillator.with_contact(row.real, value.real) + 1j * oscillator.with_contact(row.imag, value.imag)
+            for row, value in zip(steady, contact.tolist(), strict=True)
+        ]
+    )
+    graze = _Graze(stop, theta, amplitude, margin, steady, contact)
+    return _point(oscillator, float(omega), varied, modal_model(oscillator), graze)
 
 
 def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: bool = True) -> Floats:
@@ -130,13 +247,17 @@ def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: boo
     Raises
     ------
     ParameterError
-        It has another shape, is not finite, or does not lie on the Poincare surface ``v_1 = 0``.
+        It has another shape, is not finite, or does not lie on the Poincare surface, where the velocity of q is 0.
     """
     values = np.array(deviation, dtype=np.float64)
     if values.shape != point.state.shape or not np.all(np.isfinite(values)):
         raise ParameterError("deviation", "must be a list of finite numbers x_1, v_1, ..., x_N, v_N, theta")
-    if on_surface and values[1] != 0.0:
-        raise ParameterError("deviation", "must lie on the Poincare surface: the velocity of mass 1 must be 0")
+    terms = point.oscillator.contact * values[1::2]
+    rounding = (
+        SURFACE_ROUNDING * float(np.sum(np.abs(terms))) if np.count_nonzero(point.oscillator.contact) > 1 else 0.0
+    )
+    if on_surface and abs(math.fsum(terms)) > rounding:
+        raise ParameterError("deviation", "must lie on the Poincare surface: the velocity of the contact must be 0")
     return values
 
 
@@ -146,60 +267,55 @@ def interleaved(displacement: Floats, velocity: Floats, theta: float) -> Floats:
 
 
 def _point(
-    oscillator: Oscillator,
-    omega: float,
-    stop: int,
-    theta: float,
-    model: ModalModel | None = None,
-    mirror: GrazingPoint | None = None,
+    oscillator: Oscillator, omega: float, varied: VariedStop | None, model: ModalModel, graze: _Graze
 ) -> GrazingPoint:
-    if mirror is None:
-        response = steady_response(oscillator, [omega])[0]
-        clearance = float(abs(response[0]))
-        # mass 1 is exactly on the stop; the phases of the other masses are relative to it
-        steady = 1j * stop * clearance * (response / response[0])
-        steady[0] = 1j * stop * clearance
-    else:
-        steady, clearance = -mirror.steady, mirror.clearance
-    displacement, velocity = steady.imag, omega * steady.real
-    velocity[0] = 0.0
-    acceleration = -(omega**2) * displacement
-    vector_field = interleaved(velocity, acceleration, omega)
-    beta, gamma = _mapping_coefficients(oscillator, omega, velocity, acceleration)
+    orders = np.array([one.order for one in oscillator.drive], dtype=np.float64)
+    stop, place, contact = graze.stop, contact_equilibrium(oscillator), graze.contact
+    clearance = graze.amplitude + stop * place
+    rates = orders[:, None] * omega
+    displacement, velocity = np.sum(graze.steady.imag, axis=0), np.sum(rates * graze.steady.real, axis=0)
+    velocity = oscillator.with_contact(velocity, 0.0)
+    of_contact = float(np.sum(-((orders * omega) ** 2) * contact.imag))
+    acceleration = oscillator.with_contact(np.sum(-(rates**2) * graze.steady.imag, axis=0), of_contact)
+    jerk = -np.sum(rates**2 * (rates * graze.steady.real), axis=0)
+    if place != 0.0:
+        displacement = oscillator.with_contact(equilibrium(oscillator) + displacement, stop * clearance)
+    beta, gamma = _mapping_coefficients(oscillator, stop, omega, np.stack([velocity, acceleration, jerk]))
     return GrazingPoint(
         oscillator,
         omega,
         stop,
+        varied,
+        graze.amplitude,
+        graze.margin,
         clearance,
-        interleaved(displacement, velocity, theta),
-        vector_field,
-        float(acceleration[0]),
+        interleaved(displacement, velocity, graze.theta),
+        interleaved(velocity, acceleration, omega),
+        of_contact,
         beta,
         gamma,
-        modal_model(oscillator) if model is None else model,
-        steady,
+        model,
+        orders,
+        graze.steady,
+        contact,
     )
 
 
-def _mapping_coefficients(
-    oscillator: Oscillator, omega: float, velocity: Floats, acceleration: Floats
-) -> tuple[Floats, Floats]:
-    """Return beta and gamma (docs/theory.md, "The discontinuity mapping")."""
-    restitution, mass = oscillator.restitution, oscillator.masses
-    rebound = 1.0 + restitution
-    beta = -rebound * interleaved(velocity, acceleration, omega)
-    beta[1] = 0.0
-    coupling = oscillator.damping_matrix[:, 0] / mass  # C_i1/m_i
-    viscous_term = restitution * rebound * coupling[0]
-    x = -viscous_term * velocity + 0.5 * rebound**2 * acceleration
-    v = (
-        -viscous_term * acceleration
-        - 0.5 * (rebound * omega) ** 2 * velocity
-        + restitution * rebound * acceleration[0] * coupling
-    )
-    x[0] = 0.5 * (1.0 - restitution) * rebound * acceleration[0]
-    v[0] = 0.0
-    return beta, interleaved(x, v, -viscous_term * omega)
+def _mapping_coefficients(oscillator: Oscillator, stop: int, omega: float, motion: Floats) -> tuple[Floats, Floats]:
+    """Return beta and gamma (docs/theory.md, "The discontinuity mapping"); `motion` (3, N): the derivatives of x*."""
+    velocity, acceleration, jerk = motion
+    restitution, jump, row = oscillator.restitution_of(stop), oscillator.jump, oscillator.contact
+    rebound, slowing, change = 1.0 + restitution, float(row @ acceleration), float(row @ jerk)
+    pushed = oscillator.with_contact(-rebound * (acceleration - slowing * jump), 0.0)
+    beta = interleaved(-rebound * velocity, pushed, -rebound * omega)
+    coupling = oscillator.structure.solve_mass(oscillator.damping_matrix @ jump)
+    late = stop * change / abs(slowing) * (1.0 / 6.0 + 2.0 / 3.0 * restitution + 0.5 * restitution**2)
+    late = late - restitution * rebound * float(row @ coupling)
+    x = late * velocity + 0.5 * rebound**2 * acceleration - restitution * rebound * slowing * jump
+    v = late * acceleration + 0.5 * rebound**2 * jerk - rebound * change / 3.0 * jump
+    v = v + restitution * rebound * slowing * coupling
+    x = oscillator.with_contact(x, 0.5 * (1.0 - restitution) * rebound * slowing)
+    return beta, interleaved(x, oscillator.with_contact(v, 0.0), late * omega)
 
 
 def _wrapped(phase: float) -> float:

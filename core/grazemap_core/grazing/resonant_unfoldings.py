@@ -71,7 +71,7 @@ def resonant_unfolding(
     response: ImpulseResponse,
     restitution: float,
     omega: float,
-    amplitude: float,
+    curvature: float,
     pattern: Pattern,
     saddle_node: bool,
     one_stop: bool = False,
@@ -82,8 +82,10 @@ def resonant_unfolding(
     ----------
     response : ImpulseResponse
     restitution : float
-    omega, amplitude : float
-        The point on the grazing curve.
+    omega : float
+        Of the point on the grazing curve.
+    curvature : float
+        Acceleration of the steady motion away from the stop at the graze, over omega^2: in one harmonic the amplitude.
     pattern : Pattern
         Pattern of impacts of the orbits.
     saddle_node : bool
@@ -109,11 +111,11 @@ def resonant_unfolding(
     # whether both sums vanish: to round-off, and always for one mass
     together = len(response.decay) == 1 or abs(sums.displacement) <= same_roundoff
     if saddle_node:
-        curve = _saddle_node_curve(c_slope, d, amplitude)
+        curve = _saddle_node_curve(c_slope, d, curvature)
     else:
         straight = 1.0 + rebound * sums.doubled_velocity
-        velocity_slope = -rebound * other * (omega / straight) ** 2 * amplitude
-        curve = _doubling_curve(c, c_slope, d, velocity_slope, amplitude, together)
+        velocity_slope = -rebound * other * (omega / straight) ** 2 * curvature
+        curve = _doubling_curve(c, c_slope, d, velocity_slope, curvature, together)
     turns = saddle_node or together
     after = _sign(-c_slope) if turns else _sign(-c)
     before = _sign(c_slope) if turns else after
@@ -153,24 +155,24 @@ class _Curve(NamedTuple):
     velocity_slope: float
 
 
-def _saddle_node_curve(c_slope: float, d: float, amplitude: float) -> _Curve:
+def _saddle_node_curve(c_slope: float, d: float, curvature: float) -> _Curve:
     """Return the curve of saddle-nodes."""
     return _Curve(
         omega=_sign(-c_slope),
         clearance=1,
         slope=0.0,
-        quadratic=0.5 * amplitude * (c_slope / d) ** 2,
-        velocity_slope=c_slope * amplitude / (d * d),
+        quadratic=0.5 * curvature * (c_slope / d) ** 2,
+        velocity_slope=c_slope * curvature / (d * d),
     )
 
 
 def _doubling_curve(
-    c: float, c_slope: float, d: float, velocity_slope: float, amplitude: float, together: bool
+    c: float, c_slope: float, d: float, velocity_slope: float, curvature: float, together: bool
 ) -> _Curve:
     """Return the curve of period doublings or symmetry breakings; `together` if both sums vanish."""
     side = _sign(velocity_slope)
     if together:
-        quadratic = -((d * velocity_slope) ** 2 / (2.0 * amplitude) + c_slope * velocity_slope)
+        quadratic = -((d * velocity_slope) ** 2 / (2.0 * curvature) + c_slope * velocity_slope)
         return _Curve(side, _sign(quadratic), 0.0, quadratic, velocity_slope)
     slope = -c * velocity_slope
     return _Curve(side, _sign(slope * side), slope, None, velocity_slope)

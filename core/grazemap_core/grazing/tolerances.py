@@ -12,6 +12,10 @@ NEAR_DOUBLE_WIDTH: Final = 1.0e-10
 Round-off hides two zeros that are closer than about sqrt(EPSILON) = 1.5e-8 of a period; this is well below.
 """
 
+NEAR_DOUBLE_GAP: Final = 1e-7
+"""Relative gap between two undecided intervals of a search for equal maxima up to which they are parts of one. Between
+them the maxima differ by a few roundings; this is several times the 1.5e-8 within which round-off hides two zeros."""
+
 MAX_CELLS: Final = 250_000
 """Maximum number of cells of a root isolation: enough for about 4e4 zeros of one function, hence 4e5 points.
 
@@ -54,19 +58,22 @@ KANTOROVICH_RATIO: Final = 0.1
 """Product of value and bound of the second derivative, over the slope squared, at which Newton's method starts.
 Below 1/2 it converges to the unique zero nearby (Kantorovich); from 0.1 four steps suffice."""
 
-HALF_MAP_STEPS: Final = 50
-"""Maximum number of Newton steps for the phase at which mass 1 is at rest half a period later; three to five are usual
-near a graze."""
+RETURN_STEPS: Final = 50
+"""Maximum number of Newton steps for the phase at which the contact is at rest at the next return; three to five are
+usual near a graze."""
 
-HALF_MAP_SETTLED: Final = 1e-10
+RETURN_SETTLED: Final = 1e-10
 """Newton step of that phase, relative to the size of its terms, at which the next step would change roundings only:
 convergence is quadratic."""
 
+SURFACE_ROUNDING: Final = 16.0 * EPSILON
+"""Velocity of a contact coordinate of several displacements, relative to the sum of its terms, up to which it is 0."""
+
 MAX_OVERSHOOT: Final = 1024.0
-"""Largest overshoot, in units of the clearance, at which the domain of a discontinuity mapping is tested."""
+"""Largest overshoot, in units of the amplitude, at which the domain of a discontinuity mapping is tested."""
 
 FIRST_OVERSHOOT: Final = 1e-3
-"""First overshoot, in units of the clearance, at which the domain is tested; it is doubled from there."""
+"""First overshoot, in units of the amplitude, at which the domain is tested; it is doubled from there."""
 
 DOMAIN_WIDTH: Final = 1e-6
 """Relative accuracy of the end of the domain: no result depends on it, and every halving costs hundreds of steps."""
@@ -78,3 +85,22 @@ The amplitude there decides. That of a double eigenvalue, where the amplitude ne
 
 DOUBLE_GRAZE_STEPS: Final = 30
 """Maximum number of Newton steps to a double graze; two or three are usual."""
+
+RANGES_PER_ORDER: Final = 4
+"""First number of ranges of the phase in the search for peaks, per order of the highest harmonic: a wave of it is cut
+into four, in which its curvature changes little."""
+
+PEAK_RANGE: Final = 1e-5
+"""Half of a range of the phase in which the motion may not be concave, times the highest order, below which it is not
+halved further. Its cube, to which displacements in it differ from that in its middle, is below a few roundings."""
+
+RATE_RANGE: Final = 0.25
+"""Variation of the slope in a range of the phase, over that by the change of omega in a cell, below which the range is
+not halved further."""
+
+PEAK_ROUNDOFF: Final = 8.0 * EPSILON
+"""Round-off of the steady motion at a phase, relative to the sum of its amplitudes times 1 + order: some for the
+amplitudes, and those of the angle order times phase."""
+
+PEAK_STEPS: Final = 60
+"""Maximum number of Newton or bisection steps for a peak."""

@@ -3,12 +3,12 @@
 A computed point has the same bytes as in the full map. An inferred point has the label of the points around it, but no
 figures, and it is not verified. `refinement` chooses the points and states what is known of the inferred ones.
 
-The points of one omega are computed side by side, so tiles should be tall.
+Points that share tables (`planes`), as those of one omega, are computed side by side, so tiles should be tall.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, TypedDict, Unpack
+from typing import Any, Final, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.inferred_points import InferredWrong, check_sample
+from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
     LARGEST_INFERRED_SAMPLE,
@@ -25,7 +26,6 @@ from grazemap_core.maps.tolerances import (
     RUN_ON_PERIODS,
 )
 from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, REASONS
 
 Arrays = dict[str, NDArray[Any]]
@@ -42,17 +42,6 @@ class Settings(TypedDict, total=False):
     preview: bool
 
 
-class _Chosen(NamedTuple):
-    """Settings with their defaults."""
-
-    max_periods: int = 1000
-    max_period: int = 32
-    policy: str = "rest"
-    initial_conditions: int = 16
-    seed: int = 0
-    preview: bool = False
-
-
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
 """Arrays that are defined for inferred points too; all others are defined for computed points only."""
 
@@ -64,27 +53,20 @@ NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
 _PERIODIC: Final = KINDS.index("periodic")
 
 
-def adaptive_map_tile(
-    oscillator: Oscillator,
-    omega: Floats,
-    clearance: Floats,
-    **settings: Unpack[Settings],
-) -> Arrays:
+def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
     """Find the motions of a grid as `unfolding.unfolding_map_tile`, but compute points only where motions differ.
 
     `complete_map` corrects the borders between tiles, and measures how many inferred points are wrong.
 
     Parameters
     ----------
-    oscillator, omega, clearance
-        As in `unfolding.unfolding_map_tile`.
-    **settings
-        As there: max_periods, max_period, policy, initial_conditions, seed, preview. The policy is "rest" or
+    plane, **settings
+        As in `unfolding.unfolding_map_tile`, without resolve_sensitive. The policy is "rest" or
         "ensemble"; in a sweep every point depends on its neighbour.
 
     Returns
     -------
-    dict of arrays of shape (n, m), [clearance, omega]
+    dict of arrays of shape (n, m), [vertical, horizontal]
         The full map's, and computed (bool). Where this is false, the arrays of LABEL are inferred, numbers are NaN or
         -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around it
         are sensitive, or are not periodic and do not agree.
@@ -94,8 +76,8 @@ def adaptive_map_tile(
     ParameterError
         As in `unfolding.unfolding_map_tile`, or the policy is a sweep.
     """
-    shape = (len(clearance), len(omega))
-    points = _Points(oscillator, omega, clearance, _Chosen(**settings))
+    shape = plane.shape
+    points = _Points(plane, **settings)
     grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
     grid.refine(COARSEST_SPACING)
     arrays = points.inferred(grid.label) | {"computed": grid.computed}
@@ -104,9 +86,7 @@ def adaptive_map_tile(
 
 
 def complete_map(
-    oscillator: Oscillator,
-    omega: Floats,
-    clearance: Floats,
+    plane: Plane,
     arrays: Arrays,
     row_seams: list[int],
     column_seams: list[int],
@@ -119,8 +99,8 @@ def complete_map(
 
     Parameters
     ----------
-    oscillator, omega, clearance, **settings
-        As in `adaptive_map_tile`, of the whole grid.
+    plane, **settings
+        As in `adaptive_map_tile`, of the whole map.
     arrays : dict of arrays of shape (n, m)
         The arrays of LABEL, sensitive and computed, assembled from the tiles; changed in place.
     row_seams, column_seams : list of int
@@ -140,9 +120,9 @@ def complete_map(
     ParameterError
         As in `adaptive_map_tile`.
     """
-    points = _Points(oscillator, omega, clearance, _Chosen(**settings))
-    label = np.empty((len(clearance), len(omega)), dtype=np.int32)
-    for column in range(len(omega)):
+    points = _Points(plane, **settings)
+    label = np.empty(plane.shape, dtype=np.int32)
+    for column in range(plane.shape[1]):
         label[:, column] = points.numbered({name: array[:, column] for name, array in arrays.items()})
     beside = np.zeros(label.shape, dtype=np.bool_)
     for seam in row_seams:
@@ -159,22 +139,25 @@ def complete_map(
 class _Points:
     """Points of a grid: their computation, the results, and numbers for their labels."""
 
-    def __init__(self, oscillator: Oscillator, omega: Floats, clearance: Floats, settings: _Chosen) -> None:
+    def __init__(
+        self,
+        plane: Plane,
+        max_periods: int = 1000,
+        max_period: int = 32,
+        policy: str = "rest",
+        initial_conditions: int = 16,
+        seed: int = 0,
+        preview: bool = False,
+    ) -> None:
         """Check the arguments and allocate scratch; nothing is computed."""
-        max_periods, max_period, policy, initial_conditions, seed, preview = settings
-        check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
+        check_map(plane, max_periods, max_period, policy, initial_conditions)
         if policy.startswith("sweep"):
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
-        self._omega, self._clearance = omega, clearance
         self._ensemble, self._preview = policy == "ensemble", preview
-        starts = random_starts(oscillator, initial_conditions, seed) if self._ensemble else None
-        task = Settling(max_periods, max_period, linearised=not preview, starts=starts)
-        self._settler = Settler(oscillator, task)
-        self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
-        periods = max_periods * len(self._starts)
+        starts = random_starts(plane.oscillator, initial_conditions, seed) if self._ensemble else None
+        self._settler = PlaneSettler(plane, Settling(max_periods, max_period, linearised=not preview, starts=starts))
+        periods = max_periods * (1 if starts is None else len(starts))
         self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
-        self._at_rest = np.zeros((2, oscillator.size))
-        self._steady = self._settler.steady(omega)
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []
@@ -187,13 +170,8 @@ class _Points:
         """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
         order = np.lexsort([rows, columns])
         rows, columns = rows[order], columns[order]
-        starts, parts = np.flatnonzero(np.diff(columns, prepend=-1)), []
-        for begin, end in zip(starts, [*starts[1:], len(columns)], strict=True):
-            column, clearance = columns[begin], self._clearance[rows[begin:end]]
-            w = float(self._omega[column])
-            scaled = self._starts * np.array([1.0, w])[:, None]
-            parts.append(self._settler.run(w, self._steady[column], clearance, self._at_rest, scaled))
-        codes, figures = (np.moveaxis(np.concatenate(part), 2, 0)[:, :, None] for part in zip(*parts, strict=True))
+        found = self._settler.points(rows, columns)
+        codes, figures = np.moveaxis(found[0], 2, 0)[:, :, None], np.moveaxis(found[1], 2, 0)[:, :, None]
         named = named_arrays(codes, figures, self._ensemble, self._preview)
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))

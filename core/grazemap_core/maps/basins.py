@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
-from grazemap_core.simulation.start import forced_chain
+from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
 
 Name = Literal["displacement", "velocity"]
@@ -87,7 +88,7 @@ class Attractor:
 def basin_tile(
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     horizontal: Coordinate,
     vertical: Coordinate,
     displacement: ArrayLike | None = None,
@@ -102,12 +103,14 @@ def basin_tile(
 
     Parameters
     ----------
-    omega, clearance : float
+    omega : float
         > 0.
+    clearance : float, or (float or None, float or None)
+        As in `trajectories.trajectory`.
     horizontal, vertical : Coordinate
         Two different ones.
-    displacement, velocity : (N,), default 0
-        All other coordinates.
+    displacement, velocity : (N,)
+        All other coordinates, by default those of the static equilibrium at rest.
     phase : float
         Phase of the forcing at the start, radians.
     max_periods, max_period : int
@@ -121,41 +124,84 @@ def basin_tile(
     Raises
     ------
     ParameterError
-        A number is out of range, or mass 1 does not start between the stops.
+        A number is out of range, or the contact does not start between the stops.
     """
-    forced_chain(oscillator, omega, clearance)  # checks the two numbers
+    forced = forced_oscillator(oscillator, float(omega), clearance)
+    check_limits(phase, max_periods, max_period)
+    state, added = initial_states(forced, horizontal, vertical, displacement, velocity)
+    return motions_from(Settler(oscillator, Settling(max_periods, max_period)), forced, state, added, float(phase))
+
+
+def check_limits(phase: float, max_periods: int, max_period: int) -> None:
+    """Raise ParameterError for a phase that is not finite, and for limits below 1."""
     checked_order("max_periods", max_periods, 1)
     checked_order("max_period", max_period, 1)
     if not np.isfinite(phase):
         raise ParameterError("phase", "must be a finite number")
-    state, scaled = initial_states(oscillator.size, clearance, horizontal, vertical, displacement, velocity)
-    settler = Settler(oscillator, Settling(max_periods, max_period))
-    steady = settler.steady(np.array([omega]))[0]
-    codes, figures = settler.run(
-        float(omega), steady, np.array([clearance]), state, scaled.reshape(-1, 2, oscillator.size), float(phase)
-    )
-    shape = scaled.shape[:2]
-    codes, figures = codes[0].T.reshape(-1, *shape), figures[0].T.reshape(-1, *shape)
+
+
+def motions_from(
+    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+) -> dict[str, NDArray[Any]]:
+    """Return the motions that trajectories settle to from states ``state + added``, as arrays of `basin_tile`.
+
+    Arguments are those of `run_states`. The arrays have the shape of `added` without its last two axes.
+    """
+    shape = added.shape[:-2]
+    codes, figures = run_states(settler, forced, state, added, phase)
+    codes, figures = codes.T.reshape(-1, *shape), figures.T.reshape(-1, *shape)
     return arrays_of(codes, figures) | {
         "mean_position": figures[MEAN_POSITION].copy(),
         "mean_velocity": figures[MEAN_VELOCITY].copy(),
     }
 
 
+def run_states(
+    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+) -> tuple[Integers, Floats]:
+    """Return codes (s, CODES) and figures (s, FIGURES) of trajectories from states ``state + added``.
+
+    `settler` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
+    """
+    steady = settler.steady(np.array([forced.omega]))[0]
+    scaled = (added / forced.stops.unit).reshape(-1, *state.shape)
+    codes, figures = settler.run(forced.omega, steady, np.array([forced.clearances]), state, scaled, phase)
+    return codes[0], figures[0]
+
+
 def initial_states(
-    size: int,
-    clearance: float,
+    forced: ForcedOscillator,
     horizontal: Coordinate,
     vertical: Coordinate,
     displacement: ArrayLike | None,
     velocity: ArrayLike | None,
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates that do not vary, (2, N), and the two that do in clearances, (n, m, 2, N).
+    """Return the coordinates that do not vary, (2, N), and the two that do, (n, m, 2, N), 0 in the former.
 
-    Arguments and errors are those of `basin_tile`, for an oscillator of `size` masses.
+    Arguments and errors are those of `basin_tile`.
     """
-    state = _checked_state(size, displacement, velocity)
-    return state, _scaled_states(state, clearance, horizontal, vertical)
+    size = forced.oscillator.size
+    state = np.stack([forced.rest, np.zeros(size)])
+    for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
+        if values is not None:
+            given = np.asarray(values, dtype=np.float64)
+            if given.shape != (size,) or not np.all(np.isfinite(given)):
+                raise ParameterError(name, "must be one finite number per mass")
+            state[row] = given
+    indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
+    if indices[0] == indices[1]:
+        raise ParameterError("vertical", "must differ from the horizontal coordinate")
+    for index in indices:
+        state[index] = 0.0
+    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
+    added = np.zeros((len(up), len(across), 2, size))
+    added[:, :, *indices[0]] = across
+    added[:, :, *indices[1]] = up[:, None]
+    right, left = forced.clearances
+    place = (state[0] + added[..., 0, :]) @ forced.oscillator.contact
+    if not np.all((-left < place) & (place < right)):
+        raise ParameterError("displacement", "of the contact must lie between the stops, and not on them")
+    return state, added
 
 
 def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list[Attractor]]:
@@ -195,38 +241,6 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
     position[order] = np.arange(count)
     label = position[group].reshape(arrays["kind"].shape)
     return label, [_attractor(arrays, np.flatnonzero(group == g), kind.size) for g in order]
-
-
-def _checked_state(size: int, displacement: ArrayLike | None, velocity: ArrayLike | None) -> Floats:
-    """Return displacements and velocities as a state (2, N). Raises ParameterError."""
-    state = np.zeros((2, size))
-    for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
-        if values is not None:
-            given = np.asarray(values, dtype=np.float64)
-            if given.shape != (size,) or not np.all(np.isfinite(given)):
-                raise ParameterError(name, "must be one finite number per mass")
-            state[row] = given
-    return state
-
-
-def _scaled_states(state: Floats, clearance: float, horizontal: Coordinate, vertical: Coordinate) -> Floats:
-    """Return the two coordinates of all states in clearances, (n, m, 2, N), and set them to 0 in `state`.
-
-    Raises ParameterError where they are the same, or where mass 1 is not between the stops.
-    """
-    size = state.shape[1]
-    indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
-    if indices[0] == indices[1]:
-        raise ParameterError("vertical", "must differ from the horizontal coordinate")
-    for index in indices:
-        state[index] = 0.0
-    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
-    scaled = np.zeros((len(up), len(across), 2, size))
-    scaled[:, :, *indices[0]] = across / clearance
-    scaled[:, :, *indices[1]] = up[:, None] / clearance
-    if not np.all(np.abs(state[0, 0] + clearance * scaled[..., 0, 0]) < clearance):
-        raise ParameterError("displacement", "of mass 1 must lie between the stops, and not on them")
-    return scaled
 
 
 def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:

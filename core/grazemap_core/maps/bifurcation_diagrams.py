@@ -6,27 +6,28 @@ is named and verified as in maps (`settling`), from the same initial state.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, Literal, NamedTuple
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
-from grazemap_core.maps.kernels.lane_state import HALVES_RUN
+from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
+from grazemap_core.maps.planes import Line
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, REASONS, Motion
-from grazemap_core.simulation.start import State
+from grazemap_core.simulation.observables import Observables
+from grazemap_core.simulation.start import State, forced_oscillator, initial_state
 from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
-Parameter = Literal["clearance", "omega"]
-PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
 """Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
@@ -42,7 +43,7 @@ class Section:
     Attributes
     ----------
     displacement, velocity : (k,)
-        State of mass 1 at the start of every recorded forcing period, where the phase of the forcing is 0.
+        Contact coordinate and its rate at the start of every recorded forcing period, at phase 0 of the forcing.
     impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
         Signed velocity before every recorded impact, and its stop.
     motion : Motion
@@ -54,6 +55,8 @@ class Section:
         that was captured by the end of its record.
     start : State
         Initial state of the trajectory.
+    figures : (count,)
+        What is read off the motion, as in maps (`map_observables`); empty if nothing is.
     """
 
     displacement: Floats
@@ -64,39 +67,36 @@ class Section:
     sensitive: bool
     transient_growth: float
     start: State
+    figures: Floats
 
 
 def sections(
-    oscillator: Oscillator,
-    vary: Parameter,
-    values: ArrayLike,
-    fixed: float,
+    line: Line,
     policy: str = "rest",
     periods: int = 64,
     transient_periods: int = 300,
     max_period: int = 32,
     most_bytes: int = MOST_RECORD_BYTES,
+    observed: Observables | None = None,
 ) -> Iterator[Section]:
     """Run a trajectory at every value of a parameter, in the order of the policy; a generator.
 
     Parameters
     ----------
-    oscillator : Oscillator
-    vary : {"clearance", "omega"}
-    values : (n,)
-        > 0, increasing.
-    fixed : float
-        Value of the parameter that does not vary.
+    line : Line
+        The parameter and its values.
     policy : one of POLICIES
         Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from
-        the last value down. If mass 1 is then beyond a stop, it is put on the stop with its velocity; this is an impact
-        if it moves into the stop. After a trajectory that ended early the next one starts from rest.
+        the last value down. If the contact is then beyond a stop, it is put on the stop with its velocity; this is an
+        impact if it moves into the stop. After a trajectory that ended early the next one starts from rest.
     periods, transient_periods : int
         Forcing periods that are recorded, and forcing periods before them.
     max_period : int
         Maximum period n of a motion, in forcing periods.
     most_bytes : int
         Maximum number of bytes of all impacts in a result, and of those of one trajectory, as for `trajectory`.
+    observed : Observables or None
+        What is read off the motions.
 
     Yields
     ------
@@ -110,24 +110,19 @@ def sections(
     RecordSizeError
         There are too many impacts. Raised while the sections are read.
     """
-    if vary not in PARAMETERS:
-        raise ParameterError("vary", f"must be one of {', '.join(PARAMETERS)}")
     if policy not in POLICIES:
         raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
-    numbers = np.array(values, dtype=np.float64)
-    if numbers.ndim != 1 or not np.all(np.isfinite(numbers) & (numbers > 0.0)) or np.any(np.diff(numbers) <= 0.0):
-        raise ParameterError("values", "must be an increasing list of finite numbers greater than 0")
-    if not (np.isfinite(fixed) and fixed > 0.0):
-        raise ParameterError("omega" if vary == "clearance" else "clearance", "must be a finite number greater than 0")
+    line.check()
     for name, count, least in (
         ("periods", periods, 1),
         ("transient_periods", transient_periods, 0),
         ("max_period", max_period, 1),
     ):
         checked_order(name, count, least)
-    ordered = numbers[::-1] if policy == "sweep-down" else numbers
-    points = [(fixed, value) if vary == "clearance" else (value, fixed) for value in ordered.tolist()]
-    found = _follow(oscillator, points, policy != "rest", periods, transient_periods, max_period, most_bytes)
+    order = range(len(line.axis.values))
+    points = (line.point(k) for k in (reversed(order) if policy == "sweep-down" else order))
+    settling = Settling(transient_periods + periods + EXPONENT_PERIODS, max_period, observed=observed)
+    found = _follow(points, policy != "rest", periods, transient_periods, settling, most_bytes)
     return _bounded(found, most_bytes)
 
 
@@ -142,23 +137,31 @@ def _bounded(found: Iterator[Section], most_bytes: int) -> Iterator[Section]:
 
 
 def _follow(
-    oscillator: Oscillator,
-    points: Sequence[tuple[float, float]],
+    points: Iterable[tuple[Oscillator, float, Clearance]],
     follows: bool,
     periods: int,
     transient_periods: int,
-    max_period: int,
+    settling: Settling,
     most_bytes: int,
 ) -> Iterator[Section]:
-    """Yield the sections at points (omega, clearance).
+    """Yield the sections at points.
 
     If `follows`, each trajectory starts at the final state of the previous one.
     """
-    at_rest = State(np.zeros(oscillator.size), np.zeros(oscillator.size), 0.0)
-    state, inherits, shown = at_rest, False, transient_periods + periods
-    settler = Settler(oscillator, Settling(shown + EXPONENT_PERIODS, max_period))
-    for omega, clearance in points:
-        begin = _within(state, clearance) if follows else at_rest
+    state: State | None = None
+    inherits, shown = False, transient_periods + periods
+    settler: Settler | None = None
+    nothing = np.zeros(0) if settling.observed is None else settling.observed.nothing
+    for oscillator, omega, clearance in points:
+        if settler is None or settler.oscillator is not oscillator:
+            before, settler = settler, Settler(oscillator, settling)
+            if before is not None:
+                settler.take_errors(before.errors)
+        forced = forced_oscillator(oscillator, omega, clearance)
+        at_rest = initial_state(forced, None, None, 0.0)
+        begin = at_rest
+        if state is not None and follows:
+            begin = replace(state, displacement=oscillator.between(state.displacement, forced.clearances))
         run = trajectory(
             oscillator,
             omega,
@@ -169,40 +172,43 @@ def _follow(
             periods=periods,
             transient_periods=transient_periods,
             samples_per_period=1,
-            max_period=max_period,
+            max_period=settling.max_period,
             most_bytes=most_bytes,
         )
-        state, settled = at_rest, _Settled(run.motion, False, np.nan, 0)
+        state, settled = None, _Settled(run.motion, False, np.nan, 0, nothing)
         if run.final is not None and len(run.time) == periods + 1:
             state, settled = run.final, _settled(settler, omega, clearance, begin, inherits)
         captured = settled.halves <= 2 * shown and np.isfinite(settled.transient_growth)
-        inherits = follows and state is not at_rest and not captured
+        inherits = follows and state is not None and not captured
         yield Section(
-            displacement=run.displacement[0, :periods],
-            velocity=run.velocity[0, :periods],
+            displacement=oscillator.contact @ run.displacement[:, :periods],
+            velocity=oscillator.contact @ run.velocity[:, :periods],
             impact_velocity=run.impacts.velocity,
             impact_stop=run.impacts.stop,
             motion=settled.motion,
             sensitive=settled.sensitive,
             transient_growth=settled.transient_growth,
             start=begin,
+            figures=settled.figures,
         )
 
 
 class _Settled(NamedTuple):
-    """The motion that a trajectory settles to, as in `Section`, and half periods until that was known."""
+    """The motion that a trajectory settles to, as in `Section`, half periods until that was known, and figures."""
 
     motion: Motion
     sensitive: bool
     transient_growth: float
     halves: int
+    figures: Floats
 
 
-def _settled(settler: Settler, omega: float, clearance: float, begin: State, inherits: bool) -> _Settled:
+def _settled(settler: Settler, omega: float, clearance: Clearance, begin: State, inherits: bool) -> _Settled:
     """Run a trajectory until its motion can be named; `inherits`: it starts with the error of the last one."""
     codes, figures = settler.run_from(omega, clearance, begin, inherits)
     named = {name: array.item() for name, array in arrays_of(codes, figures).items()}
-    return _Settled(_motion(named), named["sensitive"], named["transient_growth"], int(codes[HALVES_RUN]))
+    growth, halves = named["transient_growth"], int(codes[HALVES_RUN])
+    return _Settled(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
 
 
 def _motion(named: dict[str, Any]) -> Motion:
@@ -210,12 +216,3 @@ def _motion(named: dict[str, Any]) -> Motion:
     kind, reason = KINDS[named["kind"]], REASONS[named["reason"]] or None
     names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking", "verified")
     return Motion(kind=kind, reason=reason, **{name: named[name] for name in names if kind == "periodic"})
-
-
-def _within(state: State, clearance: float) -> State:
-    """Return a state with mass 1 moved onto the stop that it is beyond."""
-    if abs(state.displacement[0]) <= clearance:
-        return state
-    displacement = state.displacement.copy()
-    displacement[0] = np.copysign(clearance, displacement[0])
-    return State(displacement, state.velocity, state.phase)

@@ -20,18 +20,22 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.maps.adaptive_map import Settings
-from grazemap_core.maps.basins import Coordinate, initial_states
-from grazemap_core.maps.bifurcation_diagrams import Parameter, Section
+from grazemap_core.maps.basin_fractions import Point, Settlers, from_rest
+from grazemap_core.maps.basins import Coordinate, initial_states, run_states
+from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import GROWTH, HALVES_RUN, REASON, UNVERIFIED
+from grazemap_core.maps.planes import Line, Plane, PlaneSettler
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
+from grazemap_core.simulation.start import forced_oscillator
 
 _CHAOTIC: Final = KINDS.index("chaotic")
 
@@ -64,41 +68,42 @@ class ChanceToSettle:
     high: float
 
 
-def chance_in_map(
-    kind: NDArray[Any], oscillator: Oscillator, omega: Floats, clearance: Floats, **settings: Unpack[Settings]
-) -> ChanceToSettle | None:
+def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]) -> ChanceToSettle | None:
     """Return the chance of the chaotic points of an unfolding map to settle; None if it has none.
 
     Parameters
     ----------
     kind : (n, m)
         Positions in `motion.KINDS`.
-    oscillator, omega, clearance, **settings
+    plane, **settings
         As of `unfolding.unfolding_map_tile`, of the whole map.
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
     watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
     policy = settings.get("policy", "rest")
     sweeps = policy.startswith("sweep")
-    starts = np.zeros((1, 2, oscillator.size))
-    if policy == "ensemble":
-        starts = random_starts(oscillator, settings.get("initial_conditions", 16), settings.get("seed", 0))
+    ensemble = policy == "ensemble"
+    starts = None
+    if ensemble:
+        starts = random_starts(plane.oscillator, settings.get("initial_conditions", 16), settings.get("seed", 0))
     # a sweep reaches the point as in the map, and goes on there
     longer = Settling(watched if sweeps else RUN_ON * watched, max_period, linearised=sweeps, follow=sweeps)
-    settler, at_rest = Settler(oscillator, longer), np.zeros((2, oscillator.size))
-    of_map = Settler(oscillator, Settling(watched, max_period)) if policy == "ensemble" else None
+    settler = PlaneSettler(plane, longer)
+    of_map = PlaneSettler(plane, Settling(watched, max_period, starts=starts)) if ensemble else None
 
     def settles(position: int) -> bool | None:
-        row, w = rows[position], float(omega[columns[position]])
-        steady, path = settler.steady(np.array([w]))[0], clearance[[row]]
-        start = starts * np.array([1.0, w])[:, None]
-        if of_map is not None:
-            start = start[[_first_chaotic(of_map, w, steady, path, start)]]
+        row, column = rows[[position]], columns[[position]]
         if sweeps:
-            path = clearance[: row + 1] if policy == "sweep-up" else clearance[row:][::-1]
-            path = np.append(path, np.full(RUN_ON - 1, clearance[row]))
-        codes, _ = settler.run(w, steady, path, at_rest, start)
-        return _outcome(codes[-RUN_ON if sweeps else -1 :, 0], longer)
+            down = policy == "sweep-down"
+            path = np.arange(plane.shape[0])[row[0] :][::-1] if down else np.arange(row[0] + 1)
+            codes, _ = settler.sweep(np.concatenate([path, np.repeat(row, RUN_ON - 1)]), int(column[0]))
+            return _outcome(codes[-RUN_ON:, 0], longer)
+        if of_map is not None and starts is not None:
+            chosen = starts[[_first_chaotic(of_map.points(row, column)[0][0])]]
+            codes, _ = PlaneSettler(plane, longer._replace(starts=chosen)).points(row, column)
+        else:
+            codes, _ = settler.points(row, column)
+        return _outcome(codes[-1:, 0], longer)
 
     return _chance(len(rows), watched, settles)
 
@@ -107,7 +112,7 @@ def chance_in_basins(
     kind: NDArray[Any],
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     horizontal: Coordinate,
     vertical: Coordinate,
     displacement: ArrayLike | None,
@@ -127,24 +132,44 @@ def chance_in_basins(
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
     longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
-    settler = Settler(oscillator, longer)
-    steady = settler.steady(np.array([omega]))[0]
+    settler, forced = Settler(oscillator, longer), forced_oscillator(oscillator, omega, clearance)
 
     def settles(position: int) -> bool | None:
         one = horizontal._replace(values=horizontal.values[columns[[position]]])
         other = vertical._replace(values=vertical.values[rows[[position]]])
-        state, scaled = initial_states(oscillator.size, clearance, one, other, displacement, velocity)
-        codes, _ = settler.run(omega, steady, np.array([clearance]), state, scaled[0], phase)
-        return _outcome(codes[:, 0], longer)
+        codes, _ = run_states(settler, forced, *initial_states(forced, one, other, displacement, velocity), phase)
+        return _outcome(codes, longer)
+
+    return _chance(len(rows), max_periods, settles)
+
+
+def chance_in_fractions(
+    kind: NDArray[Any], points: Sequence[Point], states: Floats, phase: float, max_periods: int, max_period: int
+) -> ChanceToSettle | None:
+    """Return the chance of the states that lead to chaos to settle, at all values together; None if there are none.
+
+    Parameters
+    ----------
+    kind : (n, s)
+        Positions in `motion.KINDS`.
+    points, states, phase, max_periods, max_period
+        As of `basin_fractions.fraction_tile`.
+    """
+    rows, columns = np.nonzero(kind == _CHAOTIC)
+    longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
+    settlers = Settlers(longer)
+
+    def settles(position: int) -> bool | None:
+        point = points[rows[position]]
+        forced = forced_oscillator(*point)
+        start = from_rest(forced, states[columns[[position]]])
+        return _outcome(run_states(settlers.of(point.oscillator), forced, *start, phase)[0], longer)
 
     return _chance(len(rows), max_periods, settles)
 
 
 def chance_in_diagram(
-    oscillator: Oscillator,
-    vary: Parameter,
-    values: Floats,
-    fixed: float,
+    line: Line,
     sections: Sequence[Section],
     watched: int,
     max_period: int,
@@ -153,7 +178,7 @@ def chance_in_diagram(
 
     Parameters
     ----------
-    vary, values, fixed, max_period
+    line, max_period
         As of `bifurcation_diagrams.sections`.
     sections : (n,)
         In the order of the values.
@@ -162,13 +187,11 @@ def chance_in_diagram(
     """
     chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
     longer = Settling(RUN_ON * watched, max_period, linearised=False)
-    settler = Settler(oscillator, longer)
 
     def settles(position: int) -> bool | None:
         number = chaotic[position]
-        start, value = sections[number].start, float(values[number])
-        omega, clearance = (fixed, value) if vary == "clearance" else (value, fixed)
-        codes, _ = settler.run_from(omega, clearance, start)
+        oscillator, omega, clearance = line.point(number)
+        codes, _ = Settler(oscillator, longer).run_from(omega, clearance, sections[number].start)
         return _outcome(codes[None], longer)
 
     return _chance(len(chaotic), watched, settles)
@@ -209,8 +232,7 @@ def _outcome(codes: Integers, task: Settling) -> bool | None:
     return False
 
 
-def _first_chaotic(settler: Settler, omega: float, steady: Complexes, clearance: Floats, starts: Floats) -> int:
-    """Return the first of the initial states (s, 2, N) of a point from which the trajectory is chaotic; 0 for none."""
-    codes = settler.run(omega, steady, clearance, np.zeros(starts.shape[1:]), starts)[0][0].T
-    kind, _ = kinds_of(codes[REASON], codes[GROWTH], codes[UNVERIFIED])
+def _first_chaotic(codes: Integers) -> int:
+    """Return the first of the initial states of a point, (s, CODES), that leads to chaos; 0 for none."""
+    kind, _ = kinds_of(codes[:, REASON], codes[:, GROWTH], codes[:, UNVERIFIED])
     return int(np.argmax(kind == _CHAOTIC))

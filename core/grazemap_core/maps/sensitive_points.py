@@ -13,11 +13,14 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.codes import RESOLVED
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.multiprecision import MultiprecisionRun, RunError, known_bits, same_impacts
+from grazemap_core.simulation.multiprecision import MultiprecisionRun, known_bits, same_impacts
+from grazemap_core.simulation.multiprecision_modes import RunError
 
 FIRST_BITS: Final = 128
 """Precision of the first run."""
@@ -30,6 +33,8 @@ AT_ONCE: Final = 4
 """Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
 SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
+RESTING: Final = 1e-12
+"""Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""
 MOST_WORK: Final = 300_000_000
 """Limit of the work for a point, in impacts times bits: some two minutes."""
 GUARD_BITS: Final = 96
@@ -79,16 +84,28 @@ class Resolver:
         )
         self._steady = self._settler.steady(np.array([omega]))[0]
 
-    def resolve(self, clearance: float, state: Floats, phase: float = 0.0) -> Resolution:
-        """Decide the motion from displacements and velocities (2, N) at a phase of the forcing."""
+    def unit(self, clearance: Clearance) -> float:
+        """Return the unit in which initial states are given (`Stops.unit`); the clearance of two equal stops."""
+        return self._settler.unit(self._omega, self._steady, clearance)
+
+    def resolve(self, clearance: Clearance, state: Floats | None = None, phase: float = 0.0) -> Resolution:
+        """Decide the motion from displacements and velocities (2, N), or from rest, at a phase of the forcing."""
+        unit = self.unit(clearance)
 
         def start(bits: int) -> MultiprecisionRun:
             return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
 
         def restart(states: Floats) -> tuple[Integers, Floats]:
-            only, origin = np.array([clearance]), np.zeros(state.shape)
-            codes, figures = self._settler.run(self._omega, self._steady, only, origin, states / clearance, phase)
-            return codes[0], figures[0]
+            both, origin = both_clearances(clearance), np.zeros(states.shape[1:])
+            places = states[:, 0] @ self._oscillator.contact
+            free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING * unit
+            codes = np.full((len(states), lane_state.CODES), ROUNDING_DECIDES)
+            figures = np.full((len(states), lane_state.FIGURES), np.nan)
+            if np.any(free):
+                scaled = states[free] / unit
+                found = self._settler.run(self._omega, self._steady, np.array([both]), origin, scaled, phase)
+                codes[free], figures[free] = found[0][0], found[1][0]
+            return codes, figures
 
         return resolution(start, restart, LONGER * self._max_periods)
 
@@ -140,9 +157,7 @@ def _at_once(codes: Integers) -> Booleans:
 
 
 def resolve_grid(
-    oscillator: Oscillator,
-    omega: Floats,
-    clearance: Floats,
+    plane: Plane,
     task: Settling,
     sensitive: Booleans,
     codes: Integers,
@@ -152,23 +167,25 @@ def resolve_grid(
 
     Parameters
     ----------
-    omega, clearance, task
-        As in `settling.settle_grid`; not a sweep.
+    plane : Plane
+    task : Settling
+        Not of a sweep.
     sensitive : (n, m, s)
     codes, figures : (CODES, n, m, s), (FIGURES, n, m, s)
-        The results of `settling.settle_grid`, changed in place.
+        The results of `planes.PlaneSettler.grid`, changed in place.
     """
-    starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
     resolved = np.zeros(sensitive.shape, dtype=np.bool_)
     for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
-        w = float(omega[i])
-        resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
         for row, start in np.argwhere(sensitive[:, i]).tolist():
-            b = float(clearance[row])
-            found = resolver.resolve(b, b * (starts[start] * np.array([1.0, w])[:, None]))
+            oscillator, w, clearance = plane.at_point(row, i)
+            resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
+            state = None
+            if task.starts is not None:
+                state = resolver.unit(clearance) * (task.starts[start] * np.array([1.0, w])[:, None])
+            found = resolver.resolve(clearance, state)
             if not found.reason:
-                place = row, i, start
-                resolved[place] = True
-                codes[(_OF_MOTION, *place)] = found.codes[list(_OF_MOTION)]
-                figures[(_FIGURES_OF_MOTION, *place)] = found.figures[_FIGURES_OF_MOTION]
+                which = row, i, start
+                resolved[which] = True
+                codes[(_OF_MOTION, *which)] = found.codes[list(_OF_MOTION)]
+                figures[(_FIGURES_OF_MOTION, *which)] = found.figures[_FIGURES_OF_MOTION]
     return resolved

@@ -9,25 +9,41 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
-from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.contact.cell_problem import (
+    UNIT,
+    Clearance,
+    both_clearances,
+    cell_problem,
+    free_state,
+    reference_state,
+    stops_table,
+    trajectory_models,
+)
 from grazemap_core.contact.kernels.workspace import workspace
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.classification import classify_lane
 from grazemap_core.maps.kernels.column import Column, return_search
+from grazemap_core.maps.kernels.final_states import final_states
+from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import lanes
+from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
+from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.numerics.jit.compiled import compile_for
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
-from grazemap_core.simulation.start import State
+from grazemap_core.simulation.observables import Observables
+from grazemap_core.simulation.start import OUTSIDE, State, touched_stop
 
 
 class Settling(NamedTuple):
@@ -45,7 +61,9 @@ class Settling(NamedTuple):
     follow : bool
         Whether a trajectory starts at the final state of the trajectory at the previous clearance.
     starts : (s, 2, N) or None
-        Initial displacements in clearances and velocities in clearances times omega; at rest when None.
+        Initial displacements in clearances and velocities in clearances times omega; in equilibrium when None.
+    observed : Observables or None
+        What is read off the motions, in further columns of the figures.
     """
 
     max_periods: int
@@ -54,6 +72,35 @@ class Settling(NamedTuple):
     linearised: bool = True
     follow: bool = False
     starts: Floats | None = None
+    observed: Observables | None = None
+
+
+class Conditions(NamedTuple):
+    """In what k trajectories may differ that share the structure and the forcing frequency.
+
+    Attributes
+    ----------
+    clearance : (k, 2)
+        Of the right and of the left stop, from q = 0; infinite for an absent one.
+    restitution : (k, 2)
+    bias, forcing : (k,)
+        Factors of the oscillator's bias and forces. Motions under a multiple of all forces, between stops at the same
+        multiple of their distances, are that multiple of the motions, so the kernels need no other forces.
+    """
+
+    clearance: Floats
+    restitution: Floats
+    bias: Floats
+    forcing: Floats
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, clearances: Floats) -> Conditions:
+        """Return the conditions of an oscillator with clearances (k,) of both stops, or (k, 2) of each."""
+        both = np.asarray(clearances, dtype=np.float64)
+        both = np.stack([both, both], axis=1) if both.ndim == 1 else both
+        ones = np.ones(len(both))
+        restitution = [oscillator.restitution_of(1) * ones, oscillator.restitution_of(-1) * ones]
+        return cls(both, np.stack(restitution, axis=1), ones, ones)
 
 
 class Settler:
@@ -65,6 +112,7 @@ class Settler:
         self._models = trajectory_models(oscillator)
         self._blocks = _impulse_blocks(self._models.free, task.early)
         self._task = task
+        self._equilibrium = equilibrium(oscillator)
         growth_periods = min(math.ceil(GROWTH_SHARE * task.max_periods), MOST_GROWTH_PERIODS)
         self._growth_halves = 2 * growth_periods if task.linearised else 0
         events = RECORDED_IMPACTS if task.linearised or self._blocks.verifiable else 0
@@ -82,30 +130,48 @@ class Settler:
             "final_state": np.zeros((size, 2)),
         }
 
+    @property
+    def oscillator(self) -> Oscillator:
+        """The oscillator."""
+        return self._models.oscillator
+
+    @property
+    def errors(self) -> LaneErrors:
+        """The errors of the lanes: those with which the trajectories of a sweep are handed on."""
+        found: LaneErrors = self._scratch["tangents"].errors
+        return found
+
+    def take_errors(self, errors: LaneErrors) -> None:
+        """Go on with the errors of another settler."""
+        self._scratch["tangents"] = self._scratch["tangents"]._replace(errors=errors)
+
     def steady(self, omega: Floats) -> Complexes:
-        """Return the amplitudes of the reference motions at frequencies (m,), shape (m, 2, N)."""
+        """Return the amplitudes of the reference motions at frequencies (m,), shape (m, H, 2, N + 1)."""
         return reference_response(self._models.oscillator, self._models.free, omega)
 
     def run(
         self,
         omega: float,
         steady: Complexes,
-        clearances: Floats,
-        states: Floats,
+        conditions: Conditions | Floats,
+        states: Floats | None,
         scaled: Floats,
         phase: float = 0.0,
         inherits: bool = False,
     ) -> tuple[Integers, Floats]:
-        """Run one trajectory for each clearance and initial state.
+        """Run one trajectory for each of the conditions and each initial state.
 
         Parameters
         ----------
-        steady : complex (2, N)
+        steady : complex (H, 2, N + 1)
             `Settler.steady` at omega.
-        clearances : (n,)
-        states, scaled : (2, N) and (s, 2, N)
-            Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``, with mass 1
-            between the stops. A single trajectory may begin on a stop; if mass 1 moves into it, this is an impact.
+        conditions : Conditions, or (n,) or (n, 2)
+            The latter are clearances as `Conditions.of` takes them.
+        states, scaled : (2, N) or None, and (s, 2, N)
+            Trajectories begin at the displacements and velocities ``states + b scaled``, between the stops, where b is
+            the unit of the stops (`Stops.unit`), which is the clearance of equal ones; without `states` at rest in
+            their equilibrium. States that are given need equal factors of bias and forcing. A single trajectory may
+            begin on a stop; if it moves into it, this is an impact.
         phase : float
             Phase of the forcing at the start.
         inherits : bool
@@ -113,70 +179,196 @@ class Settler:
 
         Returns
         -------
-        codes, figures : (n, s, CODES) and (n, s, FIGURES)
+        codes, figures : (n, s, CODES) and (n, s, FIGURES), with further columns for what is observed
         """
+        given = conditions if isinstance(conditions, Conditions) else Conditions.of(self._models.oscillator, conditions)
+        column = self._column(omega, steady, given, states, scaled, phase, inherits)
+        settle_column(self._masses, column, classify_lane.address(column))
+        problem, stops, results = column.model.problem, column.task.stops, column.results
+        self._ended_early = np.array_equal(self._scratch["final_state"], column.task.base)
+        shape, figures = (len(stops), len(scaled)), results.figures
+        if self._task.observed is not None:
+            parts = problem, column.model.held
+            more = figures_of_column(self._task.observed, self._models, parts, steady, stops, results)
+            figures = np.concatenate([figures, more], axis=1)
+        codes, figures = results.codes.reshape(*shape, -1), figures.reshape(*shape, -1)
+        figures[:, :, lane_state.LEAST_VELOCITY] *= given.forcing[:, None]
+        hidden = hidden_by_rounding(problem.steady_bound, stops[:, UNIT])
+        codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
+        codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
+        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
+        return codes, figures
+
+    def compile(self, *, lockstep: bool) -> None:
+        """Compile, or load, the kernel that carries lanes, with all that goes before it, or the one that names motions.
+
+        Nothing is run. The first is for a number of masses, the second for all.
+        """
+        given = Conditions.of(self._models.oscillator, np.ones(1))
+        states = np.zeros((1, 2, len(self._masses)))
+        column = self._column(1.0, self.steady(np.ones(1))[0], given, None, states, 0.0, inherits=False)
+        if lockstep:
+            compile_for(settle_column, self._masses, column, classify_lane.address(column))
+        else:
+            classify_lane.compile(column)
+
+    def _column(
+        self,
+        omega: float,
+        steady: Complexes,
+        given: Conditions,
+        states: Floats | None,
+        scaled: Floats,
+        phase: float,
+        inherits: bool,
+    ) -> Column:
+        """Return what the kernels take for trajectories as those of `run`."""
         free = self._models.free
         problem, held = cell_problem(self._models, steady, omega, phase)
-        stop, states = _on_stop(states, clearances, problem.restitution)
-        count = len(clearances) * len(scaled)
+        gaps = self._gaps(given)
+        stops = stops_table(self._models.oscillator, gaps, problem, given.restitution)
+        offset, on_stop, aside = self._preload(gaps, states)
+        if self._task.starts is not None:
+            offset = _between_stops(given, stops[:, UNIT])
+        start, on_stop = self._begin(given, states, on_stop)
+        count = len(gaps) * len(scaled)
         results = TrajectoryResults(
-            codes=np.empty((count, lane_state.CODES), dtype=np.int64), figures=np.empty((count, lane_state.FIGURES))
+            codes=np.empty((count, lane_state.CODES), dtype=np.int64),
+            figures=np.empty((count, lane_state.FIGURES)),
+            final=final_states(count if self._task.observed is not None else 0, free.size),
         )
         task = ColumnTask(
-            clearances=np.ascontiguousarray(clearances, dtype=np.float64),
-            base=free_state(free, steady, omega, states[0], states[1], phase),
+            stops=stops,
+            base=free_state(free, steady, problem.orders, omega, start[0], start[1], phase),
             directions=_in_blocks(free, scaled),
+            offset=offset,
+            aside=aside,
+            on_stop=on_stop,
             max_periods=self._task.max_periods,
             max_period=self._task.max_period,
             early=self._task.early,
             follow=self._task.follow,
             growth_halves=self._growth_halves,
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
-            stop=stop,
             inherits=inherits,
         )
         model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
-        settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
-        shape = (len(clearances), len(scaled))
-        codes, figures = (
-            results.codes.reshape(*shape, lane_state.CODES),
-            results.figures.reshape(*shape, lane_state.FIGURES),
-        )
-        hidden = hidden_by_rounding(problem.steady_bound, np.asarray(clearances))
-        codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
-        codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
-        return codes, figures
+        return Column(model, self._blocks, task, results, **self._scratch)
 
-    def run_from(self, omega: float, clearance: float, start: State, inherits: bool = False) -> tuple[Integers, Floats]:
+    def final_state(self, omega: float, steady: Complexes, conditions: Conditions) -> Floats | None:
+        """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
+
+        The settings have `follow`. None for a trajectory that ended early, after which a sweep starts at rest.
+
+        Parameters
+        ----------
+        omega, steady, conditions
+            Of the last trajectory.
+        """
+        if self._ended_early:
+            return None
+        free, size = self._models.free, len(self._masses)
+        orders = np.array([one.order for one in self._models.oscillator.forces], dtype=np.float64)
+        moved = free.from_modal @ self._scratch["final_state"].ravel() + reference_state(steady, orders, omega, 0.0)
+        state = conditions.forcing[-1] * moved.reshape(2, size)
+        state[0] += conditions.bias[-1] * self._equilibrium
+        return np.asarray(state)
+
+    def within(self, conditions: Conditions, state: Floats) -> Floats:
+        """Return a state (2, N) with the contact moved onto the stop that it is beyond."""
+        right, left = conditions.clearance[0].tolist()
+        return np.stack([self._models.oscillator.between(state[0], (right, left)), state[1]])
+
+    @property
+    def origin(self) -> Floats | None:
+        """The state (2, N) to which `Settling.starts` are added: 0; None, the equilibrium, where there are none."""
+        return None if self._task.starts is None else np.zeros((2, len(self._masses)))
+
+    def unit(self, omega: float, steady: Complexes, clearance: Clearance) -> float:
+        """Return the unit of the stops in which initial states are given, `Stops.unit`."""
+        problem, _ = cell_problem(self._models, steady, omega, 0.0)
+        given = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
+        return float(stops_table(self._models.oscillator, self._gaps(given), problem, given.restitution)[0, UNIT])
+
+    def _gaps(self, conditions: Conditions) -> Floats:
+        """Return the gaps of the stops from the equilibrium, (k, 2), over the factors of the forces."""
+        place = float(self._models.oscillator.contact @ self._equilibrium) * conditions.bias[:, None]
+        return np.asarray((conditions.clearance - place * np.array([1.0, -1.0])) / conditions.forcing[:, None])
+
+    def _preload(self, gaps: Floats, states: Floats | None) -> tuple[Floats, Integers, Floats]:
+        """Return `offset`, `on_stop` and `aside` of a task: trajectories from rest begin held by a preloaded stop."""
+        size = len(self._masses)
+        direction = np.concatenate([self._models.constrained.profile, np.zeros(size)])
+        aside = np.ascontiguousarray((self._models.free.to_modal @ direction).reshape(size, 2))
+        preloaded = gaps < 0.0 if self._is_rest(states) else np.zeros(gaps.shape, dtype=np.bool_)
+        offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
+        return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1], aside
+
+    def _is_rest(self, states: Floats | None) -> bool:
+        """Return whether trajectories start at rest."""
+        return states is None or (np.array_equal(states[0], self._equilibrium) and not np.any(states[1]))
+
+    def _begin(self, conditions: Conditions, states: Floats | None, on_stop: Integers) -> tuple[Floats, Integers]:
+        """Return the state from the equilibrium, over the factor of the forces, and the stops that it is on.
+
+        A single trajectory may begin with an impact.
+        """
+        if states is None:
+            return np.zeros((2, len(self._masses))), on_stop
+        if len(conditions.clearance) == 1 and on_stop[0] == 0:
+            states, on_stop = self._impact_at_start(conditions, states)
+        begun = states / conditions.forcing[0]
+        begun[0] -= conditions.bias[0] / conditions.forcing[0] * self._equilibrium
+        return begun, on_stop
+
+    def _impact_at_start(self, conditions: Conditions, states: Floats) -> tuple[Floats, Integers]:
+        """Return the state of a single trajectory after the impact with which it may begin, and the stop it is on."""
+        oscillator = self._models.oscillator
+        right, left = conditions.clearance[0].tolist()
+        stop = touched_stop(oscillator, (right, left), states[0])
+        if stop == OUTSIDE:
+            stop = 0
+        velocity = math.fsum(oscillator.contact * states[1])
+        if stop * velocity > 0.0:
+            restitution = float(conditions.restitution[0, 0 if stop > 0 else 1])
+            states = np.stack([states[0], oscillator.with_contact(states[1], -restitution * velocity)])
+        return states, np.array([stop])
+
+    def run_from(
+        self, omega: float, clearance: Clearance, start: State, inherits: bool = False
+    ) -> tuple[Integers, Floats]:
         """Run one trajectory from a state; return its codes (CODES,) and figures (FIGURES,). `inherits` as in `run`."""
         steady = self.steady(np.array([omega]))[0]
         states, nothing = np.stack([start.displacement, start.velocity]), np.zeros((1, 2, len(self._masses)))
-        codes, figures = self.run(omega, steady, np.array([clearance]), states, nothing, start.phase, inherits)
+        only = np.array([both_clearances(clearance)])
+        codes, figures = self.run(omega, steady, only, states, nothing, start.phase, inherits)
         return codes[0, 0], figures[0, 0]
 
 
+def _between_stops(conditions: Conditions, unit: Floats) -> Floats:
+    """Return where the range of random contact coordinates, as wide as two units, has its middle, (k,).
+
+    That is the middle between two stops; of one stop q = 0, unless the range would reach beyond it.
+    """
+    right, left = (conditions.clearance / conditions.forcing[:, None]).T
+    with np.errstate(invalid="ignore"):
+        both = 0.5 * (right - left)
+    one = np.minimum(right - unit, 0.0) + np.maximum(unit - left, 0.0)
+    return np.asarray(np.where(np.isfinite(both), both, one))
+
+
 def _impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
-    """Return the oscillator's blocks, with the response of mass 1 to an impulse on it."""
-    blocks = impulse_response(model)
+    """Return the blocks, with the response of the contact to an impulse on it: 0 of those that it does not see."""
+    response, unit_impulse = impulse_response(model), np.zeros((len(model.decay), 2))
+    unit_impulse[response.seen] = np.stack([response.value, response.slope], axis=1)
     return ImpulseBlocks(
-        decay=np.ascontiguousarray(blocks.decay),
-        discriminant=np.ascontiguousarray(blocks.discriminant),
-        frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
-        frequency=np.sqrt(blocks.frequency_squared),
-        unit_impulse=np.stack([blocks.value, blocks.slope], axis=1),
+        decay=np.ascontiguousarray(model.decay),
+        discriminant=np.ascontiguousarray(model.discriminant),
+        frequency_squared=np.ascontiguousarray(model.frequency_squared),
+        frequency=np.sqrt(model.frequency_squared),
+        unit_impulse=unit_impulse,
         verifiable=wanted and not bool(np.any(model.undamped)),
     )
-
-
-def _on_stop(states: Floats, clearances: Floats, restitution: float) -> tuple[int, Floats]:
-    """Return the stop on which mass 1 is, 0 for none, and the state (2, N) after the impact if it moves into it."""
-    stop = int(np.sign(states[0, 0])) if np.array_equal(np.abs(states[0, :1]), clearances) else 0
-    if stop * states[1, 0] <= 0.0:
-        return stop, states
-    after = states.copy()
-    after[1, 0] *= -restitution
-    return stop, after
 
 
 def _in_blocks(model: ModalModel, states: Floats) -> Floats:
@@ -187,22 +379,3 @@ def _in_blocks(model: ModalModel, states: Floats) -> Floats:
     for c in range(2 * size):  # term by term: the roundings of a product of matrices depend on the number of states
         result += flat[:, c : c + 1] * model.to_modal[:, c]
     return result.reshape(count, size, 2)
-
-
-def settle_grid(oscillator: Oscillator, omega: Floats, clearance: Floats, task: Settling) -> tuple[Integers, Floats]:
-    """Return codes and figures of every trajectory of a grid, shapes (CODES, n, m, s) and (FIGURES, n, m, s).
-
-    m frequencies, n clearances in the order in which they are to be followed, s initial states.
-    """
-    settler = Settler(oscillator, task)
-    steady = settler.steady(omega)
-    at_rest = np.zeros((2, oscillator.size))
-    starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
-    shape = (len(clearance), len(omega), len(starts))
-    codes = np.empty((lane_state.CODES, *shape), dtype=np.int64)
-    figures = np.empty((lane_state.FIGURES, *shape))
-    for i, w in enumerate(omega):
-        scaled = starts * np.array([1.0, float(w)])[:, None]
-        of_column = settler.run(float(w), steady[i], clearance, at_rest, scaled)
-        codes[:, :, i], figures[:, :, i] = (np.moveaxis(part, 2, 0) for part in of_column)
-    return codes, figures

@@ -22,9 +22,9 @@ computed one by one."""
 
 LANE_REST_SHARE: Final = 1e-4
 """Duration of a rebound with a constant contact acceleration, as a share of a cell, up to which a lane goes through a
-second pass, to decide whether mass 1 may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5, the
-share with which it may (`event_loop.may_rest`); the factor of 4.6 covers the error of the contact acceleration, which
-is known to about five digits there, and costs next to nothing."""
+second pass, to decide whether the contact may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5,
+the share with which it may (`event_loop.may_rest`); the factor of 4.6 covers the error of the contact acceleration,
+which is known to about five digits there, and costs next to nothing."""
 assert LANE_REST_SHARE**3 > CHATTER_ACCURACY
 
 ROOT_CHANGE: Final = 1e-8
@@ -54,7 +54,7 @@ FARTHEST_PASSAGE: Final = 0.25
 decisive counts as decisive in any case."""
 
 HALF_PERIOD_ERROR: Final = EPSILON
-"""Round-off of half a forcing period, in displacement of mass 1 and units of its largest displacement."""
+"""Round-off of half a forcing period, in displacement of the contact and units of its largest one."""
 
 ERROR_SAFETY: Final = 32.0
 """Factor on the estimated error of a trajectory where a decision is compared with it."""
@@ -88,8 +88,8 @@ LARGEST_INFERRED_SAMPLE: Final = 10_000
 exceed RUN_ON_PERIODS either, unless it is a single point."""
 
 MOST_CONTRACTION: Final = 36.0
-"""Maximum logarithm of the contraction over a forcing period: all digits of a binary64 number. Where mass 1 rests on a
-stop a change of the state may vanish."""
+"""Maximum logarithm of the contraction over a forcing period: all digits of a binary64 number. Where the contact
+rests on a stop a change of the state may vanish."""
 
 APPARENT: Final = 8.0
 """Difference of impacts, in units of the distance to the orbit, up to which they may be repetitions after a shorter
@@ -154,3 +154,26 @@ codimension-two point; the sample does not grow with a map."""
 
 RUN_ON_PERIODS: Final = 5_000_000
 """Number of forcing periods that the sample does not exceed, unless it is a single trajectory: about a minute."""
+
+ENTROPY_BOX: Final = 5
+"""Number of states along a side of a box of the basin entropy, as Daza et al. (2016) take it: the entropy of 25 states
+is resolved to a tenth, and the boxes are small."""
+
+ENTROPY_SURE: Final = 3.0
+"""Standard errors by which the boundary basin entropy has to exceed log 2 for a boundary to be called fractal. The
+boxes of a boundary are not independent, so this is no exact level."""
+
+EVEN_SPACING: Final = 1e-6
+"""Largest difference of a step of evenly spaced values from their mean, in steps: lists of decimals have roundings."""
+
+UNCERTAINTY_REACH: Final = 16
+"""The shorter side of a rectangle over the largest distance of the uncertainty exponent: a power law holds where
+distances are small beside the basins. Of random smooth boundaries the exponents were then 0.96 to 1 with 100 states a
+side or more, 0.91 to 1 with 64; with distances twice as large 0.89 and 0.74."""
+
+FEWEST_DISTANCES: Final = 3
+"""Number of distances below which no exponent is fitted: two points would have no error."""
+
+MOST_DRAWS: Final = 1000
+"""Random initial states that are drawn for each one with the contact between the stops, on average. Ranges with fewer
+are refused."""

@@ -1,4 +1,4 @@
-"""The unfolding map: which motion every point of a rectangle of (omega, clearance) settles to."""
+"""The unfolding map: which motion every point of a plane of two parameters settles to."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.checks import check_range, checked_order
+from grazemap_core.checks import checked_order
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
-from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
+from grazemap_core.simulation.observables import Observables
 
 POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
-"""Initial states of a point: at rest; the final state of the next lower, or higher, clearance; or several random
-states, of which the most frequent motion counts."""
+"""Initial states of a point: at rest; the final state at the next lower, or higher, value of the vertical parameter; or
+several random states, of which the most frequent motion counts."""
 
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
 
 def unfolding_map_tile(
-    oscillator: Oscillator,
-    omega: Floats,
-    clearance: Floats,
+    plane: Plane,
     max_periods: int = 1000,
     max_period: int = 32,
     policy: str = "rest",
@@ -35,17 +35,17 @@ def unfolding_map_tile(
     seed: int = 0,
     preview: bool = False,
     resolve_sensitive: bool = False,
+    observed: Observables | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Find the motion that trajectories settle to at every point of a grid.
+    """Find the motion that trajectories settle to at every point of a plane.
 
-    The phase of the forcing is 0 at the start. Every point (of a sweep: every omega) is computed independently of the
-    others, so a grid cut into tiles gives the same bytes.
+    The phase of the forcing is 0 at the start. Every point (of a sweep: every column) is computed independently of the
+    others, so a plane cut into tiles gives the same bytes.
 
     Parameters
     ----------
-    oscillator : Oscillator
-    omega : (m,), clearance : (n,)
-        The grid, in the oscillator's units; both > 0, clearance increasing.
+    plane : Plane
+        n values of the vertical parameter and m of the horizontal one.
     max_periods : int
         Maximum number of forcing periods of a trajectory. In the last GROWTH_SHARE of them, or in the last
         MOST_GROWTH_PERIODS if these are fewer, the growth of small changes is measured, which identifies chaotic and
@@ -53,67 +53,70 @@ def unfolding_map_tile(
     max_period : int
         Maximum period n of a motion, in forcing periods.
     policy : one of POLICIES
-        A sweep starts from rest at its first clearance, and after a trajectory that ended early. If the final state is
-        beyond a stop of the next point, mass 1 is put on that stop with its velocity; this is an impact if it moves
-        into the stop.
+        A sweep goes along the vertical parameter. It starts from rest at the first value, and after a trajectory that
+        ended early. If the final state is beyond a stop of the next point, the contact is put on that stop with its
+        velocity; this is an impact if it moves into the stop.
     initial_conditions, seed : int
         Ensemble only: number of initial states per point, and seed of the random numbers. The states are the same for
-        every point, apart from scale: displacements uniform in (-b, b), velocities in (-omega b, omega b).
+        every point, apart from scale: displacements uniform in (-b, b), velocities in (-omega b, omega b). Where
+        the stops are not alike, the contact is about the middle between them; where there is one, it is within it.
     preview : bool
         Whether only periodic motions are identified, which is faster: the growth of small changes is not measured, and
         a trajectory that has not settled is unresolved, chaotic or not.
     resolve_sensitive : bool
         Whether the motions of sensitive points are decided in multi-precision arithmetic where possible
         (`sensitive_points`), which takes seconds a point. Not for a sweep, which starts at rounded states.
+    observed : Observables or None
+        What is read off the motions (`map_observables`). Not with resolve_sensitive.
 
     Returns
     -------
-    dict of arrays of shape (n, m), [clearance, omega]
+    dict of arrays of shape (n, m), [vertical, horizontal]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
         periodic but not verified), verified (bool: `verification.verify` confirms the periodic orbit, and that it
         captures the trajectory, which is not sensitive), sensitive (bool: a decision on the way to a periodic motion
         may be wrong by round-off, `lane_errors`), transient_growth (float64: largest growth of a small change before
         capture, in its logarithm; NaN unless captured), period,
         impacts_right, impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in
-        complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in
-        the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov
-        (float64: largest exponent per forcing period, for a periodic motion from its multiplier; NaN where it was not
-        computed), lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, from
-        its spread between windows, NaN for others), least_impact_velocity (float64; 0 with complete chatter, NaN
-        without impacts or unless periodic), settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble
-        also share (float64: fraction of the initial states that lead to this motion or its mirror image) and
-        motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
+        complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: the contact rests on a stop
+        some time in the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic),
+        lyapunov (float64: largest exponent per forcing period, for a periodic motion from its multiplier; NaN where it
+        was not computed), lyapunov_error (float64: standard error of an exponent that was measured along the
+        trajectory, from its spread between windows, NaN for others), least_impact_velocity (float64; 0 with complete
+        chatter, NaN without impacts or unless periodic), settled_after (int32 forcing periods; -1 unless periodic). Of
+        an ensemble also share (float64: fraction of the initial states that lead to this motion or its mirror image)
+        and motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
         lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion was decided in
-        multi-precision arithmetic).
+        multi-precision arithmetic). With `observed` also its figures (float64, [figure, clearance, omega]).
 
     Raises
     ------
     ParameterError
-        A grid value is not positive, a limit is below 1, there is no such policy, or sensitive points cannot be
-        resolved: the map is a sweep, or python-flint is not installed.
+        A value is out of its domain, a limit is below 1, there is no such policy, or sensitive points cannot be
+        resolved: the map is a sweep, is observed, or python-flint is not installed.
     """
-    check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
-    resolve_grid = _resolution(policy) if resolve_sensitive else None
-    down = policy == "sweep-down"
+    check_map(plane, max_periods, max_period, policy, initial_conditions)
+    resolve_grid = _resolution(policy, observed) if resolve_sensitive else None
     task = Settling(
         max_periods=max_periods,
         max_period=max_period,
         follow=policy.startswith("sweep"),
-        starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
+        starts=random_starts(plane.oscillator, initial_conditions, seed) if policy == "ensemble" else None,
         linearised=not preview,
+        observed=observed,
     )
-    codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
-    if down:
-        codes, figures = codes[:, ::-1], figures[:, ::-1]
+    codes, figures = PlaneSettler(plane, task).grid(down=policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(oscillator, omega, clearance, task, sensitive, codes, figures)
+        resolved = resolve_grid(plane, task, sensitive, codes, figures)
     return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
 
 
-def _resolution(policy: str) -> Callable[..., Booleans]:
+def _resolution(policy: str, observed: Observables | None) -> Callable[..., Booleans]:
     """Return `sensitive_points.resolve_grid`, which needs python-flint."""
+    if observed is not None:
+        raise ParameterError("resolve_sensitive", "must be false where observables are asked for")
     if policy.startswith("sweep"):
         raise ParameterError("resolve_sensitive", "must be false for a sweep, which starts at rounded states")
     try:
@@ -126,12 +129,9 @@ def _resolution(policy: str) -> Callable[..., Booleans]:
     return resolve_grid
 
 
-def check_map(
-    omega: Floats, clearance: Floats, max_periods: int, max_period: int, policy: str, initial_conditions: int
-) -> None:
-    """Raise ParameterError for a grid, a limit or a policy that `unfolding_map_tile` does not accept."""
-    for name, values in (("omega", omega), ("clearance", clearance)):
-        check_range(name, values)
+def check_map(plane: Plane, max_periods: int, max_period: int, policy: str, initial_conditions: int) -> None:
+    """Raise ParameterError for a plane, a limit or a policy that `unfolding_map_tile` does not accept."""
+    plane.check()
     for name, limit in (
         ("max_periods", max_periods),
         ("max_period", max_period),
@@ -161,12 +161,23 @@ def named_arrays(
         arrays = arrays_of(codes[..., 0], figures[..., 0])
     if resolved is not None:
         arrays["resolved"] = np.take_along_axis(resolved, chosen[..., None], axis=2)[..., 0]
-    return {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
+    arrays = {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
+    observed = figures[FIGURES:]
+    if len(observed):
+        arrays["figures"] = np.take_along_axis(observed, chosen[None, :, :, None], axis=3)[..., 0]
+    return arrays
 
 
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
-    """Return uniform random displacements and velocities in (-1, 1) for `Settling.starts`, shape (count, 2, N)."""
-    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
+    """Return uniform random displacements and velocities in (-1, 1) for `Settling.starts`, shape (count, 2, N).
+
+    So is the contact coordinate.
+    """
+    starts = np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
+    (named,) = np.nonzero(oscillator.contact)
+    for state in starts:
+        state[0] = oscillator.with_contact(state[0], float(state[0, named[0]]))
+    return starts
 
 
 def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:

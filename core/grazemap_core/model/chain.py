@@ -7,6 +7,7 @@ stop, whose first mass is linked to a wall.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -42,17 +43,17 @@ class Chain(Structure):
         """Number of masses n."""
         return len(self.masses)
 
-    @property
+    @cached_property
     def mass_matrix(self) -> Floats:
         """M, shape (n, n), diagonal."""
         return np.diag(self.masses)
 
-    @property
+    @cached_property
     def stiffness_matrix(self) -> Floats:
         """K, shape (n, n), symmetric, tridiagonal and positive definite."""
         return _of_links(self.stiffnesses, self.wall_stiffness)
 
-    @property
+    @cached_property
     def damping_matrix(self) -> Floats:
         """C, shape (n, n), built from the links as K is."""
         return _of_links(self.link_damping, self.wall_damping)
@@ -69,6 +70,13 @@ class Chain(Structure):
     def solve_mass(self, vectors: Floats) -> Floats:
         """Return ``M^-1 vectors``, shape (n,) or (n, m)."""
         return np.asarray((vectors.T / self.masses).T)
+
+    def effective_mass(self, row: Floats) -> float:
+        """Return ``1/(h^T M^-1 h)``, as `Structure.effective_mass`; the mass itself where h names one."""
+        (named,) = np.nonzero(row)
+        if len(named) == 1:
+            return float(self.masses[named[0]] / row[named[0]] ** 2)
+        return super().effective_mass(row)
 
     def ground_forces(self, influence: Floats) -> tuple[Floats, Floats]:
         """Return ``K r`` and ``C r``, as `Structure.ground_forces`; only the last link is moved by r = (1, ..., 1)."""

@@ -8,6 +8,7 @@ ground (theory, "Any linear structure").
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -59,6 +60,17 @@ def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
         for order in sorted(found)
         if any(np.any(part) for part in (found[order].constant, found[order].rate, found[order].quadratic))
     )
+
+
+def fundamental(drive: Iterable[Harmonic]) -> int:
+    """Return the greatest common divisor p of the orders: the forces have the period ``2 pi/(p omega)``."""
+    return math.gcd(*(one.order for one in drive))
+
+
+def is_half_wave_symmetric(drive: Iterable[Harmonic]) -> bool:
+    """Return whether the forces change their sign after half of their period: all orders are odd multiples of p."""
+    parts = tuple(drive)
+    return all(one.order // fundamental(parts) % 2 == 1 for one in parts)
 
 
 def force(order: int, amplitude: Floats, phase: Floats | None = None, *, unbalance: bool = False) -> Harmonic:

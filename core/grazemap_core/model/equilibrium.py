@@ -31,15 +31,29 @@ def equilibrium(oscillator: Oscillator) -> Floats:
         # link i carries the sum of the forces on masses 1 .. i
         elongation = np.cumsum(bias) / structure.stiffnesses
         return np.cumsum(elongation[::-1])[::-1]
-    stiffness = structure.stiffness_matrix
+    return static_displacements(structure.stiffness_matrix, bias, "bias")
+
+
+def static_displacements(stiffness: Floats, forces: Floats, name: str) -> Floats:
+    """Return the displacements x with ``K x = forces``, shape (N,); `name` is that of the forces in an error.
+
+    Where K is singular they are those without a part in the free modes.
+
+    Raises
+    ------
+    ParameterError
+        The forces push along a free mode.
+    """
+    if not np.any(forces):
+        return np.zeros_like(forces)
     left, singular, right = np.linalg.svd(stiffness)
-    free = singular <= 16.0 * len(bias) * EPSILON * singular[0]
+    free = singular <= 16.0 * len(forces) * EPSILON * singular[0]
     if not np.any(free):
-        return _refined(stiffness, bias)
-    if np.max(np.abs(left[:, free].T @ bias)) > 16.0 * len(bias) * EPSILON * np.max(np.abs(bias)):
-        raise ParameterError("bias", "pushes along a free mode, so there is no equilibrium")
+        return _refined(stiffness, forces)
+    if np.max(np.abs(left[:, free].T @ forces)) > 16.0 * len(forces) * EPSILON * np.max(np.abs(forces)):
+        raise ParameterError(name, "pushes along a free mode, so there is no equilibrium")
     inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, singular))
-    return np.asarray(right.T @ (inverse * (left.T @ bias)))
+    return np.asarray(right.T @ (inverse * (left.T @ forces)))
 
 
 def _refined(stiffness: Floats, bias: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The steady motion without impacts: the response of the chain to its harmonic forcing, as complex amplitudes.
+"""The steady motion without impacts: the response of a structure to its harmonic forces, as complex amplitudes.
 
 The linear system is solved without modes, in the same way for both kinds of damping.
 """
@@ -12,8 +12,10 @@ from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.model.chain import Chain
+from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.structure import Response
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
@@ -45,104 +47,78 @@ def require_damped(oscillator: Oscillator) -> None:
         )
 
 
-def steady_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
-    """Return the amplitudes of the steady motion, to which every motion without impacts settles.
-
-    As `forced_response`, for an oscillator whose modes are all damped.
-
-    Raises
-    ------
-    ParameterError
-        A frequency is not a finite number greater than 0.
-    SteadyMotionError
-        A mode is undamped, or its damping is too small to resolve its resonance at one of these frequencies.
-    """
-    values = checked_omega(omega)
-    require_damped(oscillator)
-    return forced_response(oscillator, values)
-
-
 def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
-    """Return the complex amplitudes of the contact coordinate in the steady motion, shape (n,).
+    """Return the complex amplitudes of the contact coordinate in the steady motion, in H harmonics; shape (n, H).
 
-    ``q = Im(amplitude e^{i omega t})`` about the equilibrium; each has an error of about one rounding.
+    ``q = sum_k Im(amplitude_k e^{i order_k omega t})`` about the equilibrium; each has an error of about one rounding.
 
     Raises
     ------
     ParameterError
-        A frequency is out of its range, or the forces have other harmonics than the first.
+        A frequency is out of its range.
     SteadyMotionError
         A mode is undamped, or its damping is too small to resolve its resonance at one of these frequencies.
     """
     values = checked_omega(omega)
     require_damped(oscillator)
-    if [one.order for one in oscillator.drive] != [1]:
-        raise ParameterError("forcing", "has other harmonics than the first, which grazing curves do not cover yet")
-    response = oscillator.structure.response(values, oscillator.drive[0].amplitudes(values), oscillator.contact)
-    if not np.all(response.exists):
-        raise SteadyMotionError("omega", "is at a resonance that is practically undamped, so there is no steady motion")
-    return response.coordinate
+    found = [
+        oscillator.structure.response(one.order * values, one.amplitudes(values), oscillator.contact)
+        for one in oscillator.drive
+    ]
+    _require_steady(all(np.all(one.exists) for one in found))
+    return np.stack([one.coordinate for one in found], axis=1)
 
 
-def forced_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
-    """Return ``(K - omega^2 M + i omega C)^{-1} f``, the amplitudes in ``x(t) = Im(amplitude e^{i (omega t + tau)})``.
-
-    Parameters
-    ----------
-    oscillator : Oscillator
-        Damped or not.
-    omega : array_like of shape (n,)
-        Forcing frequencies > 0 (rad/s in SI).
-
-    Returns
-    -------
-    ndarray of complex, shape (n, N)
-        Amplitude and phase of every mass; the error of mass 1 is a unit in the last place of its modulus.
+def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[Complexes, Complexes]:
+    """Return `contact_response` and its derivative with respect to omega, (n, H) each.
 
     Raises
     ------
-    ParameterError
-        A frequency is not a finite number greater than 0.
     SteadyMotionError
-        One of these frequencies is at a resonance with no damping or too little.
+        A mode has too little damping to resolve its resonance at one of these frequencies.
     """
-    values = checked_omega(omega)
-    if not np.any(oscillator.forcing):
-        return np.zeros((len(values), oscillator.size), dtype=np.complex128)
-    forces = np.broadcast_to(oscillator.forcing.astype(np.complex128), (len(values), oscillator.size)).copy()
-    response = oscillator.structure.response(values, forces, oscillator.contact)
-    if not np.all(response.exists):
+    found = [response_and_slope(oscillator, omega, one) for one in oscillator.drive]
+    _require_steady(all(np.all(exists & np.isfinite(slope)) for _, slope, exists in found))
+    return np.stack([value for value, _, _ in found], axis=1), np.stack([slope for _, slope, _ in found], axis=1)
+
+
+def response_and_slope(
+    oscillator: Oscillator, omega: Floats, harmonic: Harmonic
+) -> tuple[Complexes, Complexes, Booleans]:
+    """Return the amplitudes of the contact coordinate in one harmonic, their derivatives, and where they exist; (n,).
+
+    A derivative follows from one more solution with the same matrix (theory, "Any linear structure"). It is NaN where
+    that does not exist.
+    """
+    structure, order = oscillator.structure, harmonic.order
+    steady = structure.response(order * omega, harmonic.amplitudes(omega), oscillator.contact)
+    moved = 2.0 * order * order * omega[:, None] * (steady.amplitudes @ structure.mass_matrix.T)
+    moved = moved - 1j * order * (steady.amplitudes @ structure.damping_matrix.T)
+    slope = structure.response(order * omega, harmonic.slopes(omega) + moved, oscillator.contact)
+    return steady.coordinate, np.where(slope.exists, slope.coordinate, np.nan), steady.exists
+
+
+def _require_steady(exists: bool) -> None:
+    if not exists:
         raise SteadyMotionError("omega", "is at a resonance that is practically undamped, so there is no steady motion")
-    return response.amplitudes
 
 
-def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Complexes, Booleans]:
-    """Return the steady amplitudes of a chain linked to a wall at rest, and where they exist.
+def harmonic_amplitudes(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> Response:
+    """Return the steady motion in one harmonic, ``(K - s^2 M + i s C)^{-1} f`` with s = order omega; damped or not.
 
-    Parameters
-    ----------
-    chain : Chain
-        Its first mass is linked to a wall.
-    forcing : ndarray of shape (n,)
-        Amplitudes of the forces on its masses.
-    omega : array_like of shape (m,)
-
-    Returns
-    -------
-    amplitudes : ndarray of complex, shape (m, n)
-    exists : ndarray of bool, shape (m,)
-        False at a resonance with no damping or too little.
+    Raises
+    ------
+    SteadyMotionError
+        One of the frequencies is at a resonance with no damping or too little.
     """
-    values = checked_omega(omega)
-    if not np.any(forcing):
-        return np.zeros((len(values), chain.size), dtype=np.complex128), np.ones(len(values), dtype=np.bool_)
-    forces = np.broadcast_to(forcing.astype(np.complex128), (len(values), chain.size)).copy()
-    first = np.zeros(chain.size)
-    first[0] = 1.0
-    response = chain.response(values, forces, first)
-    return response.amplitudes, response.exists
+    forces = harmonic.amplitudes(omega)
+    if not np.any(forces):
+        return Response(forces, np.zeros(len(omega), dtype=np.complex128), np.ones(len(omega), dtype=np.bool_))
+    response = oscillator.structure.response(harmonic.order * omega, forces, oscillator.contact)
+    _require_steady(bool(np.all(response.exists)))
+    return response
 
 
 def hidden_by_rounding(amplitude: float, clearance: Floats) -> Booleans:
-    """Return where round-off of the reference motion of mass 1, of this amplitude, is too large against a clearance."""
+    """Return where round-off of the reference motion of q, of this amplitude, is too large against a clearance."""
     return EPSILON * amplitude > RESONANCE_ROUNDING * clearance

@@ -1,4 +1,4 @@
-"""The impulse response ``g(s) = Phi_12(s)``: the displacement of mass 1 after a unit velocity given to mass 1.
+"""The impulse response ``g(s) = Phi_12(s)``: the displacement of the contact after it was given a unit velocity.
 
 The zeros of g and of its periodic sums are the codimension-two points of the grazing curve.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.model.kernels.response_sums import IMPULSE, ResponseBlocks, response_sum
 from grazemap_core.model.modal import ModalModel
 
@@ -24,7 +24,10 @@ class ImpulseResponse:
     decay, discriminant, frequency_squared : ndarray of shape (N,)
         As in `ModalModel`.
     value, slope : ndarray of shape (N,)
-        ``y_j(0)`` and ``y_j'(0)``; their sums are 0 and 1. With proportional damping they are 0 and ``m_1 P_1j^2``.
+        ``y_j(0)`` and ``y_j'(0)``; their sums are 0 and 1. With proportional damping they are 0 and
+        ``m_c (h^T phi_j)^2``.
+    seen : ndarray of bool, shape (M,)
+        Which blocks of the modal model these are: those that an impulse excites and contact sees.
     slowest : float
         The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows.
     conditioning : float
@@ -36,6 +39,7 @@ class ImpulseResponse:
     frequency_squared: Floats
     value: Floats
     slope: Floats
+    seen: Booleans
     slowest: float
     conditioning: float
 
@@ -46,7 +50,7 @@ class ImpulseResponse:
 
 
 def impulse_response(model: ModalModel) -> ImpulseResponse:
-    """Return the impulse response of mass 1 from the modal model."""
+    """Return the impulse response of the contact from the modal model."""
     unit_impulse, row = model.unit_impulse, model.contact_row
     acceleration = -model.frequency_squared * unit_impulse[:, 0] - 2.0 * model.decay * unit_impulse[:, 1]
     value = row[:, 0] * unit_impulse[:, 0] + row[:, 1] * unit_impulse[:, 1]
@@ -62,6 +66,7 @@ def impulse_response(model: ModalModel) -> ImpulseResponse:
         frequency_squared=model.frequency_squared[seen],
         value=value[seen],
         slope=slope[seen],
+        seen=seen,
         slowest=float(np.min(rates[seen])),
         conditioning=model.conditioning,
     )

@@ -7,8 +7,8 @@ nondimensional descriptions of a system go through the same code and agree to ro
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,22 @@ from grazemap_core.model.structure import Structure
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 UNITS = ("nondimensional", "SI")
+
+
+@dataclass(frozen=True, eq=False)
+class Variants:
+    """The parameters of the structure of an oscillator that may vary.
+
+    Attributes
+    ----------
+    values : mapping of str to float
+        Their names and values.
+    create : callable
+        Returns the oscillator with other values of all of them.
+    """
+
+    values: Mapping[str, float]
+    create: Callable[[Mapping[str, float]], Oscillator]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +61,8 @@ class Oscillator:
         Used by `create` only; the stored numbers do not depend on it.
     restitution_left : float or None
         R of the left stop, where it is another one.
+    variants : Variants or None
+        The parameters of the structure that may vary.
     """
 
     structure: Structure
@@ -54,6 +72,7 @@ class Oscillator:
     bias: Floats
     units: str = "nondimensional"
     restitution_left: float | None = None
+    variants: Variants | None = None
 
     @classmethod
     def create(
@@ -141,6 +160,23 @@ class Oscillator:
         left = None if restitution_left is None else float(restitution_left)
         return cls(structure, row, harmonics(drive), float(restitution), static, restitution_left=left)
 
+    def with_structure(self, values: Mapping[str, float]) -> Oscillator:
+        """Return the oscillator with other values of parameters of its structure; all else is as it was created.
+
+        Raises
+        ------
+        ParameterError
+            A parameter is not one of those that may vary.
+        """
+        known = {} if self.variants is None else self.variants.values
+        for name in values:
+            if name not in known:
+                raise ParameterError(name, "is not a parameter that may vary here")
+        if self.variants is None or all(known[name] == value for name, value in values.items()):
+            return self
+        wanted = {**known, **values}
+        return replace(self.variants.create(wanted), variants=replace(self.variants, values=wanted))
+
     def restitution_of(self, stop: int) -> float:
         """Return R of the right stop (+1) or of the left one (-1)."""
         return self.restitution if stop > 0 or self.restitution_left is None else self.restitution_left
@@ -195,24 +231,33 @@ class Oscillator:
         response = self.structure.solve_mass(self.contact)
         return np.asarray(response / (self.contact @ response))
 
+    @cached_property
+    def forces(self) -> tuple[Harmonic, ...]:
+        """The harmonic forces, or one of the order 1 that is zero."""
+        return self.drive or (force(1, np.zeros(self.size)),)
+
+    def with_contact(self, values: Floats, place: float) -> Floats:
+        """Return displacements, or velocities, (N,), moved in the direction of the jump so that ``h^T x = place``.
+
+        Where the contact is a single displacement, it alone is set, exactly.
+        """
+        (named,) = np.nonzero(self.contact)
+        if len(named) > 1:
+            return values + self.jump * (place - math.fsum(self.contact * values))
+        moved = values.copy()
+        moved[named] = place / self.contact[named]
+        return moved
+
+    def between(self, displacement: Floats, clearances: tuple[float, float]) -> Floats:
+        """Return displacements (N,) with the contact moved onto the stop, right or left, that it is beyond."""
+        place, (right, left) = math.fsum(self.contact * displacement), clearances
+        inside = min(max(place, -left), right)
+        return displacement if inside == place else self.with_contact(displacement, inside)
+
     @property
     def effective_mass(self) -> float:
         """``m_c = 1/(h^T M^-1 h)``: the mass that an impulse along the stop meets."""
-        return float(1.0 / (self.contact @ self.structure.solve_mass(self.contact)))
-
-    @cached_property
-    def held_chain(self) -> Chain | None:
-        """The chain of masses 2 .. N while mass 1 rests on a stop, with link 1 to a wall; None for one mass."""
-        if self.size == 1:
-            return None
-        return Chain(
-            self.masses[1:].copy(),
-            self.stiffnesses[1:].copy(),
-            self.link_damping[1:].copy(),
-            self.gamma,
-            float(self.stiffnesses[0]),
-            float(self.link_damping[0]),
-        )
+        return self.structure.effective_mass(self.contact)
 
     @property
     def mass_matrix(self) -> Floats:

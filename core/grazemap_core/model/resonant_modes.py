@@ -11,42 +11,46 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.checks import checked_omega
-from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.drive import Harmonic
+from grazemap_core.model.harmonic_response import harmonic_amplitudes
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.tolerances import RESONANT_GAIN
 
 
-def resonant_modes(model: ModalModel, omega: float, limit: float = RESONANT_GAIN) -> Booleans:
+def resonant_modes(model: ModalModel, omega: float, order: int = 1, limit: float = RESONANT_GAIN) -> Booleans:
     """Return which modes have a steady motion larger than `limit` times their response within half a period, (N,).
 
-    A unit force on a mode of frequency w has a steady motion ``1/|w^2 - omega^2 + 2 i eta omega|``, and from rest a
-    response of up to ``pi/(w omega)`` within half a forcing period. The first can exceed the second only if the mode is
-    underdamped.
+    A unit force of the harmonic s = order omega on a mode of frequency w has a steady motion
+    ``1/|w^2 - s^2 + 2 i eta s|``, and from rest a response of up to ``pi/(w omega)`` within half a forcing period. The
+    first can exceed the second only if the mode is underdamped.
     """
     frequency = np.sqrt(model.frequency_squared)
-    return np.asarray(frequency * omega > limit * np.pi * np.abs(_denominators(model, omega)))
+    return np.asarray(frequency * omega > limit * np.pi * np.abs(_denominators(model, order * omega)))
 
 
-def modal_forcing(oscillator: Oscillator, model: ModalModel) -> Floats:
-    """Return the forcing of the equations of u and u' of every mode, (N, 2)."""
+def modal_forcing(oscillator: Oscillator, model: ModalModel, omega: float, harmonic: Harmonic) -> Complexes:
+    """Return the amplitudes of a harmonic in the equations of u and u' of every mode, (N, 2)."""
     size = model.size
-    return np.ascontiguousarray((model.to_modal[:, size:] @ (oscillator.forcing / oscillator.masses)).reshape(size, 2))
+    force = harmonic.amplitudes(np.array([omega]))[0]
+    parts = [model.to_modal[:, size:] @ oscillator.structure.solve_mass(part) for part in (force.real, force.imag)]
+    return np.ascontiguousarray((parts[0] + 1j * parts[1]).reshape(size, 2))
 
 
-def modal_steady(oscillator: Oscillator, model: ModalModel, omega: float) -> Complexes:
+def modal_steady(oscillator: Oscillator, model: ModalModel, omega: float, harmonic: Harmonic) -> Complexes:
     """Return the steady amplitudes of u and u' of every mode, (N, 2); infinite or NaN at an undamped resonance."""
-    first, second = modal_forcing(oscillator, model).T
+    first, second = modal_forcing(oscillator, model, omega, harmonic).T
+    s = harmonic.order * omega
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(
             np.stack(
                 [
-                    (1j * omega + 2.0 * model.decay) * first + second,
-                    1j * omega * second - model.frequency_squared * first,
+                    (1j * s + 2.0 * model.decay) * first + second,
+                    1j * s * second - model.frequency_squared * first,
                 ],
                 axis=1,
             )
-            / _denominators(model, omega)[:, None]
+            / _denominators(model, s)[:, None]
         )
 
 
@@ -62,9 +66,10 @@ def reference_response(oscillator: Oscillator, model: ModalModel, omega: Floats)
 
     Returns
     -------
-    ndarray of complex, shape (m, 2, N)
-        Amplitudes of the displacements, and of the velocities divided by i omega. Both are equal where no mode is
-        resonant; then they are those of `forced_response`.
+    ndarray of complex, shape (m, H, 2, N + 1)
+        For each harmonic of `Oscillator.forces` the amplitudes of the displacements and of the contact coordinate, and
+        of the velocities divided by i order omega. Both are equal where no mode is resonant; then they are those of
+        `harmonic_amplitudes`.
 
     Raises
     ------
@@ -72,18 +77,26 @@ def reference_response(oscillator: Oscillator, model: ModalModel, omega: Floats)
         A frequency is not a finite number greater than 0.
     """
     values = checked_omega(omega)
-    resonant = np.array([resonant_modes(model, w) for w in values.tolist()]).reshape(len(values), model.size)
-    resonant &= bool(np.any(oscillator.forcing))
-    steady = np.empty((len(values), 2, model.size), dtype=np.complex128)
-    plain = ~np.any(resonant, axis=1)
-    if np.any(plain):
-        steady[plain] = forced_response(oscillator, values[plain])[:, None]
-    for i in np.flatnonzero(~plain):
-        w = float(values[i])
-        amplitudes = np.where(resonant[i][:, None], 0.0, modal_steady(oscillator, model, w))
-        steady[i] = (model.from_modal @ amplitudes.ravel()).reshape(2, model.size)
-        steady[i, 1] /= 1j * w
+    steady = np.empty((len(values), len(oscillator.forces), 2, model.size + 1), dtype=np.complex128)
+    for h, harmonic in enumerate(oscillator.forces):
+        found = [resonant_modes(model, w, harmonic.order) for w in values.tolist()]
+        resonant = np.array(found).reshape(len(values), model.size) & bool(oscillator.drive)
+        plain = ~np.any(resonant, axis=1)
+        if np.any(plain):
+            steady[plain, h] = _with_contact(oscillator, values[plain], harmonic)[:, None]
+        for i in np.flatnonzero(~plain):
+            w = float(values[i])
+            amplitudes = np.where(resonant[i][:, None], 0.0, modal_steady(oscillator, model, w, harmonic))
+            steady[i, h, :, :-1] = (model.from_modal @ amplitudes.ravel()).reshape(2, model.size)
+            steady[i, h, 1] /= 1j * harmonic.order * w
+            steady[i, h, :, -1] = np.sum(amplitudes * model.contact_row)
     return steady
+
+
+def _with_contact(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> Complexes:
+    """Return the amplitudes of the displacements and of the contact coordinate, shape (m, N + 1)."""
+    response = harmonic_amplitudes(oscillator, omega, harmonic)
+    return np.concatenate([response.amplitudes, response.coordinate[:, None]], axis=1)
 
 
 def _denominators(model: ModalModel, omega: float) -> Complexes:

@@ -68,6 +68,10 @@ class Structure(ABC):
     def solve_mass(self, vectors: Floats) -> Floats:
         """Return ``M^-1 vectors``, shape (N,) or (N, m)."""
 
+    def effective_mass(self, row: Floats) -> float:
+        """Return ``1/(h^T M^-1 h)`` for a row h (N,): the mass that an impulse along the stop meets."""
+        return float(1.0 / (row @ self.solve_mass(row)))
+
     @abstractmethod
     def ground_forces(self, influence: Floats) -> tuple[Floats, Floats]:
         """Return ``K r`` and ``C r``, (N,) each: the forces on the structure at rest by a ground that moves.

@@ -12,6 +12,7 @@ from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import equilibrium
+from grazemap_core.model.harmonic_response import response_and_slope
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import ModalModel, modal_model
@@ -126,19 +127,10 @@ def _ratios(model: ModalModel) -> Floats:
     return ratio
 
 
-def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic | None = None) -> HarmonicResponse:
-    """Return amplitude, phase and slope of the contact coordinate (theory, "Any linear structure").
-
-    They are those of the first harmonic of the forces unless one is given.
-    """
-    harmonic = harmonic or oscillator.drive[0]
-    structure, order = oscillator.structure, harmonic.order
-    steady = structure.response(order * omega, harmonic.amplitudes(omega), oscillator.contact)
-    moved = 2.0 * order * order * omega[:, None] * (steady.amplitudes @ structure.mass_matrix.T)
-    moved = moved - 1j * order * (steady.amplitudes @ structure.damping_matrix.T)
-    slope = structure.response(order * omega, harmonic.slopes(omega) + moved, oscillator.contact)
-    value, change = steady.coordinate, slope.coordinate
-    amplitude = np.where(steady.exists, np.abs(value), np.nan)
+def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> HarmonicResponse:
+    """Return amplitude, phase and slope of the contact coordinate in one harmonic (theory, "Any linear structure")."""
+    value, change, exists = response_and_slope(oscillator, omega, harmonic)
+    amplitude = np.where(exists, np.abs(value), np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rate = np.where(steady.exists & slope.exists, (np.conj(value) * change).real / amplitude, np.nan)
-    return HarmonicResponse(order, amplitude, np.where(amplitude > 0.0, np.angle(value), np.nan), rate)
+        rate = np.where(exists, (np.conj(value) * change).real / amplitude, np.nan)
+    return HarmonicResponse(harmonic.order, amplitude, np.where(amplitude > 0.0, np.angle(value), np.nan), rate)

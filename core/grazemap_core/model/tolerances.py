@@ -32,8 +32,8 @@ PROPORTIONAL_SPREAD: Final = 2.0 * EPSILON
 """A list of link dampings is proportional if all c_i/k_i agree to this: the roundings of two quotients."""
 
 RESONANCE_ROUNDING: Final = 1e-6
-"""Round-off of the steady motion of mass 1, in units of the clearance, above which motions are unresolved: states are
-relative to it, or with resonant modes to the response of half a period."""
+"""Round-off of the steady motion of the contact, in units of the clearance, above which motions are unresolved: states
+are relative to it, or with resonant modes to the response of half a period."""
 
 RESONANT_GAIN: Final = 30.0
 """Steady motion of a mode, in units of its response within half a forcing period, above which it is resonant.
@@ -43,8 +43,8 @@ with a damping ratio above 1/(2 pi RESONANT_GAIN) = 0.0053 is never resonant.
 """
 
 HELD_RESONANT_GAIN: Final = 1e6
-"""The same for the chain that moves while mass 1 rests on a stop: there trajectories end that come to rest, as larger
-steady motions would cost more than six digits."""
+"""The same for the structure that moves while the contact rests on a stop: there trajectories end that come to rest, as
+larger steady motions would cost more than six digits."""
 
 STEADY_REFINEMENT_STEPS: Final = 10
 """Maximum number of refinement steps of a linear solve; one is usual, a resonance with decay/frequency < 1e-8 needs

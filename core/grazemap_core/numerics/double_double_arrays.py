@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.numerics.kernels.double_double import SPLITTER
+from grazemap_core.numerics.kernels.double_double import dd_add, two_prod, two_sum
 
 
 class Pair(NamedTuple):
@@ -30,37 +30,20 @@ def exact(values: Floats) -> Pair:
     return Pair(values, np.zeros_like(values))
 
 
-def total(a: Floats, b: Floats) -> Pair:
-    """Return ``a + b`` exactly."""
-    high = a + b
-    virtual = high - a
-    return Pair(high, (a - (high - virtual)) + (b - virtual))
-
-
 def product(a: Floats, b: Floats) -> Pair:
     """Return ``a b`` exactly."""
-    high = a * b
-    shifted = SPLITTER * a
-    a_high = shifted - (shifted - a)
-    a_low = a - a_high
-    shifted = SPLITTER * b
-    b_high = shifted - (shifted - b)
-    b_low = b - b_high
-    return Pair(high, ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low)
+    return Pair(*two_prod(a, b))
 
 
 def add(a: Pair, b: Pair) -> Pair:
     """Return the sum of two pairs, to about 2**-104 of the larger one also under cancellation."""
-    high, error = total(a.high, b.high)
-    low, low_error = total(a.low, b.low)
-    high, error = total(high, error + low)
-    return total(high, error + low_error)
+    return Pair(*dd_add(*a, *b))
 
 
 def multiply(a: Pair, b: Pair) -> Pair:
     """Return the product of two pairs."""
     high, error = product(a.high, b.high)
-    return total(high, error + (a.high * b.low + a.low * b.high))
+    return Pair(*two_sum(high, error + (a.high * b.low + a.low * b.high)))
 
 
 def negative(a: Pair) -> Pair:

@@ -1,4 +1,4 @@
-"""Many periodic orbits at once: one frequency and sequence of stops, each orbit with its own clearance and guess.
+"""Many periodic orbits at once: one frequency and sequence of stops, each orbit with its own gaps and guess.
 
 Impacts, multipliers and contacts are computed by compiled code for all orbits together.
 `grazemap_core.orbits.periodic_orbits` computes more of a single orbit.
@@ -7,14 +7,16 @@ Impacts, multipliers and contacts are computed by compiled code for all orbits t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, TOUCHES
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 
 REASONS = {
@@ -35,18 +37,21 @@ CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not s
 def solve_sequences(
     problem: OrbitProblem,
     guess: ImpactSequence,
-    clearances: Floats,
+    gaps: Sequence[Stops],
     phases: Floats,
     velocities: Floats,
     floor: float = -math.inf,
 ) -> tuple[Floats, Floats, OrbitResults]:
     """Return phases and speeds, (m, k) each, and all other results for orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `floor` is that of `admissibility.further_contact`.
+    Speeds are in the problem's units; `gaps` are the stops of each orbit, all with the same restitutions; `floor` is
+    that of `admissibility.further_contact`.
     """
     count, blocks = len(guess.stops), len(problem.decay)
-    results, scratch = orbit_results(len(clearances), count, blocks), orbit_scratch(count, blocks)
+    results, scratch = orbit_results(len(gaps), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
-    solve_orbits(problem, guess.stops.astype(np.float64), clearances, phases, speeds, floor, results, scratch)
+    places = np.array([[one.right, one.left] for one in gaps])
+    impacts = Impacts(gaps[0], guess.stops.astype(np.float64), phases, speeds)
+    solve_orbits(problem, impacts, places, floor, results, scratch)
     return phases, speeds, results

@@ -1,4 +1,4 @@
-"""Families of periodic motions with impacts: a chain, a number of forcing periods, and whether they are symmetric.
+"""Families of periodic motions with impacts: a structure, a number of forcing periods, and whether they are symmetric.
 
 A family gives the equations of its orbits at every frequency, in the form that the kernels take (theory, "Any impacting
 orbit").
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
-from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.drive import Harmonic
+from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -66,11 +69,34 @@ class OrbitFamily:
         return self.pattern.half_periods * math.pi
 
     def steady(self, omega: float) -> Complexes:
-        """Return the steady motion's amplitudes, complex (N,)."""
-        amplitudes = steady_response(self.oscillator, [omega])[0]
-        if not (np.isfinite(amplitudes[0]) and abs(amplitudes[0]) > 0.0):
-            raise ParameterError("omega", "is a frequency at which the amplitude of mass 1 overflows or underflows")
-        return np.asarray(amplitudes)
+        """Return the steady motion's amplitudes of each harmonic, complex (H, N + 1): displacements, then the contact.
+
+        Raises
+        ------
+        ParameterError, SteadyMotionError
+            As `steady_at`.
+        """
+        found: Complexes = self.steady_at(np.array([omega]))[0]
+        return found
+
+    def steady_at(self, omega: Floats) -> Complexes:
+        """Return `steady` at frequencies (m,), complex (m, H, N + 1).
+
+        Raises
+        ------
+        ParameterError
+            A frequency is out of range, or the amplitude of the contact overflows or underflows there.
+        SteadyMotionError
+            The damping is too small to resolve a resonance.
+        """
+        values = checked_omega(omega)
+        parts = [harmonic_amplitudes(self.oscillator, values, harmonic) for harmonic in self.oscillator.forces]
+        steady = np.stack([np.column_stack([part.amplitudes, part.coordinate]) for part in parts], axis=1)
+        if not all(0.0 < steady_size(one) < math.inf for one in steady):
+            raise ParameterError(
+                "omega", "is a frequency at which the amplitude of the contact overflows or underflows"
+            )
+        return steady
 
     def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
         """Return the equations at one frequency, with `length` the unit of length."""
@@ -80,8 +106,9 @@ class OrbitFamily:
         kinds = self.pattern.kinds
         periodic, doubled = (before_impulse(kind, blocks, unit_impulse, span) + unit_impulse for kind in kinds)
         periodic_impulse_by_span = span * before_impulse(kinds[0], blocks, periodic, span)
-        slope = self._slope(omega, steady) / length
-        steady_table = steady[0] / length
+        slopes = [
+            self._slope(omega, harmonic, steady[h, :-1]) / length for h, harmonic in enumerate(self.oscillator.forces)
+        ]
         return OrbitProblem(
             decay=blocks.decay,
             discriminant=blocks.discriminant,
@@ -91,20 +118,47 @@ class OrbitFamily:
             periodic_impulse=periodic,
             doubled_impulse=doubled,
             periodic_impulse_by_span=periodic_impulse_by_span,
-            steady_real=float(steady_table.real),
-            steady_imag=float(steady_table.imag),
-            steady_real_by_omega=float(slope.real),
-            steady_imag_by_omega=float(slope.imag),
+            orders=np.array([float(one.order) for one in self.oscillator.forces]),
+            steady=np.array([[one.real, one.imag] for one in steady[:, -1] / length]),
+            steady_by_omega=np.array([[one.real, one.imag] for one in slopes]),
+            steady_unit=1.0,
             omega=float(omega),
             length=float(length),
-            restitution=self.oscillator.restitution,
-            rebound=1.0 + self.oscillator.restitution,
             turn=self.turn,
             sign=-1.0 if self.pattern.symmetric else 1.0,
         )
 
-    def _slope(self, omega: float, steady: Complexes) -> complex:
-        """Return the derivative of mass 1's steady amplitude with respect to the frequency."""
+    def _slope(self, omega: float, harmonic: Harmonic, steady: Complexes) -> complex:
+        """Return the derivative of the contact's steady amplitude in a harmonic with respect to the frequency."""
         masses, damping = self.oscillator.mass_matrix, self.oscillator.damping_matrix
-        stiffness = self.oscillator.stiffness_matrix - omega * omega * masses + 1j * omega * damping
-        return complex(np.linalg.solve(stiffness, (2.0 * omega * masses - 1j * damping) @ steady)[0])
+        order = harmonic.order
+        s = order * omega
+        stiffness = self.oscillator.stiffness_matrix - s * s * masses + 1j * s * damping
+        forces = (2.0 * order * s * masses - 1j * order * damping) @ steady + harmonic.slopes(np.array([omega]))[0]
+        return complex(self.oscillator.contact @ np.linalg.solve(stiffness, forces))
+
+    @cached_property
+    def sees_all(self) -> bool:
+        """Whether contact sees every mode, and excites it."""
+        return bool(np.all(self.response.seen))
+
+    def unseen_multipliers(self, omega: float) -> Complexes:
+        """Return the multipliers over a span of the modes that contact does not see, or does not excite."""
+        unseen = ~self.response.seen
+        decay, square = self.model.decay[unseen], self.model.frequency_squared[unseen]
+        root = np.sqrt((decay * decay - square).astype(np.complex128))
+        sign = -1.0 if self.pattern.symmetric else 1.0
+        exponents = np.concatenate([-decay + root, -decay - root])
+        return np.asarray(sign * np.exp(exponents * self.pattern.spacing(omega)))
+
+
+def forced(problem: OrbitProblem, factor: float) -> OrbitProblem:
+    """Return the equations under forces that are larger by a factor."""
+    if factor == 1.0:
+        return problem
+    return problem._replace(steady=factor * problem.steady, steady_by_omega=factor * problem.steady_by_omega)
+
+
+def steady_size(steady: Complexes) -> float:
+    """Return a bound of the steady motion of the contact, from its amplitudes (H, N + 1)."""
+    return float(sum(abs(one) for one in steady[:, -1]))

@@ -32,7 +32,7 @@ class ImpactSequence:
     phases : ndarray of shape (k,)
         ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n).
     velocities : ndarray of shape (k,)
-        Velocity of mass 1 before the impact. It has the sign of the stop; for a virtual impact, the opposite sign.
+        Velocity of the contact before the impact. It has the sign of the stop; for a virtual impact, the opposite sign.
     symmetric : bool
         Whether these are the impacts of half the period; those of the other half are their mirror images.
     """

@@ -1,7 +1,9 @@
 """Branches of periodic motions with one impact, or one on each stop, at one forcing frequency, in closed form.
 
-A branch runs over all clearances. Its special points are where it turns (SN), doubles its period (PD) or loses its
-symmetry (SB), and where mass 1 touches a stop between its impacts (GR). See theory, "One impact a period".
+A branch runs over all gaps of the stop from the equilibrium; without a bias these are the clearances. The other stop
+has the same gap, or is absent. Its special points are where it turns (SN), doubles its period (PD) or loses its
+symmetry (SB), and where the contact touches a stop between its impacts (GR). See theory, "One impact a period".
+Branches under several harmonics are those of `explicit_orbits`.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, KickedMotion, contact_angle
 from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
-from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -61,16 +63,20 @@ class BranchPoint:
 class OneImpactBranch:
     """All motions of one pattern at one forcing frequency: ``v = A cos(angle)/d, b = A sin(angle) - c v``.
 
-    They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the clearance. Build it
-    with `one_impact_branch`.
+    They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the gap of the stop, which
+    is the clearance without a bias. Build it with `one_impact_branch`.
 
     Attributes
     ----------
     oscillator : Oscillator
     omega : float
     pattern : Pattern
+    stop : {+1, -1}
+        The stop of the impact; of symmetric motions, of the first one.
     amplitude : float
-        A, the clearance of the grazing curve.
+        A, the gap of the grazing curve.
+    phase : float
+        Of the steady motion of the contact, which is A sin(omega t + phase).
     steady : ndarray of complex, shape (N,)
         The steady motion, at phase 0.
     position_coefficient : float
@@ -92,7 +98,9 @@ class OneImpactBranch:
     oscillator: Oscillator
     omega: float
     pattern: Pattern
+    stop: int
     amplitude: float
+    phase: float
     steady: Complexes
     position_coefficient: float
     velocity_coefficient: float
@@ -111,7 +119,7 @@ class OneImpactBranch:
         return self.amplitude * math.cos(angle) / self.velocity_coefficient
 
     def angles(self, clearance: float) -> list[float]:
-        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), decreasing.
+        """Return the angles of the orbits with this gap: none, one, or two (above the grazing curve), decreasing.
 
         Raises
         ------
@@ -130,7 +138,12 @@ class OneImpactBranch:
 
 
 def one_impact_branch(
-    oscillator: Oscillator, omega: float, multiple: int = 1, symmetric: bool = False
+    oscillator: Oscillator,
+    omega: float,
+    multiple: int = 1,
+    symmetric: bool = False,
+    stop: int = 1,
+    alone: bool = False,
 ) -> OneImpactBranch:
     """Return the branch of motions with one impact in n forcing periods, or one on each stop.
 
@@ -144,57 +157,75 @@ def one_impact_branch(
         n >= 1, odd for symmetric motions.
     symmetric : bool
         One impact on each stop, n/2 forcing periods apart; otherwise one impact on one stop.
+    stop : {+1, -1}
+        The stop that is struck.
+    alone : bool
+        Whether the other stop is absent; otherwise it has the same gap from the equilibrium.
 
     Raises
     ------
     ParameterError
-        Nothing is forced, or a number is out of range.
+        Nothing is forced, a number is out of range, there are other harmonics than the first, or symmetric motions are
+        asked for between stops that are not symmetric.
     SteadyMotionError
         A mode is undamped.
     ConditioningError
         The modal model is ill-conditioned.
     """
-    return next(one_impact_branches(oscillator, [omega], multiple, symmetric))
+    return next(one_impact_branches(oscillator, [omega], multiple, symmetric, stop, alone))
 
 
 def one_impact_branches(
-    oscillator: Oscillator, omega: ArrayLike, multiple: int, symmetric: bool
+    oscillator: Oscillator, omega: ArrayLike, multiple: int, symmetric: bool, stop: int = 1, alone: bool = False
 ) -> Iterator[OneImpactBranch]:
     """Yield `one_impact_branch` for each forcing frequency of a list."""
     require_forced(oscillator)
     require_damped(oscillator)
     pattern = Pattern(multiple, symmetric)
+    if symmetric and (alone or oscillator.restitution_of(1) != oscillator.restitution_of(-1)):
+        raise ParameterError("symmetric", "motions need two stops of equal restitution")
+    if [one.order for one in oscillator.drive] != [1]:
+        raise ParameterError("forcing", "has other harmonics than the first, which these closed forms do not cover")
     values = checked_omega(omega)
-    steady = steady_response(oscillator, values)
+    steady = harmonic_amplitudes(oscillator, values, oscillator.drive[0])
     response = impulse_response(modal_model(oscillator))
-    for frequency, amplitudes in zip(values.tolist(), steady, strict=True):
-        yield _branch(oscillator, response, frequency, pattern, amplitudes)
+    for frequency, amplitudes, contact in zip(values.tolist(), steady.amplitudes, steady.coordinate, strict=True):
+        yield _branch(oscillator, response, frequency, pattern, stop, alone, amplitudes, contact)
 
 
 def _branch(
-    oscillator: Oscillator, response: ImpulseResponse, omega: float, pattern: Pattern, steady: Complexes
+    oscillator: Oscillator,
+    response: ImpulseResponse,
+    omega: float,
+    pattern: Pattern,
+    stop: int,
+    alone: bool,
+    steady: Complexes,
+    contact: complex,
 ) -> OneImpactBranch:
-    amplitude = float(np.abs(steady[0]))
+    amplitude = float(np.abs(contact))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
-        raise ParameterError("omega", "is a frequency at which the amplitude of mass 1 overflows or underflows")
+        raise ParameterError("omega", "is a frequency at which the amplitude of the contact overflows or underflows")
     sums = periodic_sums(response, pattern, omega)
-    rebound = 1.0 + oscillator.restitution
+    rebound = 1.0 + oscillator.restitution_of(stop)
     c = rebound * sums.displacement
     d = (1.0 + rebound * sums.velocity) / omega
-    if not d > 0.0:  # only by round-off, for an elastic impact of a practically undamped chain
+    if not d > 0.0:  # only by round-off, for an elastic impact of a practically undamped structure
         raise ConditioningError("the impact speed is not determined: hardly any energy is lost in a period")
-    contact, admissibility = _first_contact(response, pattern, omega, sums, rebound / d)
-    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, contact)
+    further, admissibility = _first_contact(response, pattern, omega, sums, rebound / d, alone)
+    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, further)
     return OneImpactBranch(
         oscillator=oscillator,
         omega=omega,
         pattern=pattern,
+        stop=stop,
         amplitude=amplitude,
+        phase=float(np.angle(contact)),
         steady=steady,
         position_coefficient=c,
         velocity_coefficient=d,
         lowest=math.atan2(c, d),
-        admissible_above=contact.angle,
+        admissible_above=further.angle,
         admissibility=admissibility,
         special_points=points,
     )
@@ -215,14 +246,14 @@ class _Contact:
 
 
 def _first_contact(
-    response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float
+    response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float, alone: bool
 ) -> tuple[_Contact, Admissibility]:
     """Return the first further contact on the branch, by decreasing angle from the graze at which the branch begins."""
     contacts: list[tuple[bool, _Contact]] = []
     undecided = False
     blocks = (response.decay, response.discriminant, response.frequency_squared)
     motion = KickedMotion(*blocks, sums.state, sums.displacement, factor, omega)
-    for stop in (1, -1):
+    for stop in (1,) if alone else (1, -1):
         meets = -1 if pattern.symmetric else 1
         sine, cosine, time, status = contact_angle(motion, pattern.half_periods, stop, meets)
         if status == TOO_MANY_CELLS:

@@ -7,7 +7,7 @@ a curve is missed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,9 @@ class OneImpactCurve:
 
     Attributes
     ----------
-    clearance, impact_velocity : ndarray of shape (n,)
+    clearance : ndarray of shape (n,)
+        Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its values.
+    impact_velocity : ndarray of shape (n,)
     admissible : ndarray of bool, shape (n,)
         The orbit has no contact with a stop other than its impacts.
     stop : ndarray of int, shape (n,)
@@ -34,6 +36,10 @@ class OneImpactCurve:
     impact_velocity: Floats
     admissible: Booleans
     stop: Integers
+
+    def moved(self, offset: float) -> OneImpactCurve:
+        """Return the curve with clearances that are larger by an offset."""
+        return replace(self, clearance=self.clearance + offset)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +63,14 @@ class OneImpactCurves:
 
 
 def one_impact_curves(
-    oscillator: Oscillator, omega: ArrayLike, multiple: int = 1, symmetric: bool = False
+    oscillator: Oscillator,
+    omega: ArrayLike,
+    multiple: int = 1,
+    symmetric: bool = False,
 ) -> OneImpactCurves:
     """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on each stop.
+
+    The stops are symmetric, and the forces have one harmonic.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Periodic orbits with any number of impacts: impacts, states, multipliers, contacts and error bounds.
 
 Newton's method starts from a sequence of impacts near that of the orbit. The equations are analytic through impacts of
-velocity 0, so a solution may have virtual impacts, at which mass 1 moves away from the stop. Such a solution is no
+velocity 0, so a solution may have virtual impacts, at which the contact moves away from the stop. Such a solution is no
 motion, and not admissible (theory, "Any impacting orbit").
 """
 
@@ -14,13 +14,16 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import check_point
+from grazemap_core.contact.cell_problem import Clearance, stops_between
+from grazemap_core.contact.kernels.stops import Stops, gap_of
+from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import CONTACTS, REASONS, solve_sequences
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
-from grazemap_core.orbits.states import multipliers_of, state_at
+from grazemap_core.orbits.states import multipliers_of, states_at, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.start import State
@@ -32,7 +35,8 @@ class PeriodicOrbit:
 
     Attributes
     ----------
-    omega, clearance : float
+    omega : float
+    clearance : Clearance
     impacts : ImpactSequence
         As solved for: for a symmetric motion, half the period. `impacts.whole` has all impacts.
     converged : bool
@@ -40,7 +44,7 @@ class PeriodicOrbit:
     reason : str
         Why Newton's method has not converged; empty if it has.
     residual : float
-        Largest residual, in units of the larger of clearance and steady amplitude.
+        Largest residual, in units of the larger of `Stops.unit` and the steady amplitude.
     steps : int
         Newton steps used.
     kantorovich : float
@@ -49,7 +53,7 @@ class PeriodicOrbit:
     radius : float
         For phases in radians, and for velocities in units of omega times the unit of `residual`.
     displacement, velocity : ndarray of shape (N,)
-        State just before the first impact; a trajectory started there begins with the impact.
+        Physical state just before the first impact; a trajectory started there begins with the impact.
     phase : float
         Forcing phase there, in (-pi, pi].
     start : State
@@ -65,7 +69,7 @@ class PeriodicOrbit:
     contacts : {"none", "some", "undecided", "not searched"}
         Contacts with a stop other than the impacts; "some" too where an impact is virtual.
     excess : float
-        Largest excess of mass 1 over a stop at a maximum between its impacts, in units of length; negative where it
+        Largest excess of the contact over a stop at a maximum between impacts, in units of length; negative where it
         stays inside, minus infinity where there is no such maximum.
     excess_phase : float
         Phase of that maximum, radians; NaN without one.
@@ -78,7 +82,7 @@ class PeriodicOrbit:
     """
 
     omega: float
-    clearance: float
+    clearance: Clearance
     impacts: ImpactSequence
     converged: bool
     reason: str
@@ -108,7 +112,7 @@ class PeriodicOrbit:
 
     @property
     def admissible(self) -> bool:
-        """Every impact velocity points at its stop, and mass 1 has no other contact with a stop."""
+        """Every impact velocity points at its stop, and the contact has no other contact with a stop."""
         return self.contacts == "none"
 
     @property
@@ -148,17 +152,20 @@ class PeriodicOrbit:
         return f"{self.least_period}-{right if right > 0 else '(-1)'}r-{left if left > 0 else '(-1)'}l"
 
 
-def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess: ImpactSequence) -> PeriodicOrbit:
+def periodic_orbit(oscillator: Oscillator, omega: float, clearance: Clearance, guess: ImpactSequence) -> PeriodicOrbit:
     """Return the periodic orbit near a guess of its impacts.
 
     Parameters
     ----------
     oscillator : Oscillator
         Forced, every mode damped.
-    omega, clearance : float
+    omega : float
         > 0.
+    clearance : Clearance
+        One number > 0, or those of the right and of the left stop from q = 0; None for an absent stop.
     guess : ImpactSequence
-        From `impact_sequences.impacts_of`, from another orbit, or created.
+        From `impact_sequences.impacts_of`, from another orbit, or created. The impacts of half the period of a
+        symmetric motion, where the stops are not symmetric, stand for those of the whole period.
 
     Returns
     -------
@@ -168,30 +175,43 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     Raises
     ------
     ParameterError
-        A number is out of range, or nothing is forced.
+        A number is out of range, nothing is forced, or an impact is on an absent stop.
     SteadyMotionError
         A mode is undamped.
     ConditioningError
         The modal model is ill-conditioned.
     """
-    check_point(omega, clearance)
-    family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
+    family, steady, gaps = at_point(oscillator, omega, clearance, guess)
+    if guess.symmetric and not gaps.symmetric:
+        guess = guess.whole
+        family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
+    problem = family.problem(omega, max(steady_size(steady), gaps.unit), steady)
+    return solved_orbit(family, problem, steady, clearance, gaps, guess)
+
+
+def at_point(
+    oscillator: Oscillator, omega: float, clearance: Clearance, impacts: ImpactSequence
+) -> tuple[OrbitFamily, Complexes, Stops]:
+    """Return the family of a sequence of impacts, the steady amplitudes and the stops. Raises as `periodic_orbit`."""
+    check_point(omega, 1.0 if isinstance(clearance, tuple) else clearance)
+    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     steady = family.steady(omega)
-    problem = family.problem(omega, max(abs(steady[0]), clearance), steady)
-    return solved_orbit(family, problem, steady, clearance, guess)
+    gaps = stops_between(oscillator, clearance, steady_size(steady))
+    if any(math.isinf(gap_of(gaps, float(stop))) for stop in impacts.whole.stops):
+        raise ParameterError("stops", "has an impact on a stop that is absent")
+    return family, steady, gaps
 
 
 def solved_orbit(
     family: OrbitFamily,
     problem: OrbitProblem,
     steady: Complexes,
-    clearance: float,
+    clearance: Clearance,
+    gaps: Stops,
     guess: ImpactSequence,
 ) -> PeriodicOrbit:
     """Return the orbit near a guess for equations that have been set up."""
-    phases, speeds, results = solve_sequences(
-        problem, guess, np.array([clearance]), guess.phases[None], guess.velocities[None]
-    )
+    phases, speeds, results = solve_sequences(problem, guess, [gaps], guess.phases[None], guess.velocities[None])
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
     found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
@@ -202,12 +222,16 @@ def solved_orbit(
     multipliers = np.full(2 * count, np.nan, dtype=np.complex128)
     phase = math.remainder(float(found.phases[0]), 2.0 * math.pi)
     if converged:
-        x, v = state_at(family, omega, steady, found, float(found.phases[0]))
-        # mass 1 is on its stop, and strikes it with that velocity, exactly
-        x[0], v[0] = found.stops[0] * clearance, found.velocities[0]
-        state = State(*state_at(family, omega, steady, found, 0.0), 0.0)
-        multipliers = multipliers_of(problem, phases[0], speeds[0], results.before[0])
-    symmetric = converged and found.mirrors()
+        (x, v), at_start = states_at(family, omega, steady, found, (float(found.phases[0]), 0.0))
+        # the contact is on its stop, and strikes it with that velocity, exactly
+        stop, both = int(found.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
+        x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
+        v = family.oscillator.with_contact(v, float(found.velocities[0]))
+        state = State(*at_start, 0.0)
+        stops = found.stops.astype(np.float64)
+        of_blocks = multipliers_of(problem, stops, gaps, phases[0], speeds[0], results.before[0])
+        multipliers = with_unseen(family, omega, of_blocks)
+    symmetric = converged and gaps.symmetric and found.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
         half, multipliers = multipliers, multipliers * multipliers

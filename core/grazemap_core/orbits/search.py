@@ -1,7 +1,7 @@
 """Guesses for a periodic orbit of which only the period and the stops are known.
 
-Motions with one impact a period are known in closed form; others are taken from trajectories that settle to them.
-Neither finds unstable motions with more impacts: their phases and velocities have to be given.
+Motions with one impact a period, or one on each stop, are explicit; others are taken from trajectories that settle to
+them. Neither finds unstable motions with more impacts: their phases and velocities have to be given.
 """
 
 from __future__ import annotations
@@ -13,10 +13,16 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance, stops_between
+from grazemap_core.contact.kernels.stops import gap_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.explicit_orbits import one_impact_sequences, two_impact_sequences
+from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 
 RANDOM_STATES = 24
@@ -26,7 +32,7 @@ TRANSIENT_PERIODS = 400
 
 
 def sequence_of_stops(
-    oscillator: Oscillator, omega: float, clearance: float, period: int, stops: Sequence[int], seed: int = 0
+    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Sequence[int], seed: int = 0
 ) -> ImpactSequence | None:
     """Return the impacts of a motion with a given period and stops, or None where none was found.
 
@@ -34,7 +40,9 @@ def sequence_of_stops(
     ----------
     oscillator : Oscillator
         Forced, every mode damped.
-    omega, clearance : float
+    omega : float
+    clearance : Clearance
+        As for `periodic_orbits.periodic_orbit`.
     period : int
         n, forcing periods, >= 1.
     stops : sequence of +1 (stop A) or -1 (C)
@@ -45,31 +53,67 @@ def sequence_of_stops(
     Raises
     ------
     ParameterError
-        A number is out of range.
+        A number is out of range, or a stop is absent.
     SteadyMotionError, ConditioningError
-        As for `one_impact_branches.one_impact_branch`.
+        As for `periodic_orbits.periodic_orbit`.
     """
     checked_order("period", period, 1)
     wanted = np.array(stops)
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isin(wanted, (1, -1))):
         raise ParameterError("stops", "must be a list of at least one stop, each 1 or -1")
-    one_a_period = wanted.size == 1 or (wanted.size == 2 and wanted[0] == -wanted[1] and period % 2 == 1)
-    if one_a_period:
-        branch = one_impact_branch(oscillator, omega, period, symmetric=wanted.size == 2)
-        angles = branch.angles(clearance)
-        if angles:
-            return _of_closed_form(branch, angles[-1], int(wanted[0]))
-    for sequence in _settled(oscillator, omega, clearance, seed):
-        for candidate in (sequence.whole, _mirrored(sequence.whole)):
-            turned = _turned_to(candidate, period, wanted)
+    forced = forced_oscillator(oscillator, omega, clearance)
+    gaps = forced.stops
+    if any(math.isinf(gap_of(gaps, stop)) for stop in wanted.tolist()):
+        raise ParameterError("stops", "has an impact on a stop that is absent")
+    if wanted.size == 1 or (wanted.size == 2 and wanted[0] == -wanted[1]):
+        explicit = _explicit(forced, period, wanted)
+        if explicit is not None:
+            return explicit
+    for sequence in _settled(forced, seed):
+        mirror = [mirrored(sequence.whole)] if gaps.symmetric else []
+        for candidate in (sequence.whole, *mirror):
+            turned = turned_to(candidate, period, wanted)
             if turned is not None:
                 return turned.half() if turned.mirrors() else turned
     return None
 
 
+def explicit_sequences(
+    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Integers
+) -> list[ImpactSequence]:
+    """Return the impacts of all orbits with one impact, or with one on each stop; none for other stops.
+
+    Raises as `sequence_of_stops`.
+    """
+    if not (stops.size == 1 or (stops.size == 2 and stops[0] == -stops[1])):
+        return []
+    family = OrbitFamily.of(oscillator, period, symmetric=False)
+    gaps = stops_between(oscillator, clearance, steady_size(family.steady(omega)))
+    sequences = one_impact_sequences if stops.size == 1 else two_impact_sequences
+    return sequences(family, gaps, omega, int(stops[0]))
+
+
+def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> ImpactSequence | None:
+    """Return the impacts of an orbit with one impact, or one on each stop; one that is admissible, if there is one."""
+    oscillator, omega, gaps = forced.oscillator, forced.omega, forced.stops
+    first, gap = int(wanted[0]), gap_of(gaps, int(wanted[0]))
+    alike = wanted.size == 2 and period % 2 == 1 and gaps.symmetric
+    lone = [one.order for one in oscillator.forces] == [1]
+    if lone and gap > 0.0 and (wanted.size == 1 or alike):
+        branch = one_impact_branch(oscillator, omega, period, alike, first)
+        angles = branch.angles(gap)
+        if angles:
+            return _of_closed_form(branch, angles[-1], first)
+    found = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
+    for sequence in found:
+        if periodic_orbit(oscillator, omega, forced.clearance, sequence).admissible:
+            return sequence
+    return found[0] if found else None
+
+
 def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactSequence:
     """Return the impacts of the orbit at an angle of a branch whose first impact is on this stop."""
-    phase = angle - float(np.angle(branch.steady[0])) + (math.pi if stop < 0 else 0.0)
+    phase = angle - branch.phase + (math.pi if stop < 0 else 0.0)
     phase = math.remainder(phase, 2.0 * math.pi)
     pattern = branch.pattern
     return ImpactSequence.create(
@@ -81,20 +125,19 @@ def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactS
     )
 
 
-def _settled(oscillator: Oscillator, omega: float, clearance: float, seed: int) -> Iterator[ImpactSequence]:
+def _settled(forced: ForcedOscillator, seed: int) -> Iterator[ImpactSequence]:
     """Yield the impacts of the motions that trajectories settle to, from rest first."""
     random = np.random.default_rng(seed)
-    size = oscillator.size
-    starts: list[tuple[Floats, Floats]] = [(np.zeros(size), np.zeros(size))]
-    starts += [
-        (clearance * random.uniform(-1.0, 1.0, size), omega * clearance * random.uniform(-1.0, 1.0, size))
-        for _ in range(RANDOM_STATES)
-    ]
+    size, unit, omega = forced.oscillator.size, forced.stops.unit, forced.omega
+    starts: list[tuple[Floats | None, Floats]] = [(None, np.zeros(size))]
+    for _ in range(RANDOM_STATES):
+        place, rate = forced.equilibrium + unit * random.uniform(-1.0, 1.0, size), random.uniform(-1.0, 1.0, size)
+        starts.append((forced.oscillator.between(place, forced.clearances), omega * unit * rate))
     for displacement, velocity in starts:
         run = trajectory(
-            oscillator,
+            forced.oscillator,
             omega,
-            clearance,
+            forced.clearance,
             displacement,
             velocity,
             transient_periods=TRANSIENT_PERIODS,
@@ -107,14 +150,14 @@ def _settled(oscillator: Oscillator, omega: float, clearance: float, seed: int) 
             continue
 
 
-def _mirrored(sequence: ImpactSequence) -> ImpactSequence:
-    """Return the mirror image, half a forcing period later."""
+def mirrored(sequence: ImpactSequence) -> ImpactSequence:
+    """Return the mirror image, half a forcing period later: a motion too between symmetric stops."""
     return ImpactSequence.create(
         sequence.period, -sequence.stops, sequence.phases + math.pi, -sequence.velocities, sequence.symmetric
     )
 
 
-def _turned_to(sequence: ImpactSequence, period: int, wanted: Integers) -> ImpactSequence | None:
+def turned_to(sequence: ImpactSequence, period: int, wanted: Integers) -> ImpactSequence | None:
     """Return a whole sequence, rotated so that its stops are those wanted, or None."""
     if sequence.period != period or sequence.stops.size != wanted.size:
         return None

@@ -14,17 +14,19 @@ from typing import ClassVar
 import numpy as np
 
 from grazemap_core.arrays import Complexes
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import Motion
-from grazemap_core.simulation.record import Impacts, Sticking
+from grazemap_core.simulation.record import Impacts, Record, Sticking
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
 REASON = (
-    "found by simulation, not from equations of impact: mass 1 rests on a stop; the multipliers are those of the "
-    "linearised flow, and the residual is the distance between the start and the state a period later, in clearances"
+    "found by simulation, not from equations of impact: the contact rests on a stop; the multipliers are those of the "
+    "linearised flow, and the residual is the distance between the start and the state a period later, in units of the "
+    "distance of the stops"
 )
 """Why the orbit is not verified."""
 
@@ -35,7 +37,8 @@ class SimulatedOrbit:
 
     Attributes
     ----------
-    omega, clearance : float
+    omega : float
+    clearance : Clearance
     motion : Motion
         Its name; not verified, and `reason` says why.
     start : State
@@ -48,17 +51,20 @@ class SimulatedOrbit:
     multipliers : complex (2 N,)
         Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
-        Largest displacement, in units of the clearance, between the start and the state a period later.
+        Largest displacement, in units of the stops, between the start and the state a period later.
+    record : Record
+        The events of one period from `start`.
     """
 
     omega: float
-    clearance: float
+    clearance: Clearance
     motion: Motion
     start: State
     impacts: Impacts
     sticking: Sticking
     multipliers: Complexes
     closing: float
+    record: Record
 
     isolated: ClassVar[bool] = False
     """There are no equations of impact to which the Newton-Kantorovich theorem could be applied."""
@@ -74,7 +80,7 @@ class SimulatedOrbit:
 
 
 def simulated_orbit(
-    oscillator: Oscillator, omega: float, clearance: float, run: Trajectory, max_period: int = 32
+    oscillator: Oscillator, omega: float, clearance: Clearance, run: Trajectory, max_period: int = 32
 ) -> SimulatedOrbit:
     """Return the motion with rests that a trajectory has settled to.
 
@@ -139,11 +145,12 @@ def simulated_orbit(
         sticking=period.sticking,
         multipliers=settled.multipliers,
         closing=settled.closing,
+        record=period.record,
     )
 
 
 def _in_flight(run: Trajectory, end: float) -> float:
-    """Return the middle of the longest time of a record in which mass 1 neither strikes a stop nor rests on one."""
+    """Return the middle of the longest time of a record without an impact or a rest on a stop."""
     marks = np.sort(np.concatenate([[0.0, end], run.impacts.time, run.sticking.start, run.sticking.stop_time]))
     middles, lengths = 0.5 * (marks[1:] + marks[:-1]), np.diff(marks)
     starts, stops = run.sticking.start[:, None], run.sticking.stop_time[:, None]

@@ -1,48 +1,80 @@
-"""States of a periodic motion with impacts, of the whole chain, and all its Floquet multipliers."""
+"""States of a periodic motion with impacts, of the whole structure, and all its Floquet multipliers."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import eigvals
+from scipy.linalg.lapack import dggev
 
 from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.grazing.one_impact_family import before_impulse
+from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
-from grazemap_core.orbits.kernels.multipliers import block_scale
+from grazemap_core.orbits.kernels.multipliers import block_scales
 
 
-def state_at(
-    family: OrbitFamily, omega: float, steady: Complexes, sequence: ImpactSequence, phase: float
-) -> tuple[Floats, Floats]:
-    """Return displacement and velocity, (N,) each, at a forcing phase; just before the impact if there is one.
+def states_at(
+    family: OrbitFamily, omega: float, steady: Complexes, sequence: ImpactSequence, phases: Sequence[float]
+) -> list[tuple[Floats, Floats]]:
+    """Return displacement and velocity, (N,) each, at forcing phases; just before an impact where there is one.
 
-    `sequence` is as solved for: for a symmetric motion, half the period.
+    Parameters
+    ----------
+    family : OrbitFamily
+    steady : complex (H, N + 1)
+        From `OrbitFamily.steady`.
+    sequence : ImpactSequence
+        As solved for: for a symmetric motion, half the period.
+    phases : floats
     """
-    model, count = family.model, family.model.size
-    span = family.pattern.spacing(omega)
+    model, count, span = family.model, family.model.size, family.pattern.spacing(omega)
     periodic_impulse = model.unit_impulse + before_impulse(family.pattern.kinds[0], model, model.unit_impulse, span)
-    state = np.zeros((count, 2))
-    for impact, speed in zip(sequence.phases, sequence.velocities, strict=True):
+    orders = np.array([one.order for one in family.oscillator.forces])
+    turned = steady[:, :-1] * np.exp(1j * np.outer(phases, orders))[:, :, None]
+    place = np.add.reduce(turned.imag, axis=1)
+    velocity = np.add.reduce((orders * omega)[:, None] * turned.real, axis=1)
+    static = equilibrium(family.oscillator)
+    found = []
+    for k, phase in enumerate(phases):
+        free = model.from_modal @ _blocks_at(family, omega, sequence, phase, periodic_impulse)
+        found.append((place[k] + free[:count] + static, velocity[k] + free[count:]))
+    return found
+
+
+def _blocks_at(
+    family: OrbitFamily, omega: float, sequence: ImpactSequence, phase: float, periodic_impulse: Floats
+) -> Floats:
+    """Return the state of the blocks at a phase, without the steady motion, (2N,).
+
+    `periodic_impulse` (N, 2) is their state after an impulse, one in every span.
+    """
+    model = family.model
+    parts = (model.decay, model.discriminant, model.frequency_squared, periodic_impulse)
+    blocks = list(zip(*(part.tolist() for part in parts), strict=True))
+    state = [0.0] * (2 * len(blocks))
+    impacts = (part.tolist() for part in (sequence.stops, sequence.phases, sequence.velocities))
+    for stop, impact, speed in zip(*impacts, strict=True):
         spans = math.ceil((phase - impact) / family.turn) - 1
         time = (phase - impact - spans * family.turn) / omega
         sign = -1.0 if family.pattern.symmetric and spans % 2 else 1.0
-        strength = -sign * (1.0 + family.oscillator.restitution) * speed
-        for j in range(count):
-            e11, e12, e21, e22 = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], time)
-            state[j, 0] += strength * (e11 * periodic_impulse[j, 0] + e12 * periodic_impulse[j, 1])
-            state[j, 1] += strength * (e21 * periodic_impulse[j, 0] + e22 * periodic_impulse[j, 1])
-    turned = steady * np.exp(1j * phase)
-    free = model.from_modal @ state.ravel()
-    return turned.imag + free[:count], omega * turned.real + free[count:]
+        strength = -sign * (1.0 + family.oscillator.restitution_of(stop)) * speed
+        for j, (decay, discriminant, square, (first, second)) in enumerate(blocks):
+            e11, e12, e21, e22 = block_flow(decay, discriminant, square, time)
+            state[2 * j] += strength * (e11 * first + e12 * second)
+            state[2 * j + 1] += strength * (e21 * first + e22 * second)
+    return np.array(state)
 
 
-def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats) -> Complexes:
-    """Return the Floquet multipliers over a span, by decreasing modulus, complex (2N,).
+def multipliers_of(
+    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, before: Floats
+) -> Complexes:
+    """Return the Floquet multipliers of the blocks over a span, by decreasing modulus, complex (2N,).
 
     One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
     that part of every impact the multipliers are the eigenvalues of a pencil with entries of comparable size, so small
@@ -50,7 +82,8 @@ def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before
     additional unknowns are left out.
     """
     size, count = 2 * len(problem.decay), len(phases)
-    scale = np.array([block_scale(problem, j) for j in range(size // 2)])
+    scale = np.empty(size // 2)
+    block_scales(problem, scale)
     place, rate = np.zeros(size), np.zeros(size)
     place[0::2], rate[1::2] = scale / problem.frequency, scale
     unit_impulse, drift = np.empty(size), np.empty(size)
@@ -66,8 +99,9 @@ def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before
     for i in range(count):
         rows[i] = problem.omega * (place @ change)
         rows[i, size + i] = -speeds[i]
-        change = change - problem.rebound * (np.outer(unit_impulse, rate @ change) + np.outer(drift, place @ change))
-        change[:, size + i] += problem.rebound * before[i, 2] * unit_impulse
+        rebound = 1.0 + (gaps.restitution_right if stops[i] > 0 else gaps.restitution_left)
+        change = change - rebound * (unit_impulse[:, None] * (rate @ change) + drift[:, None] * (place @ change))
+        change[:, size + i] += rebound * before[i, 2] * unit_impulse
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
         time = float(end - phases[i]) / problem.omega
         for j in range(size // 2):
@@ -78,8 +112,36 @@ def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before
             change[2 * j : 2 * j + 2] = np.array([[e11, e12 * w], [e21 / w, e22]]) @ change[2 * j : 2 * j + 2]
     left = np.concatenate([problem.sign * change, rows])
     right = np.diag(np.concatenate([np.ones(size), np.zeros(count)]))
-    above, below = eigvals(left, right, homogeneous_eigvals=True)
+    above, below = _eigenvalues(left, right)
     finite = np.argsort(np.abs(below) / np.hypot(np.abs(above), np.abs(below)))[count:]
     with np.errstate(divide="ignore", invalid="ignore"):
         multipliers: Complexes = (above[finite] / below[finite]).astype(np.complex128)
+    return _by_modulus(multipliers)
+
+
+def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
+    """Return the homogeneous eigenvalues of a pencil, as `scipy.linalg.eigvals`, whose checks take as long as they.
+
+    Raises
+    ------
+    ValueError
+        A number overflowed.
+    """
+    if not np.isfinite(left).all():
+        raise ValueError("the equations of the orbit overflow")
+    space = int(dggev(left, right, lwork=-1)[-2][0])
+    real, imaginary, below, _, _, _, status = dggev(left, right, compute_vl=0, compute_vr=0, lwork=space)
+    if status != 0:
+        raise np.linalg.LinAlgError(f"dggev: {status}")
+    return real + 1j * imaginary, below.astype(np.complex128)
+
+
+def with_unseen(family: OrbitFamily, omega: float, multipliers: Complexes) -> Complexes:
+    """Return multipliers with those of the modes that contact does not see, by decreasing modulus."""
+    if family.sees_all:
+        return multipliers
+    return _by_modulus(np.concatenate([multipliers, family.unseen_multipliers(omega)]))
+
+
+def _by_modulus(multipliers: Complexes) -> Complexes:
     return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]

@@ -84,3 +84,27 @@ second one or the third one captures."""
 
 CAPTURE_SHARE: Final = 0.9
 """The next radius, in units of that which captures to leading order."""
+
+ON_UNIT_CIRCLE: Final = 1e-6
+"""Distance from the unit circle at which a root of a polynomial in exp(i phase) is taken for a phase. Simple roots are
+accurate to round-off, double ones, at saddle-nodes, to its square root."""
+
+PHASE_POLISHING_STEPS: Final = 3
+"""Newton steps from such a root to the phase: one reaches round-off."""
+
+LAG_STEPS: Final = 128
+"""Lags per forcing period at which orbits with two impacts are looked for. The mismatch of the second gap is smooth on
+the scale of the shortest period of the structure; orbits closer than this meet at a saddle-node nearby."""
+
+GRAZE_PHASES: Final = 48
+"""Phases, for every harmonic, between two zeros of the impact speed at which further contacts are looked for. Between
+the stops of the default oscillator the admissible orbits are one interval of phases, of a tenth of that distance or
+more."""
+
+FROM_THE_GRAZE: Final = 1e-6
+"""The first and the last of these phases are this share of the distance away from the zeros: there the excess at a
+further contact is proportional to it, and far above round-off."""
+
+SAME_CURVE_PHASE: Final = 0.5
+"""Maximum change of the phase, relative to that of the steady motion, from one point of a curve to the next: a curve
+that leaves a graze or ends at another one turns by about a radian in all."""

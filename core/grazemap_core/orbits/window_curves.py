@@ -1,23 +1,46 @@
-"""The curves of special one-impact motions inside a window of the plane, cut into pieces.
+"""The curves of special one-impact motions inside a window of the frequency and another parameter, cut into pieces.
 
-Each piece of an SN, PD, SB or GR curve comes with its motion and with the reason why it ends. The curves are known in
-closed form, frequency by frequency, so no part of a curve is missed.
+The other one is a clearance, or the factor of the forces or of the bias.
+
+Each piece of an SN, PD, SB or GR curve comes with its motion and with the reason why it ends. Between symmetric stops
+the curves are known in closed form, frequency by frequency, so no part of a curve is missed. Between other stops those
+of motions with one impact on one stop are explicit in the phase of the impact (`explicit_curves`); one stop may be
+fixed, and its own bifurcations are then lines of constant frequency.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.steady_maxima import at_own_period, steady_motion
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_curves import OneImpactCurve, OneImpactCurves, one_impact_curves
+from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily, explicit_curves
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.fixed_stop_curves import (
+    FixedStop,
+    Line,
+    contacts_with_varied,
+    graze_lines,
+    lines,
+    varied_graze,
+)
+from grazemap_core.orbits.one_impact_curves import OneImpactCurve, one_impact_curves
+from grazemap_core.orbits.varied_gaps import Gaps, Varied, VariedFactor, varied_gaps
 
 NEXT_STEP = 1.2
 """Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
+
+BOTH = VariedStop(1, together=True)
+"""The clearance of both stops varies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +53,16 @@ class CurvePiece:
     period : int
         n of the motions, forcing periods.
     impacts_right, impacts_left : int
-        1 and -1 (not touched) for one impact a period; the mirror images, -1 and 1, have the same curves. 1 and 1 for
-        symmetric motions.
+        For one impact a period 1 and -1 (not touched), or -1 and 1; between symmetric stops the mirror images, -1 and
+        1, have the same curves and are not listed. 1 and 1 for symmetric motions. -1 and -1 for the grazing curve of a
+        stop, which is listed where the stops are not symmetric.
     symmetric : bool
     admissible : bool
         The orbits have no contact with a stop other than their impacts; otherwise the piece is no border of motions.
     stop : int
-        GR only, else 0: +1 where the further contact is with a stop that is struck first, -1 with the other one.
-    omega, clearance, impact_velocity : ndarray of shape (m,), m >= 2
+        GR only, else 0: the stop of the further contact, +1 right and -1 left.
+    omega, value, impact_velocity : ndarray of shape (m,), m >= 2
+        `value` is that of the parameter that varies.
     ends : (str, str)
         "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece continues the curve
         there), or "none" (there are no such motions beyond).
@@ -51,17 +76,41 @@ class CurvePiece:
     admissible: bool
     stop: int
     omega: Floats
-    clearance: Floats
+    value: Floats
     impact_velocity: Floats
     ends: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What a piece says of its motion."""
+
+    period: int
+    impacts_right: int
+    impacts_left: int
+    symmetric: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """Frequencies across a window, and the interval of the parameter that varies."""
+
+    omega: Floats
+    start: float
+    stop: float
+
+    def contains(self, values: Floats) -> Booleans:
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.isfinite(values) & (self.start <= values) & (values <= self.stop))
 
 
 def window_curves(
     oscillator: Oscillator,
     omega: tuple[float, float],
-    clearance: tuple[float, float],
+    values: tuple[float, float],
     max_multiple: int = 2,
     points: int = 400,
+    varied: Varied = BOTH,
 ) -> list[CurvePiece]:
     """Return the curves of motions with one impact in up to `max_multiple` periods, or one on each stop.
 
@@ -69,12 +118,15 @@ def window_curves(
     ----------
     oscillator : Oscillator
         Forced, every mode damped.
-    omega, clearance : (float, float)
-        The window, 0 < start < stop each.
+    omega, values : (float, float)
+        The window, start < stop each, of the frequency and of the parameter that varies; only a bias and the clearance
+        of one stop may be negative.
     max_multiple : int
         >= 1; symmetric motions have odd multiples only.
     points : int
         Frequencies across the window, >= 2.
+    varied : VariedStop or VariedFactor
+        The stop whose clearance the window has; together: both have it. Or the factor that varies.
 
     Raises
     ------
@@ -85,58 +137,158 @@ def window_curves(
     ConditioningError
         The modal model is ill-conditioned.
     """
-    for name, (start, stop) in (("omega", omega), ("clearance", clearance)):
-        if not (np.isfinite([start, stop]).all() and 0.0 < start < stop):
+    other = varied.name if isinstance(varied, VariedFactor) else "clearance"
+    any_sign = varied.name == "bias" if isinstance(varied, VariedFactor) else not varied.together
+    for name, (start, stop) in (("omega", omega), (other, values)):
+        if not (np.isfinite([start, stop]).all() and start < stop and (start > 0.0 or (any_sign and name == other))):
             raise ParameterError(name, "start must be greater than 0 and less than stop, both finite")
     checked_order("max_multiple", max_multiple, 1)
     checked_order("points", points, 2)
-    values = np.linspace(*omega, points)
-    pieces: list[CurvePiece] = []
+    window = _Window(np.linspace(*omega, points), *values)
+    if _are_symmetric(oscillator, varied):
+        return list(_between_symmetric(oscillator, window, max_multiple, varied))
+    return [*_between_others(oscillator, window, max_multiple, varied), *_grazing(oscillator, window, varied)]
+
+
+def _are_symmetric(oscillator: Oscillator, varied: Varied) -> bool:
+    """Return whether the stops are symmetric at all values of a parameter."""
+    if isinstance(varied, VariedFactor):
+        together = varied.name == "forcing" and varied.right == varied.left
+    else:
+        together = varied.together
+    same = oscillator.restitution_of(1) == oscillator.restitution_of(-1)
+    return together and same and has_odd_harmonics_only(oscillator) and contact_equilibrium(oscillator) == 0.0
+
+
+def _between_symmetric(
+    oscillator: Oscillator, window: _Window, max_multiple: int, varied: Varied
+) -> Iterator[CurvePiece]:
+    lone = [one.order for one in oscillator.forces] == [1]
+    gaps = varied_gaps(oscillator, varied, 1)
+    assert gaps is not None  # both stops move
     for multiple in range(1, max_multiple + 1):
-        for symmetric in (False, True):
-            if symmetric and multiple % 2 == 0:
+        for symmetric in (False, True) if multiple % 2 else (False,):
+            motion = _Motion(multiple, 1, 1 if symmetric else -1, symmetric)
+            if lone:
+                known = one_impact_curves(oscillator, window.omega, multiple, symmetric)
+                named = {"SN": known.saddle_node, "SB" if symmetric else "PD": known.doubling, "GR": known.contact}
+                found = {kind: [curve] for kind, curve in named.items()}
+            else:
+                family = OrbitFamily.of(oscillator, multiple, symmetric)
+                of = StopFamily(family, 1, SecondStop(0.0, 1.0))
+                found = explicit_curves(of, window.omega, family.steady_at(window.omega))
+            for kind, curves in found.items():
+                for curve in curves:
+                    yield from _pieces(kind, _over(curve, gaps), window, motion)
+
+
+def _between_others(oscillator: Oscillator, window: _Window, max_multiple: int, varied: Varied) -> Iterator[CurvePiece]:
+    place = contact_equilibrium(oscillator)
+    steady = OrbitFamily.of(oscillator, 1, False).steady_at(window.omega)
+    for multiple in range(1, max_multiple + 1):
+        family = OrbitFamily.of(oscillator, multiple, False)
+        for stop in _stops(varied):
+            motion = _Motion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
+            gaps = varied_gaps(oscillator, varied, stop)
+            if gaps is not None:
+                for kind, curves in explicit_curves(StopFamily(family, stop, gaps.other), window.omega, steady).items():
+                    for curve in curves:
+                        yield from _pieces(kind, _over(curve, gaps), window, motion)
                 continue
-            curves = one_impact_curves(oscillator, values, multiple, symmetric)
-            named = (
-                ("SN", curves.saddle_node),
-                ("SB" if symmetric else "PD", curves.doubling),
-                ("GR", curves.contact),
-            )
-            for kind, curve in named:
-                pieces += _pieces(kind, curve, curves, clearance, multiple, symmetric)
-    return pieces
+            assert isinstance(varied, VariedStop)
+            assert varied.other is not None
+            fixed = FixedStop(StopFamily(family, stop, ABSENT), varied.other - stop * place)
+            for line in lines(fixed, window.omega, steady):
+                yield from _of_line(line.moved(-stop * place), window, motion)
+            for curve in contacts_with_varied(fixed, window.omega, steady):
+                yield from _pieces("GR", curve.moved(-stop * place), window, motion)
 
 
-def _pieces(
-    kind: str,
-    curve: OneImpactCurve,
-    curves: OneImpactCurves,
-    window: tuple[float, float],
-    multiple: int,
-    symmetric: bool,
-) -> list[CurvePiece]:
-    inside = np.isfinite(curve.clearance) & (window[0] <= curve.clearance) & (curve.clearance <= window[1])
-    found = []
-    for members in _runs(inside, curve.admissible, curve.stop):
+def _stops(varied: Varied) -> tuple[int, ...]:
+    """Return the stops that there are."""
+    if isinstance(varied, VariedFactor):
+        return tuple(stop for stop in (1, -1) if np.isfinite(varied.clearance(stop)))
+    return (1, -1) if varied.together or varied.other is not None else (varied.stop,)
+
+
+def _over(curve: OneImpactCurve, gaps: Gaps) -> OneImpactCurve:
+    """Return a curve by the values of a parameter in place of the gaps of the stop."""
+    value = gaps.value(curve.clearance)
+    speed = value * curve.impact_velocity if gaps.forces else curve.impact_velocity
+    return replace(curve, clearance=value, impact_velocity=speed)
+
+
+def _grazing(oscillator: Oscillator, window: _Window, varied: Varied) -> Iterator[CurvePiece]:
+    """Yield the curves on which the steady motion touches a stop; a virtual graze is not admissible."""
+    steady = _Motion(1, -1, -1)
+    if isinstance(varied, VariedFactor):
+        for stop in _stops(varied):
+            yield from _pieces("GR", _graze(oscillator, window, varied, stop), window, steady)
+        return
+    each = [VariedStop(stop, together=True) for stop in (1, -1)] if varied.together else [varied]
+    for one in each:
+        curve = varied_graze(oscillator, window.omega, one)
+        if curve is not None:
+            yield from _pieces("GR", curve, window, steady)
+    if not varied.together and varied.other is not None:
+        for line in graze_lines(oscillator, window.omega, varied):
+            yield from _of_line(line, window, steady)
+
+
+def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: int) -> OneImpactCurve:
+    """Return the curve on which the steady motion touches a stop, over a factor."""
+    gaps = varied_gaps(oscillator, varied, stop)
+    assert gaps is not None  # a factor moves both stops
+    own, times = at_own_period(oscillator)
+    motion = steady_motion(own, times * window.omega)
+    gap, other = (motion.toward(side).amplitude for side in (stop, -stop))
+    size = len(window.omega)
+    admissible = ~(gaps.other.fixed + gaps.other.by_gap * gap < other)
+    return _over(OneImpactCurve(gap, np.zeros(size), admissible, np.full(size, stop)), gaps)
+
+
+def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _Motion) -> Iterator[CurvePiece]:
+    for members in _runs(window.contains(curve.clearance), curve.admissible, curve.stop):
         if len(members) < 2:
             continue
         first, last = int(members[0]), int(members[-1])
-        found.append(
-            CurvePiece(
-                type=kind,
-                period=multiple,
-                impacts_right=1,
-                impacts_left=1 if symmetric else -1,
-                symmetric=symmetric,
-                admissible=bool(curve.admissible[first]),
-                stop=int(curve.stop[first]),
-                omega=curves.omega[members],
-                clearance=curve.clearance[members],
-                impact_velocity=curve.impact_velocity[members],
-                ends=(_end(curve, curves, window, first, -1), _end(curve, curves, window, last, 1)),
-            )
+        yield CurvePiece(
+            type=kind,
+            period=motion.period,
+            impacts_right=motion.impacts_right,
+            impacts_left=motion.impacts_left,
+            symmetric=motion.symmetric,
+            admissible=bool(curve.admissible[first]),
+            stop=int(curve.stop[first]),
+            omega=window.omega[members],
+            value=curve.clearance[members],
+            impact_velocity=curve.impact_velocity[members],
+            ends=(_end(curve, window, first, -1), _end(curve, window, last, 1)),
         )
-    return found
+
+
+def _of_line(line: Line, window: _Window, motion: _Motion) -> Iterator[CurvePiece]:
+    """Yield the pieces of a line of constant frequency: the part that is admissible, and the part that is not."""
+    cut = min(max(line.reach, window.start), window.stop) if line.admissible else window.stop
+    for admissible, start, stop in ((False, window.start, cut), (True, cut, window.stop)):
+        if start < stop:
+            ends = (
+                "window" if start == window.start else "admissible",
+                "window" if stop == window.stop else "admissible",
+            )
+            yield CurvePiece(
+                type=line.type,
+                period=motion.period,
+                impacts_right=motion.impacts_right,
+                impacts_left=motion.impacts_left,
+                symmetric=motion.symmetric,
+                admissible=admissible,
+                stop=line.stop,
+                omega=np.full(2, line.omega),
+                value=np.array([start, stop]),
+                impact_velocity=np.full(2, line.speed),
+                ends=ends,
+            )
 
 
 def _runs(inside: Booleans, admissible: Booleans, stop: Integers) -> list[Integers]:
@@ -148,16 +300,16 @@ def _runs(inside: Booleans, admissible: Booleans, stop: Integers) -> list[Intege
     return np.split(places, np.flatnonzero(cut) + 1)
 
 
-def _end(curve: OneImpactCurve, curves: OneImpactCurves, window: tuple[float, float], place: int, step: int) -> str:
+def _end(curve: OneImpactCurve, window: _Window, place: int, step: int) -> str:
     """Return why a piece ends after its last point in one direction."""
     beyond = place + step
-    if not 0 <= beyond < len(curves.omega):
+    if not 0 <= beyond < len(window.omega):
         return "window"
     if np.isfinite(curve.clearance[beyond]):
-        return "admissible" if window[0] <= curve.clearance[beyond] <= window[1] else "window"
+        return "admissible" if window.start <= curve.clearance[beyond] <= window.stop else "window"
     # where a curve leaves the grazing curve, its impact velocity falls linearly to zero within a step
     before = place - step
-    if not 0 <= before < len(curves.omega):
+    if not 0 <= before < len(window.omega):
         return "none"
     here, fallen = curve.impact_velocity[place], curve.impact_velocity[before] - curve.impact_velocity[place]
     return "grazing" if here <= NEXT_STEP * fallen else "none"

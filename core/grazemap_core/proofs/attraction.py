@@ -14,7 +14,7 @@ from grazemap.checker.system import System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
-from grazemap_core.proofs.orbits import orbit_theorem
+from grazemap_core.proofs.orbits import halved, orbit_theorem
 from grazemap_core.proofs.simulation import Impact, Simulation
 
 MAX_PERIOD = 32
@@ -41,9 +41,9 @@ def prove_attraction(search: Search, statement: Document) -> Document:
     with ctx.workprec(search.bits):
         system = System(search.data, given)
         period = 2.0 * math.pi / float(system.omega)
-        places, rates = ([exact(x) for x in statement[name]] for name in ("displacement", "velocity"))
         time = exact(statement["phase"]) / system.omega
-        state = system.with_phase(column(places + [v / system.scale for v in rates]), time)
+        start = system.from_equilibrium(statement["displacement"], statement["velocity"])
+        state = system.with_phase(start, time)
         begin = float(time)
     run = Simulation(search, system, state.mid(), time.mid(), search.bits)
     periods = FIRST_PERIODS
@@ -74,13 +74,15 @@ def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[Imp
             and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
         ):
             sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
-            yield sequence.half() if sequence.mirrors(2.0 * REPEATED) else sequence
+            yield sequence
             return
 
 
 def _arrival(search: Search, statement: Document, run: Simulation, impacts: ImpactSequence) -> Document | None:
     """Return the theorem if the trajectory has entered a ball that contracts, else None."""
     try:
+        if impacts.mirrors(2.0 * REPEATED):
+            impacts = halved(search, statement["clearance"], impacts)
         theorem = orbit_theorem(search, statement["omega"], statement["clearance"], impacts)
         with ctx.workprec(search.bits):
             problem = BoundaryProblem(search.data, theorem)
@@ -107,7 +109,8 @@ def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
     norm = identity(power.nrows())
     for _ in range(SQUARINGS):
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
-    clearance = math.floor(math.log10(float(run.system.gap(1))))
+    gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
+    clearance = math.floor(math.log10(max(gaps)))
     for exponent in SIZES:
         search.go_on()
         size = f"1e{clearance - exponent}"

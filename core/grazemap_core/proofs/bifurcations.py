@@ -11,10 +11,11 @@ from grazemap.checker.orbits import BoundaryProblem
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.proofs.certificates import Document, Search, Undecided, inputs, text
-from grazemap_core.proofs.orbits import refined, sequence_theorem, starting_sequence
+from grazemap_core.proofs.certificates import Document, Search, Undecided, core_clearance, inputs, text
+from grazemap_core.proofs.orbits import are_symmetric, halved, refined, sequence_theorem, starting_sequence
 
 
 def prove_bifurcation(search: Search, statement: Document) -> Document:
@@ -26,7 +27,8 @@ def nearest_point(search: Search, statement: Document) -> SpecialPoint:
     """Return the bifurcation of the stated type that lies nearest to the given orbit, in double precision."""
     omega, clearance, parameter = statement["omega"], statement["clearance"], statement["parameter"]
     impacts = starting_sequence(search, omega, clearance, statement["period"], statement["stops"], statement)
-    orbit = periodic_orbit(search.oscillator, float(omega), float(clearance), impacts)
+    place = float(omega), core_clearance(clearance)
+    orbit = periodic_orbit(search.oscillator, *place, impacts)
     start, stop = (float(bound) for bound in statement["range"])
     branch = orbit_branch(search.oscillator, orbit, start, stop, parameter)
     of_type = [point for point in branch.special_points if point.type == statement["type"]]
@@ -34,8 +36,8 @@ def nearest_point(search: Search, statement: Document) -> SpecialPoint:
     if not points:
         which = "no admissible" if of_type else "no"
         raise Undecided(f"{which} {statement['type']} was found on the branch of the orbit between {start} and {stop}")
-    here = {"omega": float(omega), "clearance": float(clearance), "restitution": search.oscillator.restitution}
-    return min(points, key=lambda point: abs(getattr(point, parameter) - here[parameter]))
+    here = ParameterPoint.of(search.oscillator, *place).value(parameter)
+    return min(points, key=lambda point: abs(point.values.value(parameter) - here))
 
 
 def bifurcation_theorem(search: Search, statement: Document, point: SpecialPoint) -> Document:
@@ -47,12 +49,13 @@ def bifurcation_theorem(search: Search, statement: Document, point: SpecialPoint
         "parameter": statement["parameter"],
         "range": statement["range"],
     }
-    given["value"] = text(float(getattr(point, statement["parameter"])))
+    given["value"] = text(point.values.value(statement["parameter"]))
     impacts, graze = as_on_curve(point)
-    if graze is not None and len(impacts.stops) == 1:  # of the steady motion, which grazes both stops
+    symmetric = are_symmetric(search, statement["clearance"])
+    if graze is not None and len(impacts.stops) == 1 and symmetric:  # of the steady motion, which grazes both stops
         impacts = replace(impacts, period=1, symmetric=True)
     if point.type == "SB" and not impacts.symmetric:  # at the end of a branch of asymmetric orbits
-        impacts = impacts.half()
+        impacts = halved(search, statement["clearance"], impacts)
     with ctx.workprec(search.bits):
         theorem = sequence_theorem(search, given, point.omega, impacts, graze)
         if graze is None:

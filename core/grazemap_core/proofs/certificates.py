@@ -11,9 +11,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 from flint import arb
 
+from grazemap.checker import FORMATS
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
 
 Document = dict[str, Any]
@@ -70,26 +74,70 @@ def decimals(values: Iterable[arb], digits: int) -> list[str]:
 
 
 def exact_oscillator(oscillator: Oscillator) -> Document:
-    """Return the matrices, contact row and forcing of an oscillator as rational numbers."""
-    stiffness = _fractions(oscillator.stiffnesses)
-    if oscillator.gamma is not None:
-        links = [2 * Fraction(text(oscillator.gamma)) * k for k in stiffness]
-    elif oscillator.units == "SI":
-        links = _fractions(oscillator.link_damping)
-    else:
-        links = [2 * zeta for zeta in _fractions(oscillator.link_damping / 2.0)]
-    mass, size = _fractions(oscillator.masses), oscillator.size
-    return {
-        "mass": [[str(mass[i]) if i == j else "0" for j in range(size)] for i in range(size)],
-        "damping": _chain_matrix(links),
-        "stiffness": _chain_matrix(stiffness),
-        "contact": ["1"] + ["0"] * (size - 1),
-        "forcing": {"sine": [str(f) for f in _fractions(oscillator.forcing)], "cosine": ["0"] * size},
+    """Return the matrices, contact row, forcing and bias of an oscillator as rational numbers.
+
+    They are those of the given numbers of a chain, and else of the matrices and amplitudes in double precision.
+    """
+    mass, damping, stiffness = _matrices(oscillator)
+    found = {
+        "mass": mass,
+        "damping": damping,
+        "stiffness": stiffness,
+        "contact": _texts(oscillator.contact),
+        "forcing": _forcing(oscillator),
     }
+    return found | ({"bias": _texts(oscillator.bias)} if np.any(oscillator.bias) else {})
+
+
+def certificate_format(certificate: Document) -> str:
+    """Return the format of a certificate: the first one where it has all that the certificate says."""
+    data, statement = certificate["oscillator"], certificate["statement"]
+    plain = isinstance(data["forcing"], dict) and isinstance(statement.get("clearance", ""), str)
+    return FORMATS[0] if plain and "bias" not in data and "stop" not in statement else FORMATS[1]
+
+
+def _matrices(oscillator: Oscillator) -> list[list[list[str]]]:
+    structure = oscillator.structure
+    if not isinstance(structure, Chain):
+        matrices = structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix
+        return [[_texts(row) for row in matrix] for matrix in matrices]
+    stiffness = _fractions(structure.stiffnesses)
+    if structure.gamma is not None:
+        links = [2 * Fraction(text(structure.gamma)) * k for k in stiffness]
+    elif oscillator.units == "SI":
+        links = _fractions(structure.link_damping)
+    else:
+        links = [2 * zeta for zeta in _fractions(structure.link_damping / 2.0)]
+    mass, size = _texts(structure.masses), structure.size
+    diagonal = [[mass[i] if i == j else "0" for j in range(size)] for i in range(size)]
+    return [diagonal, _chain_matrix(links), _chain_matrix(stiffness)]
+
+
+def _forcing(oscillator: Oscillator) -> Any:
+    """Return the amplitudes of sine and cosine, or harmonics with such amplitudes by powers of k omega."""
+    found = []
+    for one in oscillator.forces:
+        # constant + i s rate + s^2 quadratic, of which the imaginary part belongs to the cosine
+        pairs = [
+            (one.constant.real, one.constant.imag),
+            (-one.rate.imag, one.rate.real),
+            (one.quadratic.real, one.quadratic.imag),
+        ]
+        while len(pairs) > 1 and not np.any(pairs[-1]):
+            pairs.pop()
+        found.append((one.order, [[_texts(row) for row in pair] for pair in pairs]))
+    if len(found) == 1 and found[0][0] == 1 and len(found[0][1]) == 1:
+        ((sine, cosine),) = found[0][1]
+        return {"sine": sine, "cosine": cosine}
+    return [{"harmonic": order, "powers": powers} for order, powers in found]
+
+
+def _texts(values: Floats) -> list[str]:
+    return [str(number) for number in _fractions(values)]
 
 
 def _fractions(values: Floats) -> list[Fraction]:
-    return [Fraction(text(value)) for value in values.tolist()]
+    return [Fraction(text(value)) for value in np.asarray(values).tolist()]
 
 
 def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
@@ -104,7 +152,16 @@ def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in rows]
 
 
-def inputs(search: Search, omega: str, clearance: str) -> Document:
-    """Return frequency, gaps and restitutions of a theorem."""
-    restitution = text(search.oscillator.restitution)
-    return {"omega": omega, "gaps": [clearance, clearance], "restitutions": [restitution, restitution]}
+def inputs(search: Search, omega: str, clearance: Any) -> Document:
+    """Return frequency, gaps and restitutions of a theorem; the clearance is that of both stops, or of each."""
+    gaps = [clearance["right"], clearance["left"]] if isinstance(clearance, dict) else [clearance] * 2
+    restitutions = [text(search.oscillator.restitution_of(stop)) for stop in (1, -1)]
+    return {"omega": omega, "gaps": gaps, "restitutions": restitutions}
+
+
+def core_clearance(clearance: Any) -> Clearance:
+    """Return the clearance of a statement as orbits take it."""
+    if not isinstance(clearance, dict):
+        return float(clearance)
+    right, left = (None if one is None else float(one) for one in (clearance["right"], clearance["left"]))
+    return right, left

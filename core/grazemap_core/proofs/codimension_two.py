@@ -15,7 +15,9 @@ SAMPLES = 64
 
 def prove_codimension_two(search: Search, statement: Document) -> Document:
     """Return the theorem on the first zero that is found in the range of frequencies."""
-    theorem = inputs(search, "1", "1") | {name: statement[name] for name in ("type", "order", "range")}
+    theorem = inputs(search, "1", "1") | {
+        name: statement[name] for name in ("type", "order", "range", "stop") if name in statement
+    }
 
     def function(unknowns: list[arb]) -> list[arb]:
         return [impulse(search.data, theorem, unknowns[0], statement["order"])]

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from flint import arb, ctx
 
 from grazemap.checker.arithmetic import column, identity
 from grazemap.checker.orbits import BoundaryProblem
-from grazemap.checker.system import System
+from grazemap.checker.system import System, alike
 from grazemap.checker.theorems import multipliers
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
-from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
+from grazemap_core.proofs.certificates import Document, Search, Undecided, core_clearance, decimals, inputs
 from grazemap_core.proofs.refinement import Equations, refine
 
 
 def starting_sequence(
-    search: Search, omega: str, clearance: str, period: int, stops: Sequence[int], guess: Document
+    search: Search, omega: str, clearance: Any, period: int, stops: Sequence[int], guess: Document
 ) -> ImpactSequence:
     """Return the impacts from which the search starts: those given, or those of an orbit that is found."""
-    place = float(omega), float(clearance)
+    place = float(omega), core_clearance(clearance)
     if guess.get("phases") is not None:
         given = ImpactSequence.create(period, stops, guess["phases"], guess["velocities"])
     else:
@@ -33,7 +34,18 @@ def starting_sequence(
     orbit = periodic_orbit(search.oscillator, *place, given)
     if not orbit.converged:
         raise Undecided(f"no orbit was found near the given impacts: {orbit.reason}")
-    return orbit.impacts.half() if orbit.symmetric else orbit.impacts
+    return halved(search, clearance, orbit.impacts) if orbit.symmetric else orbit.impacts
+
+
+def halved(search: Search, clearance: Any, impacts: ImpactSequence) -> ImpactSequence:
+    """Return half of the impacts of a symmetric orbit, where the checker takes it as one, else all of them."""
+    return impacts.half() if are_symmetric(search, clearance) else impacts.whole
+
+
+def are_symmetric(search: Search, clearance: Any) -> bool:
+    """Return whether the stops and the forces are symmetric to the checker, which admits no bias."""
+    given = inputs(search, "1", clearance)
+    return alike(search.data) and all(one == other for one, other in (given["gaps"], given["restitutions"]))
 
 
 def sequence_theorem(
@@ -83,7 +95,7 @@ def refined(search: Search, theorem: Document) -> Document:
     return refine(search, theorem, equations, renewed)
 
 
-def orbit_theorem(search: Search, omega: str, clearance: str, impacts: ImpactSequence) -> Document:
+def orbit_theorem(search: Search, omega: str, clearance: Any, impacts: ImpactSequence) -> Document:
     """Return the inputs, the centre and the radius of the box of an orbit."""
     with ctx.workprec(search.bits):
         return refined(search, sequence_theorem(search, inputs(search, omega, clearance), float(omega), impacts))

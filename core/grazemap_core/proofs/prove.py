@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from grazemap.checker import FORMAT, check
+from grazemap.checker import check
 from grazemap.checker.arithmetic import Refused
 from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.attraction import BITS_PER_IMPACT, prove_attraction
 from grazemap_core.proofs.bifurcations import prove_bifurcation
-from grazemap_core.proofs.certificates import Document, Search, Undecided, exact_oscillator
+from grazemap_core.proofs.certificates import Document, Search, Undecided, certificate_format, exact_oscillator
 from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
 
@@ -46,7 +46,7 @@ def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_li
         `verdict` is "proven", "disproven" or "undecided", with a `reason`; `theorem` is what the checker verifies.
     """
     certificate: Document = {
-        "format": FORMAT,
+        "format": "",
         "statement": statement,
         "verdict": "undecided",
         "reason": "",
@@ -57,6 +57,7 @@ def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_li
         "digits": digits,
         "time_limit": time_limit,
     }
+    certificate["format"] = certificate_format(certificate)
     search = Search(oscillator, certificate["oscillator"], digits, time.monotonic() + time_limit)
     try:
         with search.limited():

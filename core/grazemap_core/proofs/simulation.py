@@ -23,7 +23,7 @@ STEP = 2.0
 SAMPLES = np.linspace(0.0, 1.0, 65)
 POWERS = np.vander(SAMPLES, TERMS, increasing=True)
 SHORTEST_FLIGHT = 1e-6
-"""Time between two impacts, in forcing periods, below which mass 1 is taken to come to rest by complete chatter."""
+"""Time between two impacts, in forcing periods, below which the contact is taken to come to rest by chatter."""
 BISECTIONS = 40
 """Halvings of the interval between two samples, to about the rounding of the series."""
 
@@ -46,7 +46,7 @@ class Simulation:
         self.impacts: list[Impact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
-            self.length = (STEP / max(system.scale, system.omega.mid())).mid()
+            self.length = (STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
             self.stride = system.flow(self.length)
 
     def run(self, until: float) -> None:

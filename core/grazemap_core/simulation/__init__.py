@@ -9,6 +9,6 @@ matrices and Lyapunov exponents from the linearised flow.
 - `motion`: the name of a motion, and the reasons why it may be unresolved.
 - `linearised_run`: a trajectory with the linearised flow along it.
 - `monodromy`: the monodromy matrix and its Floquet multipliers.
-- `lyapunov`: the two largest Lyapunov exponents.
+- `multiprecision`, `multiprecision_modes`: trajectories in multi-precision arithmetic.
 - `kernels`: recorded runs, samples, period detection, tangent flow and exponents.
 """

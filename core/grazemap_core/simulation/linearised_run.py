@@ -10,16 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.cell_problem import Clearance, reference_state
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import reason_of_end
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, Workspace
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
 from grazemap_core.simulation.kernels.tangent import GRAZED, run_half_linearised
 from grazemap_core.simulation.motion import REASONS
-from grazemap_core.simulation.start import forced_chain, initial_state, longer_record, start
+from grazemap_core.simulation.start import forced_oscillator, initial_state, longer_record, start
 
 
 @dataclass(eq=False)
@@ -33,8 +35,8 @@ class LinearisedRun:
     state : (N, 2)
         Current state, in block coordinates and minus the reference motion.
     steady : (2 N,)
-        Displacements, then velocities, of the reference motion at the phase of the start.
-    clearance : float
+        Displacements, then velocities, of the reference motion at the phase of the start, about the equilibrium.
+    stops : Stops
     halves : int
         Number of half periods completed.
     work : Workspace
@@ -45,7 +47,7 @@ class LinearisedRun:
     held: HeldProblem
     state: Floats
     steady: Floats
-    clearance: float
+    stops: Stops
     halves: int
     work: Workspace
     began: HalfPeriod
@@ -71,7 +73,7 @@ class LinearisedRun:
         for _ in range(halves):
             while True:
                 status = run_half_linearised(
-                    self.problem, self.held, self.state, self.clearance, self.halves, self.work, tangent, self.began
+                    self.problem, self.held, self.stops, self.state, self.halves, self.work, tangent, self.began
                 )
                 if status != RECORD_FULL:
                     break
@@ -91,30 +93,31 @@ class LinearisedRun:
 def linearised_run(
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     displacement: Floats | None,
     velocity: Floats | None,
     phase: float,
 ) -> LinearisedRun:
     """Return a run at the given initial state. Parameters as in `trajectories.trajectory`.
 
-    If mass 1 starts on a stop and moves into it, the run starts after that impact.
+    If the contact starts on a stop and moves into it, the run starts after that impact.
 
     Raises
     ------
     ParameterError
-        A number is out of range, or mass 1 starts outside the stops.
+        A number is out of range, or the contact starts outside the stops.
     LinearisationError
-        Mass 1 rests on a stop, and the motion of the other masses has no accurate closed form.
+        The contact rests on a stop, and the motion of the structure has no accurate closed form.
     """
-    chain = forced_chain(oscillator, omega, clearance)
-    begun = start(chain, initial_state(chain, displacement, velocity, phase))
+    forced = forced_oscillator(oscillator, omega, clearance)
+    begun = start(forced, initial_state(forced, displacement, velocity, phase))
     run = LinearisedRun(
         problem=begun.problem,
         held=begun.held,
         state=begun.u,
-        steady=np.concatenate([begun.steady[0].imag, omega * begun.steady[1].real]),
-        clearance=clearance,
+        steady=reference_state(forced.steady, begun.problem.orders, omega, phase)
+        + np.concatenate([forced.equilibrium, np.zeros(oscillator.size)]),
+        stops=forced.stops,
         halves=0,
         work=begun.work,
         began=half_period(oscillator.size),

@@ -10,8 +10,10 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever
+from grazemap_core.contact.kernels.stops import nearest_gap
 from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
@@ -41,7 +43,7 @@ class Monodromy:
     displacement, velocity : (N,)
         State at which the matrix is taken.
     closing : float
-        Largest displacement, in units of the clearance, between that state and the state n periods later. The
+        Largest displacement, in units of the stops, between that state and the state n periods later. The
         eigenvalues are Floquet multipliers if this is round-off.
     """
 
@@ -68,7 +70,7 @@ class Monodromy:
 def monodromy(
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     displacement: Floats | None = None,
     velocity: Floats | None = None,
     phase: float = 0.0,
@@ -122,13 +124,13 @@ def monodromy(
 
 
 def _distance(run: LinearisedRun, state: Floats) -> float:
-    """Return the distance of the run from a state, in units of the clearance."""
-    return float(np.max(np.abs(run.state - state) * run.problem.displacement_scale)) / run.clearance
+    """Return the distance of the run from a state, in units of the stops."""
+    return float(np.max(np.abs(run.state - state) * run.problem.displacement_scale)) / run.stops.unit
 
 
 def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     """Advance a run until its period is detected and it closes to round-off, and return the minimal period."""
-    problem, work = run.problem, run.work
+    problem, stops, work = run.problem, run.stops, run.work
     nothing = np.zeros((run.state.size, 0))
     ring = period_detection.stroboscopic_history(len(run.state), max_period)
     period_detection.record_half_period(ring, 0, run.state, work)
@@ -136,13 +138,13 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
         period_detection.record_half_period(ring, run.halves, run.state, run.work)
-        reach = reach_from(problem, run.state, run.halves, run.clearance)
-        if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), run.clearance):
+        reach = reach_from(problem, run.state, run.halves, nearest_gap(stops))
+        if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
             reason, period = codes.RESOLVED, 1
         else:
             halves = run.halves
             reason, period, *_ = period_detection.detect_period(
-                problem, ring, 0, halves, max_period, run.clearance, halves, reach
+                problem, stops, ring, 0, halves, max_period, halves, reach
             )
         if reason == codes.RESOLVED and run.halves % 2 == 0:
             break

@@ -28,16 +28,16 @@ REASONS: Final[dict[int, str]] = {
     "Remedy: simulate more periods; a bifurcation is near, which a branch or bifurcation curves locate.",
     codes.NEAR_GRAZING: "an impact is so slow that the limit motion may not contain it. "
     "Remedy: solve for the orbit (periodic-orbits), or move away from the graze.",
-    codes.NO_STICKING_FLOW: "mass 1 rests on a stop, and the chain of the other masses is at an undamped resonance or "
+    codes.NO_STICKING_FLOW: "the contact rests on a stop, and the rest of the structure is at an undamped resonance or "
     "ill-conditioned. Remedy: add damping, or change the frequency.",
     codes.TOO_MANY_IMPACTS: "too many impacts: in half a forcing period, or before the motion settled. "
     "Remedy: a larger clearance or a smaller restitution; fewer masses with light damping.",
     codes.OVERFLOW: "a number overflowed. Remedy: choose units in which masses, stiffnesses and forcing are near 1.",
     codes.HIDDEN_BY_ROUNDING: "the steady motion is so large, as near an undamped resonance, that its round-off hides "
     "the motion between the stops. Remedy: add damping, or change the frequency.",
-    codes.NOT_VERIFIED: "verification was not asked for, or the chain has an undamped mode or ill-conditioned modes. "
-    "Remedy: give every link some damping.",
-    codes.STICKS: "mass 1 rests on a stop or chatters: the motion was found by simulation, and there is no finite "
+    codes.NOT_VERIFIED: "verification was not asked for, or the structure has an undamped mode or ill-conditioned "
+    "modes. Remedy: damp every mode.",
+    codes.STICKS: "the contact rests on a stop or chatters: the motion was found by simulation, and there is no finite "
     "sequence of impacts to solve for. Remedy: compare it with a longer trajectory.",
     codes.SEQUENCE_UNKNOWN: "more impacts than verification handles, or a graze or a rest among them. "
     "Remedy: solve for the orbit (periodic-orbits).",
@@ -69,12 +69,12 @@ class Motion:
     period : int or None
         Minimal period n, in forcing periods.
     impacts_right, impacts_left : int or None
-        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched, 0: mass 1 rests on it without
+        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched, 0: it rests there without
         impacts, -2 (`codes.INFINITE`): infinitely many, in complete chatter.
     symmetric : bool or None
         Whether the motion is its own mirror image, half a period later.
     sticking : bool or None
-        Whether mass 1 rests on a stop some time in the period.
+        Whether the contact rests on a stop some time in the period.
     verified : bool
         Whether the periodic orbit was solved for and is isolated, admissible and stable, with the minimum period. A
         trajectory that returns to its start is not verified by that alone.

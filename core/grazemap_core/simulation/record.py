@@ -12,6 +12,7 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
@@ -21,11 +22,11 @@ from grazemap_core.simulation.tolerances import END_ROUNDING
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
+    """Impacts: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
 
     The kind is "impact"; "chatter": infinitely many impacts follow until the start of the next interval of sticking,
-    and are not listed; or "graze": mass 1 comes so near the stop that round-off hides whether it touches it. A graze is
-    taken as a touch at zero velocity, which changes nothing.
+    and are not listed; or "graze": the contact comes so near the stop that round-off hides whether it touches it. A
+    graze is taken as a touch at zero velocity, which changes nothing.
 
     To avoid the rounding of long times, the time is also given as period (n,), the number of forcing periods since the
     start of the record, and phase_time (n,), the time since the start of that period.
@@ -65,9 +66,11 @@ class Record:
     problem, held : CellProblem, HeldProblem
     shape : (N, N, 2)
         As in `ModalModel`.
-    steady : complex (2, N)
+    steady : complex (H, 2, N + 1)
         From `reference_response`, the initial phase included.
-    clearance : float
+    equilibrium : (N,)
+        Static displacements, from which the kernels measure.
+    stops : Stops
     rows : (1 + events, EVENT_COLUMNS + 2 N)
         The start of the record, then every event, as `kernels.sampling` takes them.
     first_half : int
@@ -80,7 +83,8 @@ class Record:
     held: HeldProblem
     shape: Floats
     steady: Complexes
-    clearance: float
+    equilibrium: Floats
+    stops: Stops
     rows: Floats
     first_half: int
     end: float
@@ -151,8 +155,8 @@ class Record:
 
     def _sampled(self, row: Integers, half: Integers, within: Floats, angle: Floats) -> tuple[Floats, Floats]:
         moments = Moments(row, half, within, angle)
-        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.clearance, moments)
-        return x, v
+        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.stops, moments)
+        return x + self.equilibrium[:, None], v
 
 
 def checked_times(times: Floats, end: float) -> Floats:

@@ -10,17 +10,32 @@ from functools import cached_property
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import check_point
-from grazemap_core.contact.cell_problem import at_phase, cell_problem, free_state, trajectory_models
+from grazemap_core.checks import checked_omega
+from grazemap_core.contact.cell_problem import (
+    Clearance,
+    at_phase,
+    both_clearances,
+    cell_problem,
+    free_state,
+    reference_state,
+    stops_of,
+    trajectory_models,
+)
 from grazemap_core.contact.held_problem import HeldModel
 from grazemap_core.contact.kernels.cells import CellProblem, reference_at
-from grazemap_core.contact.kernels.event_loop import impact_at_stop
+from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
 from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
+from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
 from grazemap_core.errors import ParameterError
+from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.tolerances import EPSILON
+
+OUTSIDE = 2
+"""In place of a stop: the contact is beyond one."""
 
 EVENTS = 64
 """Initial capacity of the record of a run, in events."""
@@ -36,23 +51,49 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedChain:
-    """An oscillator at one forcing frequency and clearance.
+class ForcedOscillator:
+    """An oscillator at one forcing frequency, between its stops.
 
     Attributes
     ----------
     oscillator : Oscillator
-    omega, clearance : float
+    omega : float
+    clearance : Clearance
     models : HeldModel
-    steady : complex (2, N)
+    steady : complex (H, 2, N + 1)
         From `reference_response`.
     """
 
     oscillator: Oscillator
     omega: float
-    clearance: float
+    clearance: Clearance
     models: HeldModel
     steady: Complexes
+
+    @cached_property
+    def stops(self) -> Stops:
+        """The stops, with gaps from the equilibrium."""
+        return stops_of(self.oscillator, self.clearance, self._at_phase_zero[0])
+
+    @cached_property
+    def equilibrium(self) -> Floats:
+        """The static equilibrium without stops, (N,), from which the kernels measure displacements."""
+        return equilibrium(self.oscillator)
+
+    @property
+    def clearances(self) -> tuple[float, float]:
+        """Of the right and of the left stop from q = 0; infinite for an absent one."""
+        return both_clearances(self.clearance)
+
+    @cached_property
+    def rest(self) -> Floats:
+        """Displacements of the structure at rest, (N,): its equilibrium, or that on a preloaded stop."""
+        for stop, clearance in zip((1, -1), self.clearances, strict=True):
+            gap = gap_of(self.stops, stop)
+            if gap < 0.0:
+                moved = self.equilibrium + stop * gap * self.models.constrained.profile
+                return self.oscillator.with_contact(moved, stop * clearance)
+        return self.equilibrium
 
     @cached_property
     def _at_phase_zero(self) -> tuple[CellProblem, HeldProblem]:
@@ -70,7 +111,7 @@ class Start:
     Attributes
     ----------
     problem, held : CellProblem, HeldProblem
-    steady : complex (2, N)
+    steady : complex (H, 2, N + 1)
         From `reference_response`, the initial phase included.
     u : (N, 2)
         Free state; the kernels change it in place, as well as `held` and `work`.
@@ -88,8 +129,10 @@ class Start:
     status: int
 
 
-def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> ForcedChain:
-    """Return an oscillator with a forcing frequency and a clearance, both > 0.
+def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:
+    """Return an oscillator with a forcing frequency > 0 and the clearance of its stops.
+
+    One number > 0 is that of both stops; of two, one may be None, or negative if the other one is larger.
 
     Raises
     ------
@@ -98,72 +141,91 @@ def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> Forc
     ConditioningError
         The modal model is ill-conditioned.
     """
-    check_point(omega, clearance)
+    values = checked_omega([omega])
+    if not isinstance(clearance, tuple) and not clearance > 0.0:
+        raise ParameterError("clearance", "of both stops must be greater than 0")
     models = trajectory_models(oscillator)
-    steady = reference_response(oscillator, models.free, np.array([omega]))[0]
-    return ForcedChain(oscillator, omega, clearance, models, steady)
+    steady = reference_response(oscillator, models.free, values)[0]
+    found = ForcedOscillator(oscillator, omega, clearance, models, steady)
+    _ = found.stops  # checks them
+    return found
 
 
 def initial_state(
-    chain: ForcedChain, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
+    forced: ForcedOscillator, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
 ) -> State:
-    """Return a validated state; None stands for zero displacement or velocity.
+    """Return a validated state; without displacements it is at rest (`ForcedOscillator.rest`), without velocities too.
 
     `where` is put before the name of the parameter in an error.
 
     Raises
     ------
     ParameterError
-        A number is not finite, there is not one per mass, or mass 1 is outside the stops.
+        A number is not finite, there is not one per mass, or the contact is outside the stops.
     """
     if not math.isfinite(phase):
         raise ParameterError(f"{where}phase", "must be finite")
-    count = chain.oscillator.size
-    x = _one_per_mass(f"{where}displacement", displacement, count)
-    v = _one_per_mass(f"{where}velocity", velocity, count)
-    if abs(x[0]) > chain.clearance:
-        raise ParameterError(f"{where}displacement", "mass 1 starts outside the stops")
+    count = forced.oscillator.size
+    x = _one_per_mass(f"{where}displacement", forced.rest if displacement is None else displacement, count)
+    v = _one_per_mass(f"{where}velocity", np.zeros(count) if velocity is None else velocity, count)
+    if touched_stop(forced.oscillator, forced.clearances, x) == OUTSIDE:
+        raise ParameterError(f"{where}displacement", "the contact starts outside the stops")
     return State(x, v, phase)
 
 
-def _one_per_mass(name: str, values: Floats | None, count: int) -> Floats:
-    if values is None:
-        return np.zeros(count)
+def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displacement: Floats) -> int:
+    """Return the stop on which the contact is, 0 between the stops, or OUTSIDE.
+
+    Where several displacements make up the contact coordinate, it is on a stop to within its round-off.
+    """
+    terms = oscillator.contact * displacement
+    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
+    place = math.fsum(terms)
+    for stop, clearance in zip((1, -1), clearances, strict=True):
+        if abs(stop * place - clearance) <= rounding:
+            return stop
+        if stop * place > clearance:
+            return OUTSIDE
+    return 0
+
+
+def _one_per_mass(name: str, values: Floats, count: int) -> Floats:
     array = np.array(values, dtype=np.float64)
     if array.shape != (count,) or not np.all(np.isfinite(array)):
         raise ParameterError(name, "must be a list of finite numbers, one per mass")
     return array
 
 
-def start(chain: ForcedChain, state: State) -> Start:
+def start(forced: ForcedOscillator, state: State) -> Start:
     """Return the trajectory that starts from a state of `initial_state`.
 
-    If mass 1 starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
+    If the contact starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
     stop.
     """
-    problem, held = chain.problems(state.phase)
-    u = free_state(chain.models.free, chain.steady, chain.omega, state.displacement, state.velocity, state.phase)
-    work = workspace(chain.oscillator.size, events=EVENTS)
-    steady = chain.steady * np.exp(1j * state.phase)
-    x1, v1 = float(state.displacement[0]), float(state.velocity[0])
-    status = OK
-    if abs(x1) == chain.clearance:
-        status = _start_on_stop(problem, held, u, chain.clearance, x1, v1, work)
+    problem, held = forced.problems(state.phase)
+    orders, place = problem.orders, state.displacement - forced.equilibrium
+    u = free_state(forced.models.free, forced.steady, orders, forced.omega, place, state.velocity, state.phase)
+    work = workspace(forced.oscillator.size, events=EVENTS)
+    steady = forced.steady * np.exp(1j * orders * state.phase)[:, None, None]
+    status, stop = OK, touched_stop(forced.oscillator, forced.clearances, state.displacement)
+    if stop != 0:
+        velocity = math.fsum(forced.oscillator.contact * state.velocity)
+        status = _start_on_stop(problem, held, forced.stops, u, stop, velocity, work)
     return Start(problem, held, steady, u, work, status)
 
 
 def _start_on_stop(
-    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, x1: float, v1: float, work: Workspace
+    problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, stop: int, velocity: float, work: Workspace
 ) -> int:
-    stop = 1 if x1 > 0.0 else -1
-    if v1 == 0.0:
-        return start_on_stop(problem, held, u, clearance, stop, work)
-    if v1 * stop > 0.0:
-        if impact_at_stop(problem, u, stop, v1, reference_at(problem, 0, 0.0)[2], 0, 0.0, work):
-            return int(rest_after_impact(problem, held, u, clearance, 0, 0.0, 0, work))
+    if velocity == 0.0:
+        return start_on_stop(problem, held, stops, u, stop, work)
+    if velocity * stop > 0.0:
+        touch = Contact(stop, velocity, reference_at(problem, 0, 0.0)[2], 0, 0.0)
+        if impact_at_stop(problem, stops, u, touch, work):
+            return int(rest_after_impact(problem, held, stops, u, 0, 0.0, 0, work))
         return OK
     work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
-    work.near[:2] = 0.0, abs(v1)
+    work.near[:2] = 0.0, abs(velocity)
     return OK
 
 
@@ -175,28 +237,31 @@ def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
     return work._replace(events=events)
 
 
-def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
+def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
     """Return the current state of a run as an initial state at this forcing phase.
 
-    At rest, and during the summed impacts before it, mass 1 is exactly on its stop; near a stop that it has left, its
-    gap and speed are those of the workspace; round-off never places it beyond a stop.
+    At rest, and during the summed impacts before it, the contact is exactly on its stop; near a stop that it has left,
+    its gap and speed are those of the workspace; round-off never places it beyond a stop.
     """
-    count = chain.oscillator.size
+    count, held = forced.oscillator.size, run.held
     anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])
+    right, left = forced.clearances
     if resting != 0:
-        physical = np.empty(2 * count)
-        x1 = resting * chain.clearance
-        held_motion(run.held, run.held.state, x1, chain.omega, math.cos(phase), math.sin(phase), physical)
-        return State(physical[:count], physical[count:], phase)
-    at_phase = chain.steady * np.exp(1j * phase)
-    steady = np.concatenate([at_phase[0].imag, chain.omega * at_phase[1].real])
-    physical = np.asarray(run.held.from_free @ run.u.ravel() + steady)
-    x, v = physical[:count], physical[count:]
+        held.turn[:, 0], held.turn[:, 1] = np.cos(held.orders * phase), np.sin(held.orders * phase)
+        held_motion(held, held.state, resting * gap_of(forced.stops, resting), forced.omega)
+        x = forced.oscillator.with_contact(held.physical[:count] + forced.equilibrium, right if resting > 0 else -left)
+        return State(x, held.physical[count:].copy(), phase)
+    physical = np.asarray(held.from_free @ run.u.ravel()) + reference_state(
+        forced.steady, held.orders, forced.omega, phase
+    )
+    x, v = physical[:count] + forced.equilibrium, physical[count:]
     if anchor != 0:
         gap, rate = run.work.near[:2]
-        x[0], v[0] = anchor * (chain.clearance - gap), -anchor * rate
-    x[0] = min(max(x[0], -chain.clearance), chain.clearance)
-    return State(x, v, phase)
+        x, v = (
+            forced.oscillator.with_contact(x, right - gap if anchor > 0 else gap - left),
+            forced.oscillator.with_contact(v, -anchor * rate),
+        )
+    return State(forced.oscillator.between(x, (right, left)), v, phase)
 
 
 def wrapped(phase: float) -> float:

@@ -88,3 +88,21 @@ MOST_RECORD_BYTES: Final = 256 << 20
 ROWS_OF_RESULT: Final = 2
 """Bytes of the record's rows, which have the states after the events, over the bytes that its events may take in a
 result. With few masses the latter are fewer; with many masses this bounds the memory of a run."""
+
+PEAK_ACCURACY: Final = 1e-14
+"""Accuracy of the peak of an output, relative to the sum of the moduli of its terms; round-off is a few EPSILON of it.
+A value found by bisection differs from the peak in second order, so this costs about twenty bisections."""
+
+PEAK_DEPTH: Final = 64
+"""Maximum number of bisections in a row. An interval of 2^-64 of a panel is a point."""
+
+AVERAGED_PERIODS: Final = 100
+"""Forcing periods over which quantities of a chaotic or quasi-periodic motion are averaged. A tenth of those in which a
+map finds that the motion is chaotic; the means of chaotic motions are then known to a few percent."""
+
+CLOSING_RETURNS: Final = 64
+"""Maximum number of periods in which a motion that was named by its returns is followed until it closes to round-off,
+before quantities of one period are computed."""
+
+CLOSED: Final = 1e-14
+"""Distance of a return, in units of the stops, that counts as round-off at once."""

@@ -11,8 +11,10 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
+from grazemap_core.contact.kernels.stops import Stops, nearest_gap
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     EVENT_COLUMNS,
@@ -33,10 +35,10 @@ from grazemap_core.simulation.kernels.recorded_run import run_recorded
 from grazemap_core.simulation.motion import Motion, motion_from_codes
 from grazemap_core.simulation.record import EVENT_BYTES, Impacts, Record, Sticking, checked_times, first_row
 from grazemap_core.simulation.start import (
-    ForcedChain,
+    ForcedOscillator,
     Start,
     State,
-    forced_chain,
+    forced_oscillator,
     initial_state,
     longer_record,
     start,
@@ -58,7 +60,7 @@ class Trajectory:
     sticking : Sticking
     undecided : int
         Number of events that round-off leaves undecided, from the start of the transient on: grazes, and moments at
-        which the force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
+        which the force on a resting contact is zero and may or may not release it (it is taken to stay).
     motion : Motion
         Unresolved, with the reason, if the trajectory ended early; the arrays then end there too.
     final : State or None
@@ -111,7 +113,7 @@ class Plan:
 def trajectory(
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     displacement: Floats | None = None,
     velocity: Floats | None = None,
     phase: float = 0.0,
@@ -126,10 +128,12 @@ def trajectory(
 
     Parameters
     ----------
-    omega, clearance : float
-        Forcing frequency and distance of the stops, > 0.
-    displacement, velocity : (N,), default 0
-        State at t = 0.
+    omega : float
+        Forcing frequency, > 0.
+    clearance : float, or (float or None, float or None)
+        Distance of both stops from q = 0, > 0; or of the right and the left one, None for an absent stop.
+    displacement, velocity : (N,)
+        State at t = 0, by default at rest in the static equilibrium.
     phase : float
         Forcing phase at t = 0, radians.
     periods, transient_periods : int
@@ -146,19 +150,19 @@ def trajectory(
     Raises
     ------
     ParameterError
-        A number is out of range, or mass 1 starts outside the stops.
+        A number is out of range, or the contact starts outside the stops.
     RecordSizeError
         The events take more than `most_bytes`.
     """
-    chain = forced_chain(oscillator, omega, clearance)
-    plan = _plan(chain, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
-    return _follow(chain, initial_state(chain, displacement, velocity, phase), plan, plan.most_events)
+    forced = forced_oscillator(oscillator, omega, clearance)
+    plan = _plan(forced, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
+    return _follow(forced, initial_state(forced, displacement, velocity, phase), plan, plan.most_events)
 
 
 def trajectories(
     oscillator: Oscillator,
     omega: float,
-    clearance: float,
+    clearance: Clearance,
     states: Sequence[State],
     periods: int = 1,
     transient_periods: int = 0,
@@ -183,26 +187,26 @@ def trajectories(
     RecordSizeError
         As `trajectory`, while the iterator is read.
     """
-    chain = forced_chain(oscillator, omega, clearance)
-    plan = _plan(chain, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
+    forced = forced_oscillator(oscillator, omega, clearance)
+    plan = _plan(forced, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
     checked = [
-        initial_state(chain, state.displacement, state.velocity, state.phase, f"states[{k}].")
+        initial_state(forced, state.displacement, state.velocity, state.phase, f"states[{k}].")
         for k, state in enumerate(states)
     ]
-    return _followed(chain, checked, plan)
+    return _followed(forced, checked, plan)
 
 
-def _followed(chain: ForcedChain, states: Sequence[State], plan: Plan) -> Iterator[Trajectory]:
+def _followed(forced: ForcedOscillator, states: Sequence[State], plan: Plan) -> Iterator[Trajectory]:
     """Yield the recorded trajectories from states, which together have at most the events of the plan."""
     events = plan.most_events
     for state in states:
-        found = _follow(chain, state, plan, events)
+        found = _follow(forced, state, plan, events)
         events -= len(found.record.rows) - 1
         yield found
 
 
 def _plan(
-    chain: ForcedChain,
+    forced: ForcedOscillator,
     periods: int,
     transient_periods: int,
     samples_per_period: int,
@@ -218,31 +222,31 @@ def _plan(
     ):
         checked_order(name, value, minimum)
     if times is not None:
-        times = checked_times(times, periods * (2.0 * math.pi / chain.omega))
-    row_bytes = 8 * (EVENT_COLUMNS + 2 * chain.oscillator.size)
+        times = checked_times(times, periods * (2.0 * math.pi / forced.omega))
+    row_bytes = 8 * (EVENT_COLUMNS + 2 * forced.oscillator.size)
     events = min(most_bytes // EVENT_BYTES, ROWS_OF_RESULT * most_bytes // row_bytes)
     return Plan(periods, transient_periods, samples_per_period, times, max_period, most_bytes, events)
 
 
-def _follow(chain: ForcedChain, state: State, plan: Plan, events: int) -> Trajectory:
+def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> Trajectory:
     """Return the recorded trajectory from a state, which has at most a number of events. Raises RecordSizeError."""
-    run = start(chain, state)
-    ring = period_detection.stroboscopic_history(chain.oscillator.size, plan.max_period)
+    run = start(forced, state)
+    ring = period_detection.stroboscopic_history(forced.oscillator.size, plan.max_period)
     period_detection.record_half_period(ring, 0, run.u, run.work)
     first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
     done = 0
     if run.status == OK:
-        done = _run_transient(run, chain.clearance, first_half, ring)
+        done = _run_transient(run, forced.stops, first_half, ring)
     rows = first_row(run, first_half)
     recorded = run.status == OK
     if recorded:
-        done = _run_record(run, chain.clearance, first_half, last_half, ring, events)
+        done = _run_record(run, forced.stops, first_half, last_half, ring, events)
         if run.status == RECORD_FULL or run.work.cursor[ROWS] > events:
             raise RecordSizeError(plan.most_events, plan.most_bytes)
         rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
         run.work = run.work._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
 
-    period = 2.0 * math.pi / chain.omega
+    period = 2.0 * math.pi / forced.omega
     end = plan.periods * period
     if not recorded:
         end = -math.inf
@@ -251,8 +255,8 @@ def _follow(chain: ForcedChain, state: State, plan: Plan, events: int) -> Trajec
         last = rows[-1]
         half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
         end = float((half - first_half) * (0.5 * period) + since)
-    shape = chain.models.free.shape
-    record = Record(run.problem, run.held, shape, run.steady, chain.clearance, rows, first_half, end)
+    shape = forced.models.free.shape
+    record = Record(run.problem, run.held, shape, run.steady, forced.equilibrium, forced.stops, rows, first_half, end)
     if plan.times is not None:
         time = plan.times if run.status == OK else plan.times[plan.times <= end]
         x, v = record.at(time)
@@ -270,18 +274,18 @@ def _follow(chain: ForcedChain, state: State, plan: Plan, events: int) -> Trajec
         impacts=record.impacts(),
         sticking=record.sticking(),
         undecided=int(run.work.tally[UNDECIDED]),
-        motion=_motion(chain, run, ring, done, plan.max_period),
-        final=_final(chain, state, run, rows) if recorded else None,
+        motion=_motion(forced, run, ring, done, plan.max_period),
+        final=_final(forced, state, run, rows) if recorded else None,
         record=record,
     )
 
 
-def _run_transient(run: Start, clearance: float, halves: int, ring: StroboscopicHistory) -> int:
+def _run_transient(run: Start, stops: Stops, halves: int, ring: StroboscopicHistory) -> int:
     """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
     done, most = 0, TRANSIENT_EVENTS
     while done < halves and run.status == OK:
         until = min(done + RECORD_BLOCK, halves)
-        done = _run_record(run, clearance, done, until, ring, most)
+        done = _run_record(run, stops, done, until, ring, most)
         while run.status == RECORD_FULL:
             events, last = run.work.events, int(run.work.cursor[ROWS]) - 1
             if last > 0:  # a graze may continue the last event
@@ -289,43 +293,43 @@ def _run_transient(run: Start, clearance: float, halves: int, ring: Stroboscopic
                 run.work.cursor[ROWS] = 1
             else:  # half a period has more
                 most *= 4
-            done = _run_record(run, clearance, done, until, ring, most)
+            done = _run_record(run, stops, done, until, ring, most)
         run.work.cursor[ROWS] = 0
     return done
 
 
-def _run_record(run: Start, clearance: float, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
+def _run_record(run: Start, stops: Stops, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
     """Run to `halves` half periods, enlarging the record up to `most` events, and return the number completed."""
     while True:
-        run.status, done = run_recorded(run.problem, run.held, run.u, clearance, done, halves, ring, run.work)
+        run.status, done = run_recorded(run.problem, run.held, stops, run.u, done, halves, ring, run.work)
         if run.status != RECORD_FULL or len(run.work.events) >= most:
             return done
         run.work = longer_record(run.work, most)
 
 
-def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State | None:
+def _final(forced: ForcedOscillator, state: State, run: Start, rows: Floats) -> State | None:
     """Return the state at the end of the record of a run."""
     phase = wrapped(state.phase)
     if run.status == NOT_FINITE:
         return None
     if run.status != OK:  # it ended at its last event
         half, time = int(rows[-1, HALF]), float(rows[-1, TIME])
-        phase = wrapped(phase + half % 2 * math.pi + chain.omega * time)
+        phase = wrapped(phase + half % 2 * math.pi + forced.omega * time)
         forced_part(run.problem, run.u, half, time, 1.0)
-    return state_at(chain, run, phase)
+    return state_at(forced, run, phase)
 
 
-def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
+def _motion(forced: ForcedOscillator, run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
     """Return the motion at the end of a trajectory."""
     if run.status != OK:
         return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
-    problem, clearance = run.problem, chain.clearance
-    if hidden_by_rounding(problem.steady_bound, np.array([clearance]))[0]:
+    problem, stops = run.problem, forced.stops
+    if hidden_by_rounding(problem.steady_bound, np.array([stops.unit]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
-    reach = reach_from(problem, run.u, halves, clearance)
-    if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
-        return motion_from_codes(codes.RESOLVED, 1, -1, -1, True, False)
+    reach = reach_from(problem, run.u, halves, nearest_gap(stops))
+    if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
+        return motion_from_codes(codes.RESOLVED, 1, -1, -1, stops.symmetric, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
-        problem, ring, 0, halves, max_period, clearance, halves, reach
+        problem, stops, ring, 0, halves, max_period, halves, reach
     )
     return motion_from_codes(reason, period, right, left, symmetric, sticking)

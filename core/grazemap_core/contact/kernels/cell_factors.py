@@ -2,7 +2,7 @@
 
 A factor that is rounded once and used a million times causes the same error a million times. Therefore the flow over
 1, 2, .. n cells is tabulated together with the rounding errors of its entries, and so is the effect of a unit impulse,
-which changes the velocity of mass 1 by exactly one unit.
+which changes the velocity of the contact by exactly one unit.
 """
 
 from __future__ import annotations

@@ -38,47 +38,55 @@ class CellProblem(NamedTuple):
     decay, discriminant, frequency_squared, frequency : (N,)
         The blocks, as in the modal model; frequency is the root of frequency_squared.
     output_row : (N, 4)
-        x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (without the steady motion).
+        q = sum r0 u + r1 u', q' = sum r2 u + r3 u' (without the steady motion).
     unit_impulse, unit_impulse_low : (N, 2)
-        Change of (u, u') by a unit velocity given to mass 1, and its rounding error: with both, mass 1 gets exactly
-        this velocity and no displacement.
+        Change of (u, u') by an impulse on the contact that changes q' by 1, and its rounding error: with both, q'
+        changes by exactly 1 and q does not.
+    unit_displacement : (N, 2)
+        Change of (u, u') by a displacement in the direction of the jump that changes q by 1.
     reach, fourth : (N,)
-        Bounds for all later times: |contribution to x1| <= reach * e and |its 4th derivative| <= fourth * e,
+        Bounds for all later times: |contribution to q| <= reach * e and |its 4th derivative| <= fourth * e,
         where e = frequency |u| + |u'|.
     displacement_scale : (N, 2)
-        Largest displacement of any mass for a unit of u, and for a unit of u'.
+        Largest displacement for a unit of u, and for a unit of u', in the unit of the contact coordinate; 0 for an
+        undamped block that contact does not see.
     cell_flow : (N, 4)
         Flow over one cell, row by row.
     flow_table : (n, N, 8)
         Flow over 0, 1, .. n - 1 cells, row by row, followed by the rounding errors of the entries.
     steady_table : (cells + 1, 2)
-        G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part. With
-        resonant modes the reference motion, as (velocity/omega, displacement); at the end of a half period that of
-        this half period, not of the next.
+        Reference motion of q at the cell boundaries, as (velocity/omega, displacement); with resonant modes at the end
+        of a half period that of this half period, not of the next. With one harmonic of the order 1, and no resonant
+        mode, it is G exp(i phase) as (real, imaginary).
+    half_start : (2, 2)
+        The same at the starts of the first and the second half period.
     steady_bound, steady_fourth : float
-        Bounds of the reference motion of mass 1 and of its fourth derivative: |G| and omega^4 |G|.
+        Bounds of the reference motion of q and of its fourth derivative: |G| and omega^4 |G| with one harmonic.
     reference_series : (cells, TAYLOR_DEGREE + 1) or (0, TAYLOR_DEGREE + 1)
-        Series of the reference motion of mass 1 over each cell, scaled to t in [0, 1]; empty without resonant modes.
+        Series of the reference motion of q over each cell, scaled to t in [0, 1]; empty with one harmonic of the order
+        1 and no resonant mode.
     reference_rest : float
         Bound of the remainder of these series.
-    resonant_forcing : complex (N, 2) or (0, 2)
-        Forcing of the equations of u and u' of the resonant modes, the phase at t = 0 included; 0 for other modes.
-    half_jump : (N, 2) or (0, 2)
-        Their response at the end of the first half period.
-    resonant_steady : (N, 2) or (0, 2)
-        Their steady motion at t = 0.
-    lasting_steady : complex
-        G exp(i phase) at t = 0, with all modes; infinite if a mode is resonant and undamped.
+    orders : (H,)
+        Of the harmonics of the forces.
+    resonant_forcing : complex (H, N, 2) or (H, 0, 2)
+        Forcing, by each harmonic, of the equations of u and u' of the modes that are resonant with it, the phase at
+        t = 0 included; 0 for other modes.
+    half_jump : (2, N, 2) or (2, 0, 2)
+        Their response at the end of the first and of the second half period.
+    resonant_steady : (2, N, 2) or (2, 0, 2)
+        Their steady motion at the starts of these.
+    lasting_steady : (H, 2)
+        Real and imaginary part of the steady amplitudes of q at t = 0, with all modes, harmonic by harmonic; infinite
+        if a mode is resonant and undamped.
     lasting_bound : float
-        Its modulus.
-    omega, step, restitution : float
-        Forcing frequency, length of a cell, and R.
+        Bound of the steady motion of q with all modes.
+    omega, step : float
+        Forcing frequency and length of a cell.
     cells : int
         Per forcing period, even.
-    chatter_impacts : float
-        Maximum number of impacts of complete chatter in half a period.
     damped : bool
-        Whether every block is damped: a motion without contacts then settles to the steady motion.
+        Whether every block that contact sees is damped: a motion without contacts then settles to the steady motion.
     """
 
     decay: Floats
@@ -88,26 +96,27 @@ class CellProblem(NamedTuple):
     output_row: Floats
     unit_impulse: Floats
     unit_impulse_low: Floats
+    unit_displacement: Floats
     reach: Floats
     fourth: Floats
     displacement_scale: Floats
     cell_flow: Floats
     flow_table: Floats
     steady_table: Floats
+    half_start: Floats
     steady_bound: float
     steady_fourth: float
     reference_series: Floats
     reference_rest: float
+    orders: Floats
     resonant_forcing: Complexes
     half_jump: Floats
     resonant_steady: Floats
-    lasting_steady: complex
+    lasting_steady: Floats
     lasting_bound: float
     omega: float
     step: float
-    restitution: float
     cells: int
-    chatter_impacts: float
     damped: bool
 
 
@@ -123,7 +132,7 @@ def flow_state(problem: CellProblem | HeldProblem, u: Floats, time: float) -> No
 
 @kernel
 def advance_cell(problem: CellProblem, u: Floats, end: int) -> tuple[float, float]:
-    """Carry a state over one whole cell, in place, and return x1, v1 at cell boundary `end`."""
+    """Carry a state over one whole cell, in place, and return q and q' at cell boundary `end`."""
     x = problem.steady_table[end, 1]
     v = problem.omega * problem.steady_table[end, 0]
     for j in range(u.shape[0]):
@@ -159,8 +168,8 @@ def carry(problem: CellProblem, start: Floats, cells: int, u: Floats) -> None:
 
 
 @kernel
-def first_mass(problem: CellProblem, u: Floats, steady_real: float, steady_imag: float) -> tuple[float, float]:
-    """Return x1, v1 of a state; `steady_real` and `steady_imag` are the complex steady motion of mass 1."""
+def contact_motion(problem: CellProblem, u: Floats, steady_real: float, steady_imag: float) -> tuple[float, float]:
+    """Return q and q' of a state; `steady_real` and `steady_imag` are velocity/omega and q of the reference motion."""
     x = steady_imag
     v = problem.omega * steady_real
     for j in range(u.shape[0]):
@@ -171,14 +180,13 @@ def first_mass(problem: CellProblem, u: Floats, steady_real: float, steady_imag:
 
 @kernel
 def reference_at_half(problem: CellProblem, half: int) -> tuple[float, float]:
-    """Return the reference motion of mass 1 at the start of a half period, as (velocity/omega, displacement)."""
-    sign = 1.0 if half % 2 == 0 else -1.0
-    return sign * problem.steady_table[0, 0], sign * problem.steady_table[0, 1]
+    """Return the reference motion of q at the start of a half period, as (velocity/omega, displacement)."""
+    return problem.half_start[half % 2, 0], problem.half_start[half % 2, 1]
 
 
 @kernel
 def reference_at(problem: CellProblem, cell: int, offset: float) -> tuple[float, float, float]:
-    """Return velocity/omega, displacement and acceleration of the reference motion of mass 1.
+    """Return velocity/omega, displacement and acceleration of the reference motion of q.
 
     The time is `offset` after the start of a cell, and in the same half period.
     """
@@ -210,31 +218,38 @@ def forced_part(problem: CellProblem, u: Floats, half: int, time: float, sign: f
     time : float
         Since its start; it may be later than its end.
     """
-    if half % 2 == 1:
-        sign = -sign
-    for j in range(problem.resonant_forcing.shape[0]):
-        first, second = problem.resonant_forcing[j, 0], problem.resonant_forcing[j, 1]
-        if first == 0.0 and second == 0.0:
-            continue
-        displacement, velocity = forced_block(
-            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], first, second, problem.omega, time
-        )
-        u[j, 0] += sign * displacement.imag
-        u[j, 1] += sign * velocity.imag
+    for h in range(problem.orders.shape[0]):
+        order = problem.orders[h]
+        turned = -sign if half % 2 == 1 and order % 2.0 == 1.0 else sign
+        for j in range(problem.resonant_forcing.shape[1]):
+            first, second = problem.resonant_forcing[h, j, 0], problem.resonant_forcing[h, j, 1]
+            if first == 0.0 and second == 0.0:
+                continue
+            displacement, velocity = forced_block(
+                problem.decay[j],
+                problem.discriminant[j],
+                problem.frequency_squared[j],
+                first,
+                second,
+                order * problem.omega,
+                time,
+            )
+            u[j, 0] += turned * displacement.imag
+            u[j, 1] += turned * velocity.imag
 
 
 @kernel
 def begin_half_period(problem: CellProblem, u: Floats, half: int) -> None:
     """Convert a state at the end of the half period before `half` to the reference motion of `half`, in place."""
-    sign = 1.0 if half % 2 == 1 else -1.0
-    for j in range(problem.half_jump.shape[0]):
-        u[j, 0] += sign * problem.half_jump[j, 0]
-        u[j, 1] += sign * problem.half_jump[j, 1]
+    ended = (half + 1) % 2
+    for j in range(problem.half_jump.shape[1]):
+        u[j, 0] += problem.half_jump[ended, j, 0]
+        u[j, 1] += problem.half_jump[ended, j, 1]
 
 
 @kernel
-def first_acceleration(problem: CellProblem, u: Floats, reference: float) -> float:
-    """Return the acceleration of mass 1 in a state; `reference` is that of the reference motion."""
+def contact_acceleration_of(problem: CellProblem, u: Floats, reference: float) -> float:
+    """Return the acceleration of q in a state; `reference` is that of the reference motion."""
     a = reference
     for j in range(u.shape[0]):
         second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
@@ -244,7 +259,7 @@ def first_acceleration(problem: CellProblem, u: Floats, reference: float) -> flo
 
 @kernel
 def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
-    """Return bounds of |x1| and |x1''''| for all later times until the next impact.
+    """Return bounds of |q| and |q''''| for all later times until the next impact.
 
     With resonant modes, until the end of the half period.
     """
@@ -258,28 +273,27 @@ def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
 
 
 @kernel
-def reach_from(problem: CellProblem, u: Floats, half: int, clearance: float) -> float:
-    """Return a bound of |x1| until the end of the half period without impacts, from the state at its start.
+def reach_from(problem: CellProblem, u: Floats, half: int, gap: float) -> float:
+    """Return a bound of |q| until the end of the half period without impacts, from the state at its start.
 
-    A bound below the clearance holds for all time to come: then the state minus the steady motion of all modes shows
+    A bound below the smaller gap holds for all time to come: then the state minus the steady motion of all modes shows
     that no impact follows.
     """
     reach, _ = bounds(problem, u)
-    if problem.resonant_forcing.shape[0] == 0:
+    if problem.half_jump.shape[1] == 0:
         return reach
-    sign = 1.0 if half % 2 == 0 else -1.0
-    lasting = problem.lasting_bound
-    for j in range(problem.resonant_steady.shape[0]):
-        first, second = u[j, 0] - sign * problem.resonant_steady[j, 0], u[j, 1] - sign * problem.resonant_steady[j, 1]
+    lasting, steady = problem.lasting_bound, problem.resonant_steady[half % 2]
+    for j in range(steady.shape[0]):
+        first, second = u[j, 0] - steady[j, 0], u[j, 1] - steady[j, 1]
         lasting += problem.reach[j] * (problem.frequency[j] * abs(first) + abs(second))
-    return lasting if lasting < clearance else max(reach, clearance)
+    return lasting if lasting < gap else max(reach, gap)
 
 
 @kernel
 def add_reference_series(
     problem: CellProblem, cell: int, offset: float, length: float, taylor: Floats, series: Floats
 ) -> tuple[float, float]:
-    """Add the series of the reference motion of resonant modes over the next `length` to that of `expand`, in place.
+    """Add the series of the reference motion over the next `length`, from its table, to that of `expand`, in place.
 
     The time is `offset` after the start of the cell; series (TAYLOR_DEGREE + 1,) is scratch. Returns the sum of the
     moduli of all terms, and of those of degree two and higher.
@@ -311,9 +325,9 @@ def expand(
     taylor: Floats,
     terms: Floats,
 ) -> tuple[float, float, float]:
-    """Write the series of x1 over the next `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
+    """Write the series of q over the next `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
 
-    With the problem and state of a resting mass 1 it is the series of its acceleration.
+    With the problem and state of a contact at rest it is the series of its acceleration.
 
     Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two previous ones. The
     steady motion is one more block, without decay.
@@ -371,3 +385,21 @@ def expand(
         if q > 0.0:
             rest += abs(d) * (TAYLOR_DEGREE + 2) / math.sqrt(q)
     return size + tail, tail, rest
+
+
+@kernel
+def add_harmonic(steady: tuple[float, float], frequency: float, length: float, taylor: Floats) -> tuple[float, float]:
+    """Add the series of one more harmonic over the next `length`, scaled to t in [0, 1], to that of `expand`, in place.
+
+    `steady` has the real and the imaginary part of the harmonic at the start. Returns the sum of the moduli of its
+    terms, and a bound of the remainder on [0, 1].
+    """
+    angle = frequency * length
+    before, term, size = steady[1], angle * steady[0], abs(steady[1])
+    taylor[0] += before
+    for m in range(1, TAYLOR_DEGREE + 1):
+        taylor[m] += term
+        size += abs(term)
+        before, term = term, -angle * angle * before * STEP_OF_SERIES[m - 1]
+    # the next derivatives have the modulus of this one
+    return size, math.hypot(term, angle * before / (TAYLOR_DEGREE + 1))

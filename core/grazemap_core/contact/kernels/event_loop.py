@@ -1,10 +1,12 @@
-"""The motion through one cell, impact by impact, while mass 1 does not rest on a stop.
+"""The motion through one cell, impact by impact, while the contact does not rest on a stop.
 
 Only cells that may have a contact are computed here. The workspace receives the regime at the end of the cell
 (`cursor`) and the impacts (`tally` and `events`).
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +16,14 @@ from grazemap_core.contact.kernels.cells import (
     CellProblem,
     add_reference_series,
     advance_cell,
+    contact_acceleration_of,
+    contact_motion,
     expand,
-    first_acceleration,
-    first_mass,
     flow_state,
     reference_at,
 )
 from grazemap_core.contact.kernels.first_contact import enter_passage, first_contact, gap_and_rate
+from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace, record_event
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 from grazemap_core.numerics.jit.compiled import inlined, kernel
@@ -29,9 +32,9 @@ from grazemap_core.numerics.kernels.double_double import two_sum
 
 @kernel
 def may_rest(restitution: float, step: float, contact_acceleration: float, leaving: float) -> bool:
-    """Return whether mass 1 may come to rest after an impact: a necessary condition that is cheap to compute.
+    """Return whether the contact may come to rest after an impact: a necessary condition that is cheap to compute.
 
-    `contact_acceleration` is the acceleration of mass 1 toward the stop after the impact, `leaving` its speed.
+    `contact_acceleration` is the acceleration toward the stop after the impact, `leaving` the speed.
     """
     if leaving == 0.0:
         return True
@@ -40,23 +43,25 @@ def may_rest(restitution: float, step: float, contact_acceleration: float, leavi
     return restitution < 1.0 and slow
 
 
-@inlined
-def impact_at_stop(
-    problem: CellProblem,
-    u: Floats,
-    stop: int,
-    velocity: float,
-    acceleration: float,
-    half: int,
-    time: float,
-    work: Workspace,
-) -> bool:
-    """Apply the impact law to mass 1 on a stop, and return whether it may come to rest there.
+class Contact(NamedTuple):
+    """A contact with a stop: velocity before it, acceleration of the reference motion, half period and time in it."""
 
-    The state is changed in place, the impact recorded in tally and events. `acceleration` is that of the
-    reference motion of mass 1.
+    stop: int
+    velocity: float
+    acceleration: float
+    half: int
+    time: float
+
+
+@inlined
+def impact_at_stop(problem: CellProblem, stops: Stops, u: Floats, contact: Contact, work: Workspace) -> bool:
+    """Apply the impact law on a stop, and return whether the contact may come to rest there.
+
+    The state is changed in place, the impact recorded in tally and events.
     """
-    jump = -(1.0 + problem.restitution) * velocity
+    stop, velocity, acceleration, half, time = contact
+    restitution = restitution_of(stops, stop)
+    jump = -(1.0 + restitution) * velocity
     for j in range(u.shape[0]):
         for k in range(2):
             total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
@@ -67,17 +72,17 @@ def impact_at_stop(
     record_event(work, half, time, stop, velocity, workspace.IMPACT if velocity != 0.0 else workspace.GRAZE, u)
     work.cursor[workspace.ANCHOR] = stop
     work.near[0] = 0.0
-    work.near[1] = problem.restitution * abs(velocity)
+    work.near[1] = restitution * abs(velocity)
     work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
-    contact_acceleration = stop * first_acceleration(problem, u, acceleration)
+    contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
     if contact_acceleration <= 0.0:
         work.tally[workspace.MIN_UNPRESSED_SPEED] = min(work.tally[workspace.MIN_UNPRESSED_SPEED], abs(velocity))
-    return may_rest(problem.restitution, problem.step, contact_acceleration, work.near[1])
+    return may_rest(restitution, problem.step, contact_acceleration, work.near[1])
 
 
 @kernel
 def run_cell(
-    problem: CellProblem, u: Floats, clearance: float, cell: int, offset: float, half: int, work: Workspace
+    problem: CellProblem, stops: Stops, u: Floats, cell: int, offset: float, half: int, work: Workspace
 ) -> int:
     """Advance a state to the end of a cell through all impacts in it.
 
@@ -118,11 +123,11 @@ def run_cell(
             size, tail, rest = size + more, tail + more_tail, rest + problem.reference_rest
         if not np.isfinite(size):
             return workspace.NOT_FINITE
-        if work.tally[workspace.FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
+        if work.tally[workspace.FOLLOWED] > HALF_PERIOD_IMPACTS + stops.chatter_impacts:
             return workspace.IMPACT_BUDGET_SPENT
         anchor = work.cursor[workspace.ANCHOR]
-        stop, t = first_contact(work, clearance, length, size, tail, rest)
-        enter_passage(work, clearance, t)
+        stop, t = first_contact(work, stops, length, size, tail, rest)
+        enter_passage(work, stops, t)
         if stop == 0:
             if offset == 0.0:
                 advance_cell(problem, u, cell + 1)
@@ -133,7 +138,7 @@ def run_cell(
                 # whether the parabola through both rates returns to the stop within the next cell
                 second_derivative = 0.5 * (rate - work.near[1]) / length
                 ahead = gap + problem.step * (rate + problem.step * second_derivative)
-                near = gap < ANCHORED_GAP * clearance or ahead < 0.0
+                near = gap < ANCHORED_GAP * stops.unit or ahead < 0.0
                 work.cursor[workspace.ANCHOR] = anchor if near else 0
                 work.cursor[workspace.ROOTS] = 0
                 work.near[0] = gap
@@ -147,10 +152,10 @@ def run_cell(
             _, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], stop, length, t)
             velocity = -stop * rate
         else:
-            _, velocity = first_mass(problem, u, real, imag)
+            _, velocity = contact_motion(problem, u, real, imag)
         if velocity * stop < 0.0:
             velocity = 0.0  # a graze to within round-off
-        if impact_at_stop(problem, u, stop, velocity, acceleration, half, before + offset, work):
+        if impact_at_stop(problem, stops, u, Contact(stop, velocity, acceleration, half, before + offset), work):
             work.near[2] = offset
             return workspace.AT_STOP
         if resonant:

@@ -1,17 +1,20 @@
 """Contacts within one cell: a sufficient test for their absence, and the search for the first contact.
 
-The test: on a cell of length h the error of the cubic Hermite interpolant of x1 is at most h^4/384 max|x1''''|, and the
+The test: on a cell of length h the error of the cubic Hermite interpolant of q is at most h^4/384 max|q''''|, and the
 interpolant lies in the convex hull of its Bernstein coefficients. A cell whose four coefficients stay inside the stops
-by that bound has no contact. Otherwise x1 is expanded in a Taylor series, and the first contact with either stop is
-found by rigorous root isolation (`bernstein`). Near the stop that mass 1 has just left, the *anchor*, the series of the
-gap starts from exact values: on the stop its zeros at the start (one after an impact, two from rest, three after a
-release) are divided out. Arbitrarily small bounces are therefore resolved to full relative precision.
+by that bound has no contact. Otherwise q is expanded in a Taylor series, and the first contact with either stop is
+found by rigorous root isolation (`bernstein`). Near the stop that the contact has just left, the *anchor*, the series
+of the gap starts from exact values: on the stop its zeros at the start (one after an impact, two from rest, three after
+a release) are divided out. Arbitrarily small bounces are therefore resolved to full relative precision.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, PASSAGE_STEPS, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
@@ -20,16 +23,21 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 
 @kernel
-def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, limit: float) -> bool:
+def is_clear(
+    x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, rounding: float, stops: Stops
+) -> bool:
     """Return True if a cell certainly has no contact; False decides nothing.
 
-    Positions and velocities are those at the ends of the cell; `fourth` is a bound of |x1''''|.
-    `limit` is the clearance minus the round-off of the positions.
+    Positions and velocities are those at the ends of the cell; `fourth` is a bound of |q''''|, `rounding` one of the
+    round-off of the positions.
     """
     third = step / 3.0
     square = step * step
-    highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x1 - third * v1), abs(x1)))
-    return highest + square * square / 384.0 * fourth < limit  # a NaN is never clear
+    early, late = x0 + third * v0, x1 - third * v1
+    error = square * square / 384.0 * fourth
+    highest = max(max(x0, early), max(late, x1))
+    lowest = min(min(x0, early), min(late, x1))
+    return highest + error < stops.right - rounding and error - lowest < stops.left - rounding  # a NaN is never clear
 
 
 @kernel
@@ -50,7 +58,7 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
 
 @kernel
 def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: float, t: float) -> tuple[float, float]:
-    """Return the gap to the anchor and its rate at t in [0, 1], from the series of x1 and its values at the start.
+    """Return the gap to the anchor and its rate at t in [0, 1], from the series of q and its values at the start.
 
     After a contact the gap at the start is exactly 0, so the rate keeps all its digits.
     """
@@ -74,13 +82,13 @@ def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: fl
 
 @kernel
 def first_contact(
-    work: Workspace, clearance: float, length: float, size: float, tail: float, rest: float
+    work: Workspace, stops: Stops, length: float, size: float, tail: float, rest: float
 ) -> tuple[int, float]:
     """Return (stop, t) of the first contact of the series work.taylor on [0, 1], or (0, 1.0).
 
-    If round-off hides whether mass 1 touches a stop, this is counted in the tally as a graze, not as a contact. If no
-    contact follows, work.near[GRAZE_STOP] is the stop of the graze, and work.near[GRAZE_BACK] the time from it to the
-    end of the series.
+    If round-off hides whether the contact touches a stop, this is counted in the tally as a graze, not as a contact. If
+    no contact follows, work.near[GRAZE_STOP] is the stop of the graze, and work.near[GRAZE_BACK] the time from it to
+    the end of the series.
 
     The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
     `cells.expand` returned them, `length` is the time that the series spans.
@@ -95,7 +103,7 @@ def first_contact(
     anchor = work.cursor[workspace.ANCHOR]
     for stop in (1, -1):
         if stop == anchor:
-            # the round-off of x1 at the start has no effect
+            # the round-off of q at the start has no effect
             scale = tail + abs(work.near[0]) + abs(work.near[1]) * length
             degree = TAYLOR_DEGREE - 1
             if work.cursor[workspace.ROOTS] == 1:
@@ -105,13 +113,16 @@ def first_contact(
             else:
                 degree = _other_start(work, stop, length)
         else:
-            scale = size + clearance
-            if stop * work.taylor[0] + travel + CONTACT_ROUNDING * scale + rest < clearance:
+            gap = gap_of(stops, stop)
+            if gap == np.inf:
+                continue  # there is none
+            scale = size + abs(gap)
+            if stop * work.taylor[0] + travel + CONTACT_ROUNDING * scale + rest < gap:
                 continue  # out of reach
             degree = TAYLOR_DEGREE
             for k in range(TAYLOR_DEGREE + 1):
                 work.distance[k] = -stop * work.taylor[k]
-            work.distance[0] += clearance
+            work.distance[0] += gap
         error = CONTACT_ROUNDING * scale + rest
         # a short series, with the omitted terms added to the error, nearly always decides at a third of the cost
         left_out = error
@@ -138,13 +149,13 @@ def first_contact(
 
 
 @kernel
-def enter_passage(work: Workspace, clearance: float, end: float) -> None:
-    """Enter the smallest distance from the stop at which mass 1 turns back before t = `end` into the tally.
+def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
+    """Enter the smallest distance from a stop at which the contact turns back before t = `end` into the tally.
 
     Nothing is done where LEAST_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
     changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
-    falsi determine the distance. Where mass 1 turns toward the stop, as between two bounces, does not count, nor
-    does the start if it is at rest on a stop.
+    falsi determine the distance. Where it turns toward the stop, as between two bounces, does not count, nor does the
+    start if it is at rest on a stop.
     """
     least = work.tally[workspace.LEAST_GAP]
     if not least > 0.0:
@@ -164,8 +175,7 @@ def enter_passage(work: Workspace, clearance: float, end: float) -> None:
                     a, slope_a = t, slope
                 else:
                     b, slope_b = t, slope
-                if slope_low * x > 0.0:
-                    least = min(least, clearance - abs(x))
+                least = min(least, stops.right - x if slope_low > 0.0 else stops.left + x)
                 if slope == 0.0:
                     break
         low, slope_low = high, slope_high

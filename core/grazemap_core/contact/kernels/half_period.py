@@ -14,7 +14,7 @@ from grazemap_core.contact.kernels.cells import (
     begin_half_period,
     bounds,
     carry,
-    first_mass,
+    contact_motion,
     flow_state,
     reference_at_half,
 )
@@ -22,8 +22,9 @@ from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.first_contact import is_clear
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops, nearest_gap
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally, record_event
-from grazemap_core.contact.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, MAX_CHATTER_IMPACTS
+from grazemap_core.contact.tolerances import CLEARED, CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 
 
@@ -54,38 +55,40 @@ def record_graze(problem: CellProblem, u: Floats, end: float, half: int, work: W
 
 
 @kernel
-def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, half: int, work: Workspace) -> int:
+def run_half(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, half: int, work: Workspace) -> int:
     """Advance a state over half a forcing period, in place, and return a status as `run_cell` does.
 
-    If mass 1 rests on a stop at the end of the half period, u is the free state at that moment; the next half period
-    continues from held.state instead.
+    If the contact rests on a stop at the end of the half period, u is the free state at that moment; the next half
+    period continues from held.state instead.
     """
     cells = problem.cells // 2
     first = (half % 2) * cells
     longest = problem.flow_table.shape[0] - 1
     since = first  # at the start of this cell the state was work.saved
     copy_matrix(work.saved, u)
-    x, v = first_mass(problem, u, *reference_at_half(problem, half))
+    x, v = contact_motion(problem, u, *reference_at_half(problem, half))
     reach, fourth = bounds(problem, u)
-    limit = clearance - CONTACT_ROUNDING * (reach + clearance)
+    rounding = CONTACT_ROUNDING * (reach + stops.unit)
     clear_tally(work.tally)
     for cell in range(first, first + cells):
         clear = False
         if work.cursor[workspace.ANCHOR] == 0:
             x_end, v_end = advance_cell(problem, u, cell + 1)
-            clear = is_clear(x, v, x_end, v_end, problem.step, fourth, limit)
+            clear = is_clear(x, v, x_end, v_end, problem.step, fourth, rounding, stops)
         if not clear:
             carry(problem, work.saved, cell - since, u)
             rows = work.cursor[workspace.ROWS]
             work.near[workspace.GRAZE_STOP] = 0.0
-            status = run_cell(problem, u, clearance, cell, 0.0, half, work)
+            status = run_cell(problem, stops, u, cell, 0.0, half, work)
             if status == workspace.AT_STOP:
-                status = rest_in_cell(problem, held, u, clearance, cell, half, work)
+                status = rest_in_cell(problem, held, stops, u, cell, half, work)
             if status != workspace.OK:
                 return status
-            x_end, v_end = first_mass(problem, u, problem.steady_table[cell + 1, 0], problem.steady_table[cell + 1, 1])
+            x_end, v_end = contact_motion(
+                problem, u, problem.steady_table[cell + 1, 0], problem.steady_table[cell + 1, 1]
+            )
             reach, fourth = bounds(problem, u)
-            limit = clearance - CONTACT_ROUNDING * (reach + clearance)
+            rounding = CONTACT_ROUNDING * (reach + stops.unit)
             if work.near[workspace.GRAZE_STOP] != 0.0:
                 record_graze(problem, u, problem.step * (cell + 1 - first), half, work)
             if work.cursor[workspace.ROWS] != rows:
@@ -98,7 +101,7 @@ def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: floa
     carry(problem, work.saved, first + cells - since, u)
     begin_half_period(problem, u, half + 1)
     if work.cursor[workspace.HELD] != 0:
-        write_free_state(problem, held, u, clearance, first + cells, 0.0, work)
+        write_free_state(problem, held, stops, u, first + cells, 0.0, work)
     return workspace.OK
 
 
@@ -113,14 +116,12 @@ def reason_of_end(status: int) -> int:
 
 
 @kernel
-def counted(chatter_impacts: float, impacts: float) -> float:
+def counted(stops: Stops, impacts: float) -> float:
     """Return how many impacts of half a period count toward SETTLING_IMPACTS: all but those of complete chatter."""
-    if chatter_impacts >= COMPLETE_CHATTERS * MAX_CHATTER_IMPACTS:
-        return impacts
-    return max(0.0, impacts - chatter_impacts)
+    return max(0.0, impacts - stops.settling_chatter)
 
 
 @kernel
-def is_free_for_ever(problem: CellProblem, reach: float, anchor: int, clearance: float) -> bool:
+def is_free_for_ever(problem: CellProblem, stops: Stops, reach: float, anchor: int) -> bool:
     """Return whether the envelope of the motion excludes all later contacts, so that it decays to the steady motion."""
-    return problem.damped and anchor == 0 and reach < CLEARED * clearance
+    return problem.damped and anchor == 0 and reach < CLEARED * nearest_gap(stops)

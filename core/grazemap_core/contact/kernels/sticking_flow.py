@@ -1,7 +1,8 @@
-"""The chain while mass 1 rests on a stop: its state, and the contact acceleration of mass 1.
+"""The structure while the contact rests on a stop: its state, and the contact acceleration.
 
-Masses 2 .. N move as a chain linked to a wall, in closed form: x_i = s b profile_i + steady motion + blocks. A held
-state is the pair (u, u') of every block of that chain. The contact acceleration, which mass 1 would have toward the
+The contact coordinate is a constraint, q = stop * gap, so the structure has n = N - 1 degrees of freedom. It moves in
+closed form: y = q profile + steady motion + blocks, with y the displacements from the static equilibrium. A held state
+is the pair (u, u') of every block of the constrained structure. The contact acceleration, which q would have toward the
 stop without the stop, is a sum of the same blocks and has a Taylor series in every cell.
 """
 
@@ -15,40 +16,46 @@ from grazemap_core.numerics.jit.compiled import kernel
 
 
 class HeldProblem(NamedTuple):
-    """One oscillator at one forcing frequency, mass 1 at rest; N - 1 = n masses move.
+    """One oscillator at one forcing frequency, the contact at rest on a stop; forces with H harmonics.
 
     Attributes
     ----------
     decay, discriminant, frequency_squared : (n,)
-        The blocks of the held chain.
+        The blocks of the constrained structure.
     output_row : (n, 4)
-        Acceleration of mass 1 at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
-    steady_table : (cells + 1, 2)
-        Harmonic acceleration of mass 1 at rest, as (real, imaginary) at the cell boundaries; it is the imaginary part.
+        Acceleration of q at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
+    orders : (H,)
+        Of the harmonics.
+    steady_table : (H, cells + 1, 2)
+        Acceleration of q at rest by each harmonic, as (real, imaginary) at the cell boundaries; it is the imaginary
+        part.
     static_acceleration : float
-        Static part of the acceleration of mass 1 at rest per unit of clearance, away from the stop; >= 0.
+        Static part of the acceleration of q at rest per unit of the gap, away from the stop.
     viscous_term : float
-        C_11/m_1.
-    profile : (n,)
-        Displacement of masses 2 .. N at equilibrium, per unit displacement of mass 1.
-    phase_factors : (cells + 1, 2)
-        exp(i phase) at the cell boundaries.
-    steady, free_steady : (n, 2), (2 N, 2)
-        Amplitudes of the steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free: of the
-        latter those of the displacements, then those of the velocities divided by i omega, without resonant modes. The
-        displacement is the imaginary part of amplitude times exp(i phase).
-    to_blocks, from_blocks : (2 n, 2 n)
-        Conversions between displacements and velocities of masses 2 .. N and the blocks of the held chain.
+        h^T M^-1 C a, with a the direction of the jump: the rate at which damping alone slows q after an impulse.
+    profile : (N,)
+        Displacements at the equilibrium with q held, per unit of q.
+    phase_factors : (H, cells + 1, 2)
+        exp(i order phase) at the cell boundaries.
+    turn : (H, 2)
+        The same at one moment (`turn_to`); scratch.
+    steady, free_steady : (H, N, 2), (H, 2 N, 2)
+        Amplitudes of the steady motion with q held at 0, and with q free: of the latter those of the displacements,
+        then those of the velocities divided by i order omega, without resonant modes. The displacement is the imaginary
+        part of amplitude times exp(i order phase).
+    to_blocks, from_blocks : (2 n, 2 N), (2 N, 2 n)
+        Conversions between displacements and velocities, of which a motion of q is taken away in the direction of the
+        jump, and the blocks of the constrained structure.
     to_free, from_free : (2 N, 2 N)
-        These conversions for the whole chain.
+        Conversions between displacements and velocities and the blocks of the free structure.
     exists : bool
-        False if the held chain has no accurate closed form: an undamped resonance with the forcing, or two blocks that
-        are nearly defective together.
+        False if the constrained structure has no accurate closed form: an undamped resonance with the forcing, or two
+        blocks that are nearly defective together.
     state : (n, 2)
-        The held state while mass 1 rests; changed in place. It is not a part of the workspace, because every array of
-        the workspace is an argument of the kernels of a cell, at a measurable cost.
+        The held state while q rests; changed in place. It is not a part of the workspace, because every array of the
+        workspace is an argument of the kernels of a cell, at a measurable cost.
     since : (2,)
-        The half period and the time in it at which mass 1 came to rest; changed in place.
+        The half period and the time in it at which q came to rest; changed in place.
     physical : (2 N,)
         Scratch.
     """
@@ -57,11 +64,13 @@ class HeldProblem(NamedTuple):
     discriminant: Floats
     frequency_squared: Floats
     output_row: Floats
+    orders: Floats
     steady_table: Floats
     static_acceleration: float
     viscous_term: float
     profile: Floats
     phase_factors: Floats
+    turn: Floats
     steady: Floats
     free_steady: Floats
     to_blocks: Floats
@@ -83,99 +92,91 @@ def rotated_entry(table: Floats, cell: int, angle: float) -> tuple[float, float]
 
 
 @kernel
-def held_motion(
-    problem: HeldProblem,
-    held: Floats,
-    place: float,
-    omega: float,
-    cosine: float,
-    sine: float,
-    physical: Floats,
-) -> None:
-    """Write the displacements, then the velocities, of all masses to physical (2 N,).
+def turn_to(held: HeldProblem, cell: int, angle: float) -> None:
+    """Write exp(i order phase) of the harmonics into held.turn; `angle` is the phase since the start of the cell."""
+    for h in range(held.orders.shape[0]):
+        held.turn[h, 0], held.turn[h, 1] = rotated_entry(held.phase_factors[h], cell, held.orders[h] * angle)
+
+
+@kernel
+def held_motion(held: HeldProblem, state: Floats, place: float, omega: float) -> None:
+    """Write displacements, then velocities, from the static equilibrium to held.physical (2 N,).
 
     Parameters
     ----------
-    held : (n, 2)
+    held : HeldProblem
+        Its `turn` is that of the moment.
+    state : (n, 2)
+        The held state.
     place : float
-        Displacement of mass 1: stop * clearance.
-    omega, cosine, sine : float
-        Forcing frequency, and exp(i phase) of the forcing.
+        The contact coordinate: stop * gap.
+    omega : float
+        Forcing frequency.
     """
-    rest = held.shape[0]
-    count = rest + 1
-    physical[0] = place
-    physical[count] = 0.0
-    for i in range(rest):
-        x = place * problem.profile[i] + problem.steady[i, 1] * cosine + problem.steady[i, 0] * sine
-        v = omega * (problem.steady[i, 0] * cosine - problem.steady[i, 1] * sine)
-        for j in range(rest):
+    count = held.profile.shape[0]
+    for i in range(count):
+        x, v = place * held.profile[i], 0.0
+        for h in range(held.orders.shape[0]):
+            cosine, sine = held.turn[h, 0], held.turn[h, 1]
+            real, imag = held.steady[h, i, 0], held.steady[h, i, 1]
+            x += imag * cosine
+            x += real * sine
+            v += held.orders[h] * omega * (real * cosine - imag * sine)
+        for j in range(state.shape[0]):
             for k in range(2):
-                x += problem.from_blocks[i, 2 * j + k] * held[j, k]
-                v += problem.from_blocks[rest + i, 2 * j + k] * held[j, k]
-        physical[1 + i] = x
-        physical[count + 1 + i] = v
+                x += held.from_blocks[i, 2 * j + k] * state[j, k]
+                v += held.from_blocks[count + i, 2 * j + k] * state[j, k]
+        held.physical[i] = x
+        held.physical[count + i] = v
 
 
 @kernel
-def held_from_free(
-    problem: HeldProblem,
-    u: Floats,
-    place: float,
-    omega: float,
-    cosine: float,
-    sine: float,
-    physical: Floats,
-    held: Floats,
-) -> None:
-    """Write the held state of masses 2 .. N in the free state u (N, 2) into held (n, 2).
+def held_from_free(held: HeldProblem, u: Floats, place: float, omega: float) -> None:
+    """Write the held state in the free state u (N, 2) into held.state. Other parameters as `held_motion`.
 
-    Other parameters as `held_motion`; physical is scratch.
+    What the free state has of q - place and of q' is taken away in the direction of the jump.
     """
-    count = u.shape[0]
-    rest = count - 1
-    for i in range(rest):
-        x = problem.free_steady[1 + i, 1] * cosine + problem.free_steady[1 + i, 0] * sine
-        x -= problem.steady[i, 1] * cosine + problem.steady[i, 0] * sine
-        x -= place * problem.profile[i]
-        v = omega * (problem.free_steady[count + 1 + i, 0] * cosine - problem.free_steady[count + 1 + i, 1] * sine)
-        v -= omega * (problem.steady[i, 0] * cosine - problem.steady[i, 1] * sine)
+    count, blocks = u.shape[0], held.state.shape[0]
+    for i in range(count):
+        x, v = 0.0, 0.0
+        for h in range(held.orders.shape[0]):
+            cosine, sine = held.turn[h, 0], held.turn[h, 1]
+            frequency = held.orders[h] * omega
+            x += held.free_steady[h, i, 1] * cosine + held.free_steady[h, i, 0] * sine
+            x -= held.steady[h, i, 1] * cosine + held.steady[h, i, 0] * sine
+            v += frequency * (held.free_steady[h, count + i, 0] * cosine - held.free_steady[h, count + i, 1] * sine)
+            v -= frequency * (held.steady[h, i, 0] * cosine - held.steady[h, i, 1] * sine)
+        x -= place * held.profile[i]
         for j in range(count):
             for k in range(2):
-                x += problem.from_free[1 + i, 2 * j + k] * u[j, k]
-                v += problem.from_free[count + 1 + i, 2 * j + k] * u[j, k]
-        physical[i] = x
-        physical[rest + i] = v
-    for j in range(rest):
+                x += held.from_free[i, 2 * j + k] * u[j, k]
+                v += held.from_free[count + i, 2 * j + k] * u[j, k]
+        held.physical[i] = x
+        held.physical[count + i] = v
+    for j in range(blocks):
         for k in range(2):
             value = 0.0
-            for i in range(2 * rest):
-                value += problem.to_blocks[2 * j + k, i] * physical[i]
-            held[j, k] = value
+            for i in range(2 * count):
+                value += held.to_blocks[2 * j + k, i] * held.physical[i]
+            held.state[j, k] = value
 
 
 @kernel
-def free_from_held(
-    problem: HeldProblem,
-    held: Floats,
-    place: float,
-    omega: float,
-    cosine: float,
-    sine: float,
-    physical: Floats,
-    u: Floats,
-) -> None:
-    """Write the free state that corresponds to a held state into u (N, 2). Other parameters as `held_motion`."""
+def free_from_held(held: HeldProblem, place: float, omega: float, u: Floats) -> None:
+    """Write the free state that corresponds to held.state into u (N, 2). Other parameters as `held_motion`."""
     count = u.shape[0]
-    held_motion(problem, held, place, omega, cosine, sine, physical)
+    held_motion(held, held.state, place, omega)
     for i in range(count):
-        physical[i] -= problem.free_steady[i, 1] * cosine + problem.free_steady[i, 0] * sine
-        physical[count + i] -= omega * (
-            problem.free_steady[count + i, 0] * cosine - problem.free_steady[count + i, 1] * sine
-        )
+        for h in range(held.orders.shape[0]):
+            cosine, sine = held.turn[h, 0], held.turn[h, 1]
+            steady = held.free_steady[h]
+            held.physical[i] -= steady[i, 1] * cosine + steady[i, 0] * sine
+            held.physical[count + i] -= (
+                held.orders[h] * omega * (steady[count + i, 0] * cosine - steady[count + i, 1] * sine)
+            )
     for j in range(count):
         for k in range(2):
             value = 0.0
             for i in range(2 * count):
-                value += problem.to_free[2 * j + k, i] * physical[i]
+                value += held.to_free[2 * j + k, i] * held.physical[i]
             u[j, k] = value

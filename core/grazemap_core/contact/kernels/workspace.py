@@ -1,9 +1,9 @@
 """The workspace of a trajectory: its regime, counts and record of events, and scratch.
 
-`cursor` is the regime. Between the stops the state of a trajectory is a free state. Near a stop that mass 1 has just
-left (the *anchor*) the workspace also holds the gap to that stop and its rate, each to its own relative precision, so
-that arbitrarily small bounces are resolved across the ends of cells too. While mass 1 rests on a stop the state is the
-held state of masses 2 .. N.
+`cursor` is the regime. Between the stops the state of a trajectory is a free state. Near a stop that the contact has
+just left (the *anchor*) the workspace also holds the gap to that stop and its rate, each to its own relative precision,
+so that arbitrarily small bounces are resolved across the ends of cells too. While the contact rests on a stop the state
+is the held state.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 OK = 0
 """The trajectory continues."""
 NO_HELD_FLOW = 1
-"""Mass 1 comes to rest on a stop, and the motion of the other masses has no accurate closed form."""
+"""The contact comes to rest on a stop, and the motion of the other masses has no accurate closed form."""
 IMPACT_BUDGET_SPENT = 2
 """More impacts in half a forcing period than complete chatter explains: time hardly advances."""
 NOT_FINITE = 3
@@ -29,18 +29,18 @@ NOT_FINITE = 3
 RECORD_FULL = 100
 """The record of events is full; the state is back at the start of the half period."""
 AT_STOP = 4
-"""Mass 1 is on a stop and may come to rest, or rests; `sticking.rest_in_cell` continues."""
+"""The contact is on a stop and may come to rest, or rests; `sticking.rest_in_cell` continues."""
 
 # entries of `cursor`
 ANCHOR = 0
-"""The stop that mass 1 rests on or has just left (+1 A, -1 C), or 0."""
+"""The stop that the contact rests on or has just left (+1 A, -1 C), or 0."""
 ROWS = 1
 """Number of events."""
 HELD = 2
-"""The stop that mass 1 rests on, also during the summed impacts of a complete chatter; or 0."""
+"""The stop that the contact rests on, also during the summed impacts of a complete chatter; or 0."""
 ROOTS = 3
 """Order of the zero of the gap to the anchor at this moment: 1 after an impact, 2 from rest, 3 after a release; 0 when
-mass 1 has left the stop and the gap is in `near`."""
+the contact has left the stop and the gap is in `near`."""
 
 # entries of `tally`: counts of the current half period
 RIGHT, LEFT = 0, 1
@@ -48,13 +48,13 @@ RIGHT, LEFT = 0, 1
 MIN_SPEED = 2
 """Minimum impact speed; 0 with a complete chatter."""
 UNDECIDED = 3
-"""Undecided events: grazes (`GRAZE`), and times at which the contact acceleration of a resting mass 1 touches zero.
-Such a touch may be a release, but mass 1 is taken to stay."""
+"""Undecided events: grazes (`GRAZE`), and times at which the contact acceleration of a resting contact touches zero.
+Such a touch may be a release, but the contact is taken to stay."""
 MIN_UNPRESSED_SPEED = 4
 """Minimum speed of the impacts without acceleration toward the stop: only these can become grazes. It is 0 if there is
 a graze to within round-off."""
 HELD_RIGHT, HELD_LEFT = 5, 6
-"""1 if mass 1 has rested on that stop."""
+"""1 if the contact has rested on that stop."""
 FOLLOWED = 7
 """Impacts that were computed one by one; always finite."""
 LEAST_GAP = 8
@@ -63,7 +63,8 @@ TALLY_SIZE = 9
 
 # columns of `events`
 HALF, TIME, STOP, VELOCITY, KIND, DELAY = 0, 1, 2, 3, 4, 5
-"""Index of the half period, time within it, stop, velocity before the event, kind, and time until mass 1 is at rest."""
+"""Index of the half period, time within it, stop, velocity before the event, kind, and time until the contact is at
+rest."""
 EVENT_COLUMNS = 6
 """Columns of an event before the state after it, which has 2 N numbers if it is free, or 2 (N - 1) if it is held."""
 
@@ -72,14 +73,14 @@ IMPACT = 0
 CHATTER = 1
 """The impact after which infinitely many others follow within the delay; the state is held."""
 IMPACT_AND_REST = 2
-"""An impact after which mass 1 stays on the stop (restitution 0); the state is held."""
+"""An impact after which the contact stays on the stop (restitution 0); the state is held."""
 REST = 3
-"""Mass 1 rests on the stop at the start of the record; the state is held."""
+"""The contact rests on the stop at the start of the record; the state is held."""
 RELEASE = 4
-"""Mass 1 is released from the stop; the state is free."""
+"""The contact is released from the stop; the state is free."""
 GRAZE = 5
-"""Mass 1 comes so near the stop that round-off hides whether it touches it. It is taken as a touch at zero speed, which
-changes nothing; the state is free."""
+"""The contact comes so near the stop that round-off hides whether it touches it. It is taken as a touch at zero speed,
+which changes nothing; the state is free."""
 
 # entries of `near`
 GRAZE_STOP, GRAZE_BACK = 3, 4

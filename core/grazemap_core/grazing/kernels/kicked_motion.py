@@ -61,7 +61,7 @@ class KickedMotion(NamedTuple):
     state : ndarray of shape (N, 2)
         Contribution of each block to G and G' just after an impulse.
     level : float
-        H, the displacement of mass 1 at an impulse, caused by all earlier ones.
+        H, the displacement of the contact at an impulse, caused by all earlier ones.
     factor : float
         ``(1 + R)/d``.
     omega : float
@@ -285,7 +285,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     if stop > 0:
         _distance(motion, stop, 0.0, here)
         if abs(here[1]) <= CONTACT_ROUNDOFF * motion.omega * here[7]:
-            # no rebound: mass 1 may stay on the stop, which counts as a contact
+            # no rebound: the contact may stay on the stop, which counts as a contact
             length = math.hypot(here[2], here[5])
             sine, cosine, time = here[2] / length, here[5] / length, 0.0
 

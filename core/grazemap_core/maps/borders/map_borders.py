@@ -12,6 +12,7 @@ bounded, by numbers that do not depend on the machine.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -21,9 +22,9 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
-from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.continuation.continuation_problem import Parameter
+from grazemap_core.continuation.branches import OrbitPoint, orbit_branch
 from grazemap_core.continuation.motion_curves import followable
+from grazemap_core.continuation.parameters import PARAMETERS, domain
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps import tolerances
@@ -32,8 +33,9 @@ from grazemap_core.maps.borders.motion_grid import NO_NAME, Grid, Name, Point
 from grazemap_core.maps.borders.progress import ACROSS, COEXISTING, CURVES, BorderProgress, Report
 from grazemap_core.maps.borders.region import Region
 from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
-from grazemap_core.model.harmonic_response import steady_response
-from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.maps.margins import grazing_margins
+from grazemap_core.maps.plane_grazes import graze_lines
+from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
 EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
@@ -60,8 +62,6 @@ REASONS: Final = (
 
 _UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
 _NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
-_GRAZING_SAMPLES = 4
-"""Samples of the grazing curve per step of a map."""
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
 _TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
@@ -80,17 +80,18 @@ class BorderCurve:
     type : {"SN", "PD", "SB", "NS", "GR"}
     name : Name
         Name of the motion that ends there.
-    omega, clearance : (m,)
+    horizontal, vertical : (m,)
+        Values of the two parameters of the map.
     admissible : bool (m,)
         Whether the orbits are motions.
     orbits : BifurcationCurve or None
-        None for the grazing curve, on which the steady motion touches both stops.
+        None for a grazing curve, on which the steady motion touches a stop.
     """
 
     type: str
     name: Name
-    omega: Floats
-    clearance: Floats
+    horizontal: Floats
+    vertical: Floats
     admissible: Booleans
     orbits: BifurcationCurve | None
 
@@ -102,9 +103,9 @@ class MapBorders:
     Attributes
     ----------
     row, column : int (p,)
-        The first point; the other one has the next larger clearance, or omega.
+        The first point; the other one is in the next row, or column.
     along : int (p,)
-        0: the pair differs in clearance, 1: in omega.
+        0: the pair differs in its row, 1: in its column.
     regular : bool (p,)
         Whether both motions are periodic; otherwise one is chaotic, quasi-periodic or unresolved.
     explanation, reason : int (p,)
@@ -133,20 +134,13 @@ class MapBorders:
     irregular_pairs: int
 
 
-def map_borders(
-    oscillator: Oscillator,
-    omega: Floats,
-    clearance: Floats,
-    arrays: Mapping[str, NDArray[Any]],
-    report: Report | None = None,
-) -> MapBorders:
+def map_borders(plane: Plane, arrays: Mapping[str, NDArray[Any]], report: Report | None = None) -> MapBorders:
     """Explain the borders of a map.
 
     Parameters
     ----------
-    oscillator : Oscillator
-    omega, clearance : (m,), (n,)
-        The map's grid, increasing.
+    plane : Plane
+        Of n vertical and m horizontal values.
     arrays : dict of arrays (n, m)
         From `unfolding.unfolding_map_tile`. Trajectories from rest are tried first, so the orbits of other policies may
         not all be found.
@@ -160,7 +154,7 @@ def map_borders(
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`.
     """
-    grid = Grid.of(oscillator, omega, clearance, arrays)
+    grid = Grid.of(plane, arrays)
     progress = BorderProgress(report)
     work = _Explaining(grid, Regions(grid, progress), progress)
     work.run()
@@ -172,7 +166,8 @@ class _Explaining:
 
     def __init__(self, grid: Grid, regions: Regions, progress: BorderProgress) -> None:
         self.grid, self.regions, self.progress = grid, regions, progress
-        self.steady = np.abs(steady_response(grid.oscillator, grid.omega)[:, 0])
+        margins = grazing_margins(grid.plane)
+        self.is_free = (margins[0] > 0.0) & (margins[1] > 0.0)
         self.pairs = self._pairs()
         count = len(self.pairs)
         self.known = np.zeros((count, 2), dtype=np.bool_)
@@ -215,17 +210,16 @@ class _Explaining:
                     continue
                 if name.free:
                     self.known[i, side] = True
-                    self.ends[i, side] = not self.steady[other[1]] < self.grid.clearance[other[0]]
+                    self.ends[i, side] = not self.is_free[other]
                 elif number == NO_REGION:
                     self.reason[i, side] = _NO_ORBIT if name.solvable else _RESTS
                 else:
                     self.known[i, side] = True
                     jobs.setdefault((number, other[1]), []).append((i, side, point, other))
-        for done, ((number, column), members) in enumerate(jobs.items()):
+        for done, ((number, _), members) in enumerate(jobs.items()):
             self.progress.stage(ACROSS, done / len(jobs))
             region = self.regions.found[number]
-            rows = np.array([other[0] for *_, other in members])
-            got = region.solve(column, rows, [region.orbits[point] for _, _, point, _ in members])
+            got = region.solve([other for *_, other in members], [region.orbits[point] for _, _, point, _ in members])
             for k, (i, side, _, other) in enumerate(members):
                 self.ends[i, side] = not got.fine[k]
                 if got.fine[k] and _is_one(self.regions.at(other), other, region, got.velocities[k]):
@@ -284,11 +278,9 @@ class _Explaining:
         free = [number for number, name in enumerate(self.grid.names) if name.free]
         if not free:
             return
-        count = _GRAZING_SAMPLES * len(self.grid.omega)
-        omega = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(self.grid.omega)), self.grid.omega)
-        clearance = np.abs(steady_response(self.grid.oscillator, omega)[:, 0])
         name = self.grid.names[free[0]]
-        self._take(BorderCurve("GR", name, omega, clearance, np.ones(count, dtype=np.bool_), None), free[0])
+        for curve in graze_lines(self.grid.plane):
+            self._take(BorderCurve("GR", name, *curve[1:], None), free[0])
         left = self.ends & (self.curve < 0)[:, None] & (self.number == free[0])
         self.reason[left] = _LEAVES  # the motion ends on this curve only, which is steeper than a step
 
@@ -301,7 +293,8 @@ class _Explaining:
             return
         first = np.array([self.pairs[i][0] for i in members], dtype=np.float64)
         second = np.array([self.pairs[i][1] for i in members], dtype=np.float64)
-        line = Line(positions(self.grid.clearance, curve.clearance), positions(self.grid.omega, curve.omega))
+        across, up = self.grid.plane.horizontal.values, self.grid.plane.vertical.values
+        line = Line(positions(up, curve.vertical), positions(across, curve.horizontal))
         distance = nearest(line, curve.admissible, 0.5 * (first + second))
         for i, apart in zip(members, distance.tolist(), strict=True):
             if apart <= tolerances.BORDER_REACH:
@@ -333,7 +326,7 @@ class _Explaining:
             return None
         try:
             special, arrives, full = self._follow_branch(i, side, region, most)
-            start = None if special is None else followable(self.grid.oscillator, special)
+            start = None if special is None else followable(self.grid.plane.oscillator, special)
         except (SteadyMotionError, ConditioningError):
             self.known[i, side] = False
             self.reason[i, side] = _ILL_CONDITIONED
@@ -354,17 +347,23 @@ class _Explaining:
         Returns that point, whether the branch arrives, and whether it was abandoned because of its length.
         """
         point, other = self.pairs[i][side], self.pairs[i][1 - side]
-        orbit = periodic_orbit(self.grid.oscillator, *self.grid.place(point), region.sequence(point))
-        vary: Parameter = "clearance" if point[1] == other[1] else "omega"
-        here, there = (self.grid.place(one)[1 if vary == "clearance" else 0] for one in (point, other))
+        values = self.grid.at(point)
+        oscillator = self.grid.plane.oscillator
+        orbit = OrbitPoint(
+            periodic_orbit(values.applied(oscillator), values.omega, values.clearance, region.sequence(point)), values
+        )
+        vary = self.grid.plane.names[1 if point[1] == other[1] else 0]
+        here, there = values.value(vary), self.grid.at(other).value(vary)
         rises = there > here
         # a step that starts next to a saddle-node may pass over it and return to its start
         for step in (self._longest_step(), _SHORTER * self._longest_step()):
             branch = orbit_branch(
-                self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
+                oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
             )
             self.spent += len(branch.values) * _an_orbit(len(region.stops))
-            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= tolerances.END_OF_RANGE * there
+            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= tolerances.END_OF_RANGE * max(
+                abs(here), abs(there)
+            )
             if arrives or branch.special_points:
                 break
         special = branch.special_points if rises else branch.special_points[::-1]
@@ -382,30 +381,35 @@ class _Explaining:
             return
         window = [self._side(axis, number, chosen) for axis in (1, 0)]
         try:
-            curve = bifurcation_curve(self.grid.oscillator, point, window[0], window[1], self._longest_step(), most)
+            step, plane = self._longest_step(), self.grid.plane
+            curve = bifurcation_curve(plane.oscillator, point, window[0], window[1], step, most, plane.names)
         except (SteadyMotionError, ConditioningError):
             reason[...] = _ILL_CONDITIONED
             return
-        self.spent += len(curve.omega) * each
+        self.spent += len(curve.horizontal) * each
         name = self.grid.names[number]
-        self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), number)
+        self._take(BorderCurve(curve.type, name, curve.horizontal, curve.vertical, curve.admissible, curve), number)
         if self.curve[i] < 0:
             reason[...] = _LEAVES
 
     def _side(self, axis: int, number: int, chosen: Booleans) -> tuple[float, float]:
         """Return the range of a parameter that contains all unexplained borders at which a motion ends."""
-        values = self.grid.omega if axis else self.grid.clearance
+        name, values = self.grid.plane.horizontal if axis else self.grid.plane.vertical
         waiting = np.flatnonzero(np.any(self._waiting(number, chosen), axis=1))
         places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
         low, high = min(places), max(places)
         before = values[max(low, 1)] - values[max(low, 1) - 1]
         after = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
-        least = max(float(values[low] - tolerances.BORDER_MARGIN * before), 0.5 * float(values[low]))
-        return least, float(values[high] + tolerances.BORDER_MARGIN * after)
+        # a positive parameter stays away from 0
+        least, most = (0.5 * float(values[low]), math.inf) if domain(name)[0] > 0.0 else domain(name)
+        return (
+            max(float(values[low] - tolerances.BORDER_MARGIN * before), least),
+            min(float(values[high] + tolerances.BORDER_MARGIN * after), most),
+        )
 
     def _longest_step(self) -> float:
         """Return the longest step along a branch or a curve, relative as their units are."""
-        steps = [float(np.max(np.diff(values) / values[:-1])) for values in (self.grid.omega, self.grid.clearance)]
+        steps = [float(np.max(np.diff(axis.values) / _unit(axis))) for axis in self.grid.plane.axes]
         return min(_BRANCH_STEP, tolerances.BORDER_STEP * max(steps))
 
     def result(self, kind: NDArray[np.int8]) -> MapBorders:
@@ -435,6 +439,13 @@ class _Explaining:
             without_orbit=self.regions.without_orbit,
             irregular_pairs=apart,
         )
+
+
+def _unit(axis: Axis) -> Floats:
+    """Return the unit of the steps (n - 1,) between values of a parameter, of the size of that of a branch over it."""
+    if axis.name in PARAMETERS and not axis.name.startswith(("omega", "clearance")):
+        return np.ones(len(axis.values) - 1)
+    return np.maximum(np.abs(axis.values[:-1]), np.diff(axis.values))
 
 
 def _an_orbit(impacts: int) -> int:

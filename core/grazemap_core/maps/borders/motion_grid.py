@@ -10,49 +10,54 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import INFINITE, RESOLVED
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.planes import Plane
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
 
 Point = tuple[int, int]
-"""Row (clearance) and column (omega) of a point of a map."""
+"""Row and column of a point of a map."""
 
 NO_NAME = -1
 
 
 class Name(NamedTuple):
-    """The name of a periodic motion in a map; mirror images have the same name.
+    """The name of a periodic motion in a map.
 
     Attributes
     ----------
     period : int
-    more, fewer : int
-        Impacts on the stop that is struck more often, and on the other one; codes as in a map.
-    symmetric, sticking : bool
+    right, left : int
+        Impacts on each stop; codes as in a map. Between symmetric stops mirror images have the same name, with more
+        impacts on the right.
+    symmetric : bool
+        It is its own mirror image; false where the stops are not symmetric.
+    sticking : bool
     """
 
     period: int
-    more: int
-    fewer: int
+    right: int
+    left: int
     symmetric: bool
     sticking: bool
 
     @property
     def impacts(self) -> int:
         """Number of impacts to solve for: for symmetric motions, those of half the period."""
-        both = max(self.more, 0) + max(self.fewer, 0)
+        both = max(self.right, 0) + max(self.left, 0)
         return both // 2 if self.symmetric else both
 
     @property
     def free(self) -> bool:
         """Whether it is the steady motion, without impacts."""
-        return self.more == -1
+        return self.right == self.left == -1
 
     @property
     def solvable(self) -> bool:
         """Whether it is a finite sequence of impacts."""
-        return not (self.free or self.sticking or INFINITE in (self.more, self.fewer))
+        return not (self.free or self.sticking or INFINITE in (self.right, self.left))
 
 
 class Grid(NamedTuple):
@@ -60,8 +65,8 @@ class Grid(NamedTuple):
 
     Attributes
     ----------
-    oscillator : Oscillator
-    omega, clearance : (m,), (n,)
+    plane : Plane
+        Of n vertical and m horizontal values.
     names : tuple of Name
     name : int (n, m)
         Index in `names`; NO_NAME where the map has no periodic motion.
@@ -70,56 +75,73 @@ class Grid(NamedTuple):
     settled_after : int (n, m)
     """
 
-    oscillator: Oscillator
-    omega: Floats
-    clearance: Floats
+    plane: Plane
     names: tuple[Name, ...]
     name: Integers
     slowest: Floats
     settled_after: Integers
 
     @classmethod
-    def of(cls, oscillator: Oscillator, omega: Floats, clearance: Floats, arrays: Mapping[str, NDArray[Any]]) -> Grid:
-        """Take the arrays of `unfolding.unfolding_map_tile`.
+    def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> Grid:
+        """Take a plane and the arrays of `unfolding.unfolding_map_tile`.
 
         Raises
         ------
         ParameterError
-            The arrays are not of the grid's shape, or the grid has fewer than two values on a side.
+            The arrays are not of the plane's shape, or it has fewer than two values on a side.
         """
-        for key, values in (("omega", omega), ("clearance", clearance)):
-            if len(values) < 2 or not np.all(np.diff(values) > 0.0):
-                raise ParameterError(key, "must be an increasing list of at least two numbers")
-        right, left = arrays["impacts_right"], arrays["impacts_left"]
-        if right.shape != (len(clearance), len(omega)):
-            raise ParameterError("arrays", "must have a row for every clearance and a column for every omega")
-        periodic = arrays["kind"] == KINDS.index("periodic")
-        columns = [arrays["period"], np.maximum(right, left), np.minimum(right, left)]
-        codes = np.stack([*columns, arrays["symmetric"], arrays["sticking"]], axis=-1).astype(np.int64)
-        found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
-        name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
-        name[periodic] = places.ravel()
-        names = tuple(
-            Name(period, more, fewer, bool(symmetric), bool(sticking))
-            for period, more, fewer, symmetric, sticking in found.tolist()
-        )
+        for axis in plane.axes:
+            if len(axis.values) < 2 or not np.all(np.diff(axis.values) > 0.0):
+                raise ParameterError(axis.name, "must be an increasing list of at least two numbers")
+        plane.check()
+        if arrays["kind"].shape != plane.shape:
+            raise ParameterError("arrays", "must have a row for every vertical and a column for every horizontal value")
+        names, name = _names(arrays, plane.mirrors)
         slowest = np.nan_to_num(arrays["least_impact_velocity"])
-        return cls(oscillator, omega, clearance, names, name, slowest, arrays["settled_after"].astype(np.int64))
+        after = arrays["settled_after"].astype(np.int64)
+        return cls(plane, names, name, slowest, after)
 
     def name_at(self, point: Point) -> Name | None:
         """Return the name of a point's motion; None where it is not periodic."""
         number = int(self.name[point])
         return None if number == NO_NAME else self.names[number]
 
-    def place(self, point: Point) -> tuple[float, float]:
-        """Return omega and clearance of a point."""
-        return float(self.omega[point[1]]), float(self.clearance[point[0]])
+    def at(self, point: Point) -> ParameterPoint:
+        """Return the values of all parameters at a point."""
+        return self.plane.values_at(*point)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the stops are symmetric at all points, so that mirror images have the same name."""
+        return self.plane.mirrors
+
+    def oscillator_at(self, point: Point) -> Oscillator:
+        """Return the oscillator with its values at a point."""
+        return self.at(point).applied(self.plane.oscillator)
+
+    def name_of(self, code: Integers) -> Name | None:
+        """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
+        if code[lane_state.REASON] != RESOLVED:
+            return None
+        impacts = [int(code[lane_state.IMPACTS_RIGHT]), int(code[lane_state.IMPACTS_LEFT])]
+        impacts = sorted(impacts, reverse=True) if self.mirrored else impacts
+        symmetric, sticking = self.mirrored and bool(code[lane_state.SYMMETRIC]), bool(code[lane_state.STICKING])
+        return Name(int(code[lane_state.PERIOD]), impacts[0], impacts[1], symmetric, sticking)
 
 
-def name_of(code: Integers) -> Name | None:
-    """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
-    if code[lane_state.REASON] != RESOLVED:
-        return None
-    impacts = int(code[lane_state.IMPACTS_RIGHT]), int(code[lane_state.IMPACTS_LEFT])
-    symmetric, sticking = bool(code[lane_state.SYMMETRIC]), bool(code[lane_state.STICKING])
-    return Name(int(code[lane_state.PERIOD]), max(impacts), min(impacts), symmetric, sticking)
+def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[Name, ...], Integers]:
+    """Return the names of a map, and the index of that of every point."""
+    right, left, symmetric = arrays["impacts_right"], arrays["impacts_left"], arrays["symmetric"]
+    if mirrored:
+        right, left = np.maximum(right, left), np.minimum(right, left)
+    else:
+        symmetric = np.zeros_like(symmetric)
+    periodic = arrays["kind"] == KINDS.index("periodic")
+    codes = np.stack([arrays["period"], right, left, symmetric, arrays["sticking"]], axis=-1).astype(np.int64)
+    found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
+    name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
+    name[periodic] = places.ravel()
+    names = tuple(
+        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in found.tolist()
+    )
+    return names, name

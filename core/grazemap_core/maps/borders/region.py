@@ -2,48 +2,83 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from functools import cached_property
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.contact.cell_problem import has_odd_harmonics_only
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint
 from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
+from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 
+Structure = tuple[tuple[str, float], ...]
+_OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
+
 
 class Equations:
-    """The equations at all columns of a grid, set up once for every period, and for symmetric motions."""
+    """The equations at all points of a grid, set up once for each period, frequency, structure and size of the forces.
+
+    Those of symmetric motions are others.
+    """
 
     def __init__(self, grid: Grid) -> None:
         """Take the grid; the equations are set up on first use."""
         self._grid = grid
-        self._families: dict[tuple[int, bool], OrbitFamily] = {}
-        self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
+        self._odd = has_odd_harmonics_only(grid.plane.oscillator)
+        self._equilibria: dict[Structure, float] = {}
+        self._families: dict[tuple[int, bool, Structure], OrbitFamily] = {}
+        self._problems: dict[tuple[int, bool, Structure, float, float], OrbitProblem] = {}
 
-    def problem(self, period: int, symmetric: bool, column: int) -> OrbitProblem:
-        """Return the problem of a column.
+    def stops(self, point: Point) -> Stops:
+        """Return the stops at a point."""
+        values = self._grid.at(point)
+        if values.structure not in self._equilibria:
+            self._equilibria[values.structure] = contact_equilibrium(self._oscillator(values))
+        return values.stops(self._equilibria[values.structure], self._odd)
+
+    def _oscillator(self, values: ParameterPoint) -> Oscillator:
+        """Return the oscillator with the structure at a point, and the factors 1."""
+        return self._grid.plane.oscillator.with_structure(dict(values.structure))
+
+    @cached_property
+    def _unit(self) -> float:
+        """The largest half distance of the stops."""
+        rows, columns = ((0, size - 1) for size in self._grid.plane.shape)
+        return max(self.stops(corner).unit for corner in itertools.product(rows, columns))
+
+    def problem(self, period: int, symmetric: bool, point: Point) -> OrbitProblem:
+        """Return the problem of a point.
 
         Raises
         ------
         ParameterError, SteadyMotionError, ConditioningError
             As for `OrbitFamily.of`.
         """
-        key = (period, symmetric, column)
+        values = self._grid.at(point)
+        kind = (period, symmetric, values.structure)
+        key = (*kind, values.omega, values.forcing)
         if key not in self._problems:
-            kind = (period, symmetric)
             if kind not in self._families:
-                self._families[kind] = OrbitFamily.of(self._grid.oscillator, period, symmetric)
-            family, omega = self._families[kind], float(self._grid.omega[column])
-            steady = family.steady(omega)
-            length = max(abs(steady[0]), float(self._grid.clearance[-1]))
-            self._problems[key] = family.problem(omega, length, steady)
+                self._families[kind] = OrbitFamily.of(self._oscillator(values), period, symmetric)
+            family = self._families[kind]
+            steady = family.steady(values.omega)
+            length = max(values.forcing * steady_size(steady), self._unit)
+            self._problems[key] = forced(family.problem(values.omega, length, steady), values.forcing)
         return self._problems[key]
 
 
@@ -77,29 +112,50 @@ class Region:
     equations: Equations
     orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
 
+    def speed_unit(self, point: Point) -> float:
+        """Return the unit of speeds at a point: omega times half the distance of the stops, or the size of a motion."""
+        stops, problem = self.equations.stops(point), self.equations.problem(self.period, self.symmetric, point)
+        return problem.omega * (stops.unit if math.isfinite(stops.right + stops.left) else problem.length)
+
     def sequence(self, point: Point) -> ImpactSequence:
         """Return the impacts at a point."""
         return self._sequence(*self.orbits[point])
 
-    def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
-        """Solve for the orbits at points of a column, each from its own guess.
+    def solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> Solved:
+        """Solve for the orbits at points, each from its own guess.
 
-        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and not symmetric unless the
-        region's orbits are.
+        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and, where mirror images
+        have one name, not symmetric unless the region's orbits are.
         """
-        problem = self.equations.problem(self.period, self.symmetric, column)
+        rows, columns = np.array(points).T
+        size = len(points), len(self.stops)
+        phases, velocities, fine = np.empty(size), np.empty(size), np.zeros(len(points), dtype=np.bool_)
+        for group in self.grid.plane.groups(rows, columns, self._apart):
+            members = group.tolist()
+            found = self._solve([points[k] for k in members], [guesses[k] for k in members])
+            phases[group], velocities[group], fine[group] = found
+        return Solved(phases, velocities, fine)
+
+    @property
+    def _apart(self) -> tuple[str, ...]:
+        """The parameters that vary and are one number for all orbits that are solved for at once."""
+        return tuple(name for name in self.grid.plane.names if name in PARAMETERS and name not in _OF_GAPS)
+
+    def _solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> Solved:
+        """As `solve`, for points that differ in the gaps of the stops only."""
+        problem = self.equations.problem(self.period, self.symmetric, points[0])
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
-        found, speeds, results = solve_sequences(
-            problem, first, self.grid.clearance[rows], phases, velocities, floor=-ORBIT_FLOOR
-        )
+        gaps = [self.equations.stops(point) for point in points]
+        found, speeds, results = solve_sequences(problem, first, gaps, phases, velocities, floor=-ORBIT_FLOOR)
         found_velocities = speeds * (problem.omega * problem.length)
         fine = (results.status == CONVERGED) & (results.contact == CLEAR)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
             one = self._sequence(found[i], found_velocities[i])
-            fine[i] = one.repeats_after() == self.period and (self.symmetric or not one.mirrors())
+            apart = self.symmetric or not (self.grid.mirrored and one.mirrors())
+            fine[i] = one.repeats_after() == self.period and apart
         return Solved(found, found_velocities, fine)
 
     def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:

@@ -16,14 +16,18 @@ from functools import cached_property
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.motion_grid import Grid, Name, Point, name_of
+from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
 from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import Equations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
+from grazemap_core.maps.unfolding import random_starts
+from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
 NO_REGION = -1
@@ -61,6 +65,7 @@ class Regions:
         self._equations = Equations(grid)
         self._progress = progress or BorderProgress(None)
         self._searched = 0
+        self._last_settler: tuple[ParameterPoint, Settler] | None = None
         solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
         self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name])))
         for place in np.flatnonzero(solvable[:-1]).tolist():
@@ -91,8 +96,8 @@ class Regions:
         """Return a region with its first orbit."""
         for guess in self._guesses(point, name):
             region = Region(name, guess.period, guess.stops, guess.symmetric, self.grid, self._equations)
-            got = region.solve(point[1], np.array([point[0]]), [(guess.phases, guess.velocities)])
-            if got.fine[0] and self._is_that_of_map(point, got.velocities[0]):
+            got = region.solve([point], [(guess.phases, guess.velocities)])
+            if got.fine[0] and self._is_that_of_map(region, point, got.velocities[0]):
                 region.orbits[point] = got.phases[0], got.velocities[0]
                 return region
         return None
@@ -102,42 +107,49 @@ class Regions:
 
         After a chaotic transient, a trajectory with other roundings than the map's may lead to another motion.
         """
-        yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
+        yield from self._settled(point, name, None, self.grid.settled_after[point])
         for region in self.found:
             if region.name == name:
                 yield region.sequence(min(region.orbits, key=lambda other: math.dist(other, point)))
         if self._searched >= BORDER_SEARCH_PERIODS:
             return
         self._searched += _RANDOM_STATES * self._longest
-        omega, clearance = self.grid.place(point)
-        states = self._starts * np.array([1.0, omega])[:, None]
-        steady = self._settler.steady(np.array([omega]))[0]
-        rest = np.zeros((2, self.grid.oscillator.size))
-        codes, _ = self._settler.run(omega, steady, np.array([clearance]), rest, states)
-        there = [k for k, code in enumerate(codes[0]) if name_of(code) == name]
+        values = self.grid.at(point)
+        forced = forced_oscillator(self.grid.oscillator_at(point), values.omega, values.clearance)
+        states = self._starts * np.array([1.0, values.omega])[:, None]
+        settler = self._settler(values, forced.oscillator)
+        steady = settler.steady(np.array([values.omega]))[0]
+        clearances = np.array([[values.clearance_right, values.clearance_left]])
+        middle = _middle(forced)
+        codes, _ = settler.run(values.omega, steady, clearances, middle, states)
+        there = [k for k, code in enumerate(codes[0]) if self.grid.name_of(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
-            yield from self._settled(point, name, clearance * states[k], codes[0, k, SETTLED_AFTER])
+            state = middle + forced.stops.unit * states[k]
+            yield from self._settled(point, name, state, codes[0, k, SETTLED_AFTER])
 
-    def _settled(self, point: Point, name: Name, state: Floats, after: int) -> Iterator[ImpactSequence]:
-        """Yield impacts of the trajectory from a state (2, N), each time after a longer transient."""
-        omega, clearance = self.grid.place(point)
+    def _settled(self, point: Point, name: Name, state: Floats | None, after: int) -> Iterator[ImpactSequence]:
+        """Yield impacts of the trajectory from a state (2, N), or from rest, each time after a longer transient."""
+        values = self.grid.at(point)
         for time in range(_RUNS):
             run = trajectory(
-                self.grid.oscillator,
-                omega,
-                clearance,
-                state[0],
-                state[1],
+                self.grid.oscillator_at(point),
+                values.omega,
+                values.clearance,
+                None if state is None else state[0],
+                None if state is None else state[1],
                 transient_periods=int(after) * 2**time,
                 periods=name.period,
                 samples_per_period=1,
             )
-            yield from _named(_last_period(run, name.period), name)
+            yield from _named(_last_period(run, name.period), name, self.grid.mirrored)
 
-    @cached_property
-    def _settler(self) -> Settler:
-        period = max(name.period for name in self.grid.names)
-        return Settler(self.grid.oscillator, Settling(self._longest, period, linearised=False))
+    def _settler(self, values: ParameterPoint, oscillator: Oscillator) -> Settler:
+        """Return the settler of an oscillator with these values; the last one is cached."""
+        key = values._replace(omega=0.0, clearance_right=0.0, clearance_left=0.0)
+        if self._last_settler is None or self._last_settler[0] != key:
+            period = max(name.period for name in self.grid.names)
+            self._last_settler = key, Settler(oscillator, Settling(self._longest, period, linearised=False))
+        return self._last_settler[1]
 
     @cached_property
     def _longest(self) -> int:
@@ -146,14 +158,12 @@ class Regions:
 
     @cached_property
     def _starts(self) -> Floats:
-        """Displacements in clearances, velocities in clearances times omega, (s, 2, N)."""
-        size = self.grid.oscillator.size
-        return np.random.default_rng(0).uniform(-1.0, 1.0, (_RANDOM_STATES, 2, size))
+        """Displacements from `_middle` in units of the stops, velocities in these times omega, (s, 2, N)."""
+        return random_starts(self.grid.plane.oscillator, _RANDOM_STATES, 0)
 
-    def _is_that_of_map(self, point: Point, velocities: Floats) -> bool:
-        omega, clearance = self.grid.place(point)
+    def _is_that_of_map(self, region: Region, point: Point, velocities: Floats) -> bool:
         apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest[point]))
-        return apart <= SAME_SPEED * omega * clearance
+        return apart <= SAME_SPEED * region.speed_unit(point)
 
     def _grow(self, region: Region, first: Point, left: Booleans) -> None:
         """Solve for the orbits of all points that can be reached from the first one, and remove them from `left`."""
@@ -191,18 +201,27 @@ class Regions:
         """Solve for orbits at rows of a column, each from the orbit at a point; return whether any is the map's."""
         if not steps:
             return False
-        rows = np.array([row for row, _ in steps])
-        got = region.solve(column, rows, [region.orbits[source] for _, source in steps])
+        points = [(row, column) for row, _ in steps]
+        got = region.solve(points, [region.orbits[source] for _, source in steps])
         some = False
         for i in np.flatnonzero(got.fine):
-            point = int(rows[i]), column
-            if self._is_that_of_map(point, got.velocities[i]):
+            point = points[i]
+            if self._is_that_of_map(region, point, got.velocities[i]):
                 region.orbits[point] = got.phases[i], got.velocities[i]
                 self.number[point] = number
                 left[point] = False
                 some = True
         self._evaluate_at(int(np.count_nonzero(got.fine)))
         return some
+
+
+def _middle(forced: ForcedOscillator) -> Floats:
+    """Return the state (2, N) from which contact reaches no stop within `Stops.unit`: in the middle between them."""
+    right, left = forced.clearances
+    unit = forced.stops.unit
+    place = 0.5 * (right - left) if math.isfinite(right + left) else right - unit if left == math.inf else unit - left
+    moved = forced.oscillator.with_contact(forced.equilibrium, place)
+    return np.stack([moved, np.zeros_like(moved)])
 
 
 def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
@@ -223,13 +242,16 @@ def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
         return None
 
 
-def _named(sequence: ImpactSequence | None, name: Name) -> Iterator[ImpactSequence]:
-    """Yield a sequence if it agrees with a name; half of it where the motion is symmetric."""
+def _named(sequence: ImpactSequence | None, name: Name, mirrored: bool) -> Iterator[ImpactSequence]:
+    """Yield a sequence if it agrees with a name; half of it where the motion is symmetric.
+
+    `mirrored`: mirror images have the same name.
+    """
     if sequence is None or sequence.period != name.period:
         return
     whole = sequence.whole
     counts = [int(np.sum(whole.stops == stop)) or -1 for stop in (1, -1)]
-    if (max(counts), min(counts)) != (name.more, name.fewer):
+    if (sorted(counts, reverse=True) if mirrored else counts) != [name.right, name.left]:
         return
     if not name.symmetric:
         yield whole

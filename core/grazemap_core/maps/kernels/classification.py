@@ -51,6 +51,7 @@ from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_o
 from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
+from grazemap_core.maps.kernels.final_states import keep_orbit
 from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
 from grazemap_core.maps.kernels.lane_tangents import (
     ALL,
@@ -60,7 +61,7 @@ from grazemap_core.maps.kernels.lane_tangents import (
     multiplier_of_lane,
 )
 from grazemap_core.maps.kernels.lanes import LANES
-from grazemap_core.maps.kernels.lockstep import RESTING
+from grazemap_core.maps.kernels.lockstep import RESTING, lane_stops
 from grazemap_core.maps.tolerances import (
     APPARENT,
     APPROACH,
@@ -69,7 +70,7 @@ from grazemap_core.maps.tolerances import (
     HALF_PERIOD_EVENTS,
     SETTLING_IMPACTS,
 )
-from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain
+from grazemap_core.numerics.jit.compiled import apart_kernel, copy_vector, kernel, plain
 from grazemap_core.orbits.kernels.verification import (
     Verification,
     apparent_length,
@@ -116,31 +117,31 @@ def start_growth(column: Column, k: int, used: int) -> None:
             begin_growth_of(column.model.problem, column.tangents, lane)
 
 
-@kernel
-def classify_lane(column: Column, lane: int, k: int, returned: int, closed: bool) -> bool:
-    """Classify a lane after k half periods. Returns whether its trajectory is finished.
+@apart_kernel
+def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int) -> int:
+    """Classify a lane after k half periods. Returns whether its trajectory is finished, 1 or 0.
 
     Parameters
     ----------
     returned : int
         Minimum number of half periods after which the lane has returned to within its RETURN_GOAL; 0 if it has not, or
         if returns were not looked for.
-    closed : bool
-        Whether it has returned to within CLOSING_GOAL.
+    closed : int
+        Whether it has returned to within CLOSING_GOAL, 1 or 0.
     """
     group, counts = column.group, column.records.counts[lane]
     state = counts[lane_state.STATE]
     finished = True
     if state in (lane_state.SETTLING, lane_state.GROWING):
-        finished = _classify_settling(column, lane, k, returned, closed)
+        finished = _classify_settling(column, lane, k, returned, closed != 0)
     elif state == lane_state.REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
         results, trajectory = column.results, counts[lane_state.TRAJECTORY]
         multiplier = multiplier_of_lane(column.model.problem, column.tangents, lane)
         _write_multiplier(results.codes[trajectory], results.figures[trajectory], multiplier)
     if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != lane_state.ENDING:
         counts[lane_state.STATE], counts[lane_state.DEADLINE] = lane_state.ENDING, k + 1
-        return False
-    return finished
+        return 0
+    return 1 if finished else 0
 
 
 @kernel
@@ -151,19 +152,19 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     halves = k - counts[lane_state.STARTED]
     last = halves >= 2 * task.max_periods
-    problem, clearance, reach = column.model.problem, group.clearance[lane], group.reach[lane]
+    problem, stops, reach = column.model.problem, lane_stops(group, lane), group.reach[lane]
     if group.status[lane] != OK or column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
         _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
         return True
     farthest = reach + error_of(column.tangents.errors, lane)
-    if is_free_for_ever(problem, farthest, group.cursor[lane, ANCHOR], clearance):
-        _write_free_motion(problem, codes, figures, (halves + 1) // 2)
+    if is_free_for_ever(problem, stops, farthest, group.cursor[lane, ANCHOR]):
+        _write_free_motion(problem, stops.symmetric, codes, figures, (halves + 1) // 2)
         _write_captured(column, lane)
         return True
     motion = (NOT_CLOSED, 0, 0, 0, False, np.inf, False)
     if closed or last:
-        motion = detect_period(problem, column.history, lane, k, task.max_period, clearance, halves, reach)
+        motion = detect_period(problem, stops, column.history, lane, k, task.max_period, halves, reach)
     if motion[0] == RESOLVED:
         return _classify_named(column, lane, k, motion, last)
     if not last:
@@ -207,8 +208,8 @@ def _distance_of_orbit(column: Column, lane: int, k: int, length: int) -> float:
     """Return the distance of a lane from the orbit of `length` half periods that it approaches; infinite if none."""
     if length % 2 == 1 and length > column.task.max_period:
         return np.inf
-    known, clearance = _is_near_orbit(column, lane, length), column.group.clearance[lane]
-    return orbit_nearby(column.model.problem, column.history, lane, k, length, known, clearance)
+    known, stops = _is_near_orbit(column, lane, length), lane_stops(column.group, lane)
+    return orbit_nearby(column.model.problem, stops, column.history, lane, k, length, known)
 
 
 @kernel
@@ -221,14 +222,15 @@ def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verif
     trajectory = counts[lane_state.TRAJECTORY]
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     _write_verified(codes, figures, verified, after)
+    stops, final = lane_stops(column.group, lane), column.results.final
+    keep_orbit(final, column.model.problem, stops, column.verification, verified, trajectory)
     if verified.ratio < 1.0:
         _write_captured(column, lane)
         return True
     codes[lane_state.UNVERIFIED] = NOT_CAPTURED
     codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
     counts[lane_state.NEAR_ORBIT] = verified.length
-    clearance = column.group.clearance[lane]
-    now = separation(column.model.problem, column.history, lane, k, length, clearance, np.inf)
+    now = separation(column.model.problem, column.history, lane, k, length, column.group.unit[lane], np.inf)
     goal = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
     if goal < CLOSING_FLOOR:  # round-off
         if sizes[lane_state.RETURN_GOAL] <= CLOSING_GOAL:
@@ -304,40 +306,36 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     distance.
     """
     problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
-    clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
+    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, ROWS]
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
-        return verify(problem, blocks, scratch, clearance, plain(0), length, distance, error)
+        return verify(problem, blocks, scratch, stops, plain(0), length, distance, error)
     recorded = column.records.counts[lane, lane_state.EVENTS_FROM] <= k - length and rows <= events.shape[0]
     _write_arrival(column, lane, k - length if recorded else k)
     if recorded:
-        count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
+        count = guess_from_record(problem, scratch, stops, k, length, events, rows)
     else:
         for j in range(scratch.start.shape[0]):
             scratch.start[j, 0] = group.even[2 * j * LANES + lane]
             scratch.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
         copy_vector(scratch.replay.cursor, group.cursor[lane])
         copy_vector(scratch.replay.near[:3], group.near[lane])
-        count = guess_from_replay(problem, column.model.held, scratch, clearance, k, length)
+        count = guess_from_replay(problem, column.model.held, scratch, stops, k, length)
     part, nearby = column.records.counts[lane, lane_state.NEAR_ORBIT], distance
     if not _is_near_orbit(column, lane, length):
-        apart = APPARENT * distance * clearance / unit_of_speeds(problem, clearance)
-        part, nearby = apparent_length(scratch, count, length, apart), APPARENT / ORBIT_NEARBY * distance
+        apart = APPARENT * distance * stops.unit / unit_of_speeds(problem, stops)
+        part, nearby = apparent_length(scratch, stops, count, length, apart), APPARENT / ORBIT_NEARBY * distance
     if part < length:
         if recorded:
             _write_arrival(column, lane, k - part)
-        few = (
-            guess_from_record(problem, scratch, clearance, k, part, events, rows)
-            if recorded
-            else count * part // length
-        )
-        verified = verify(problem, blocks, scratch, clearance, few, part, nearby, error)
+        few = guess_from_record(problem, scratch, stops, k, part, events, rows) if recorded else count * part // length
+        verified = verify(problem, blocks, scratch, stops, few, part, nearby, error)
         if verified.reason == RESOLVED:
             return verified
         if recorded:
             _write_arrival(column, lane, k - length)
-            count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
-    return verify(problem, blocks, scratch, clearance, count, length, distance, error)
+            count = guess_from_record(problem, scratch, stops, k, length, events, rows)
+    return verify(problem, blocks, scratch, stops, count, length, distance, error)
 
 
 @kernel
@@ -348,7 +346,7 @@ def _write_arrival(column: Column, lane: int, k: int) -> None:
     row = k % states.shape[0]
     for j in range(arrival.shape[0]):
         for c in range(2):
-            arrival[j, c] = states[row, 2 * j + c, lane] - (resonant[j, c] if resonant.shape[0] > 0 else 0.0)
+            arrival[j, c] = states[row, 2 * j + c, lane] - (resonant[0, j, c] if resonant.shape[1] > 0 else 0.0)
 
 
 @kernel
@@ -371,9 +369,9 @@ def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: 
 
 
 @kernel
-def _write_free_motion(problem: CellProblem, codes: Integers, figures: Floats, after: int) -> None:
+def _write_free_motion(problem: CellProblem, symmetric: bool, codes: Integers, figures: Floats, after: int) -> None:
     """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
-    _write_motion(codes, figures, (RESOLVED, 1, -1, -1, True, np.inf, False), after, RESOLVED)
+    _write_motion(codes, figures, (RESOLVED, 1, -1, -1, symmetric, np.inf, False), after, RESOLVED)
     figures[lane_state.MEAN_POSITION], figures[lane_state.MEAN_VELOCITY] = 0.0, 0.0
     figures[lane_state.LYAPUNOV] = _free_exponent(problem)
     figures[lane_state.MULTIPLIER] = math.exp(figures[lane_state.LYAPUNOV])
@@ -411,10 +409,10 @@ def _write_verified(codes: Integers, figures: Floats, verified: Verification, af
 @kernel
 def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: int) -> None:
     """Write the mean position and velocity of the motion that was named."""
-    problem, clearance = column.model.problem, column.group.clearance[lane]
+    problem, unit = column.model.problem, column.group.unit[lane]
     x, v = mean_section(problem, column.history, lane, k, codes[lane_state.PERIOD])
-    figures[lane_state.MEAN_POSITION] = x / clearance
-    figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * clearance)
+    figures[lane_state.MEAN_POSITION] = x / unit
+    figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * unit)
 
 
 @kernel
@@ -430,7 +428,7 @@ def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> No
 def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -> None:
     """Write what the growth along a lane implies, if it was measured to the end."""
     problem, tangents, task = column.model.problem, column.tangents, column.task
-    growth, exponent, error = growth_of_lane(problem, column.group.clearance[lane], task.growth_skipped, tangents, lane)
+    growth, exponent, error = growth_of_lane(problem, column.group.unit[lane], task.growth_skipped, tangents, lane)
     codes[lane_state.GROWTH] = growth
     figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells
     figures[lane_state.LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan

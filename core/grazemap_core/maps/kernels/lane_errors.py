@@ -2,8 +2,8 @@
 
 The round-off of every half period is propagated as a small change of the state is: with g the growth of a change over a
 half period and e its round-off, the width W of the error becomes ``sqrt(g^2 (W^2 + e^2) + e^2)``. One change is carried
-along, which soon has the direction that grows most. W is in displacement of mass 1. Where it is as large as the motion,
-nothing more is carried.
+along, which soon has the direction that grows most. W is in displacement of the contact. Where it is as large as the
+motion, nothing more is carried.
 
 A decision is an impact that happens, with speed v and acceleration a, where it could have been missed: it cannot if
 v^2/(2 |a|) exceeds the error, in the share of W that the change has in the displacement there. Or it is a passage
@@ -128,7 +128,7 @@ def move_error(errors: LaneErrors, source: int, target: int) -> None:
 
 @kernel
 def error_of(errors: LaneErrors, lane: int) -> float:
-    """Return the estimated error of a lane with its safety factor, in displacement of mass 1; 0 if it is sensitive.
+    """Return the estimated error of a lane with its safety factor, in displacement of q; 0 if it is sensitive.
 
     Of a sensitive trajectory only the computed one can be followed, with no regard to the exact one.
     """
@@ -143,7 +143,7 @@ def transient_growth_of(errors: LaneErrors, lane: int) -> float:
 
 @kernel
 def largest_reach(problem: CellProblem) -> float:
-    """Return the largest displacement of mass 1 in a change of length 1."""
+    """Return the largest displacement of the contact in a change of length 1."""
     square = 0.0
     for j in range(problem.reach.shape[0]):
         square += problem.reach[j] * problem.reach[j]
@@ -182,11 +182,10 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     growth : float
         Square of the growth of its change.
     sharpest, steepest : float
-        Largest 2 |a|/v^2 of its impacts, with and without the displacement of mass 1 in the change, as a share of the
-        largest possible one. Infinite where a decision is open: at a graze, or after too many impacts.
+        Largest 2 |a|/v^2 of its impacts, with and without the displacement of the contact in the change, as a share of
+        the largest possible one. Infinite where a decision is open: at a graze, or after too many impacts.
     """
-    clearance = group.clearance[lane]
-    farthest = group.reach[lane] + clearance
+    farthest = group.reach[lane] + group.unit[lane]
     largest, rounding = farthest * farthest, HALF_PERIOD_ERROR * farthest
     added = rounding * rounding
     start = errors.square[lane] + added
@@ -211,9 +210,10 @@ def watch_passages(group: Lanes, errors: LaneErrors, lane: int) -> None:
 
     0 where the distances decide nothing any more.
     """
-    clearance, close = group.clearance[lane], 0.0
+    unit, close = group.unit[lane], 0.0
     if errors.carried[lane] != 0 and errors.sensitive[lane] == 0:
         expected = ERROR_GROWTH * ERROR_SAFETY * math.sqrt(errors.square[lane])
-        close = min(max(expected, CLOSE_PASSAGE * clearance), FARTHEST_PASSAGE * clearance)
+        close = min(max(expected, CLOSE_PASSAGE * unit), FARTHEST_PASSAGE * unit)
     group.limit[lane] -= close - group.close[lane]
+    group.limit[LANES + lane] -= close - group.close[lane]
     group.close[lane] = close

@@ -1,4 +1,4 @@
-"""Scheduler of a column of a map: all clearances of one forcing frequency, each run until its motion can be named.
+"""Scheduler of a column of a map: all stops of one forcing frequency, each run until its motion can be named.
 
 A group of lanes takes trajectories from a queue. A lane whose trajectory is finished takes the next one at the start of
 a forcing period. One process computes one column at a time; maps are parallel across processes.
@@ -9,18 +9,22 @@ it, so only one lane is in use.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import first_mass, reference_at_half
 from grazemap_core.contact.kernels.half_period import counted
+from grazemap_core.contact.kernels.sticking import put_between_stops
+from grazemap_core.contact.kernels.stops import Stops, nearest_gap
 from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.classification import classify_lane, empty_full_events, start_growth
+from grazemap_core.maps.kernels.classification import empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
+from grazemap_core.maps.kernels.final_states import keep_state
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
-from grazemap_core.maps.kernels.lane_state import begin_record
+from grazemap_core.maps.kernels.lane_state import begin_record, stops_in_row
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_changes,
@@ -29,7 +33,16 @@ from grazemap_core.maps.kernels.lane_tangents import (
     save_lane_starts,
 )
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
-from grazemap_core.maps.kernels.lockstep import RESTING, Lanes, clear_lane, run_half, start_lane, start_lane_on_stop
+from grazemap_core.maps.kernels.lockstep import (
+    RESTING,
+    Lanes,
+    clear_lane,
+    lane_stops,
+    run_half,
+    set_stops,
+    start_lane,
+    start_lane_on_stop,
+)
 from grazemap_core.maps.tolerances import SETTLING_IMPACTS
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
@@ -42,7 +55,7 @@ trajectories start both at a search and with a forcing period."""
 
 
 @kernel
-def settle_column(masses: Masses, column: Column) -> None:
+def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., int]) -> None:
     """Run all trajectories of a column and write their motions to column.results.
 
     Parameters
@@ -52,12 +65,14 @@ def settle_column(masses: Masses, column: Column) -> None:
     column : Column
         All but model, blocks and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
+    classify_lane : callable
+        The address of `classification.classify_lane`.
     """
     column = reference(column)
     task, counts, returns = column.task, column.records.counts, column.returns
     for lane in range(LANES):
         _vacate(column, lane)
-    n = task.clearances.shape[0] * task.directions.shape[0]
+    n = task.stops.shape[0] * task.directions.shape[0]
     # typed explicitly: for a literal 0 everything below would be compiled a second time
     queued = int(np.int64(0))
     done = 0
@@ -77,7 +92,7 @@ def settle_column(masses: Masses, column: Column) -> None:
                 continue
             returned = int(returns.length[lane]) if check else 0
             closed = check and returns.nearest[lane] <= returns.relevant[lane]
-            if not classify_lane(column, lane, k, returned, closed):
+            if classify_lane(column, lane, k, returned, 1 if closed else 0) == 0:
                 continue
             if task.follow:
                 rested = _keep_final_state(column, lane)
@@ -109,22 +124,24 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
     """
     task, counts, u = column.task, column.records.counts, column.u
     starts = task.directions.shape[0]
-    n = task.clearances.shape[0] * starts
+    n = task.stops.shape[0] * starts
     for lane in range(1 if task.follow else LANES):
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
-            clearance, inherits = task.clearances[queued // starts], task.inherits and queued == 0
+            row, inherits = queued // starts, task.inherits and queued == 0
+            stops = stops_in_row(task.stops, row)
             if task.follow and queued > 0:
                 copy_matrix(u, column.final_state)
-                _start_at_final_state(column, lane, clearance, rested)
+                _start_at_final_state(column, lane, stops, rested)
                 inherits = _inherits_error(column, queued - 1)
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
-                        u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
-                if task.stop != 0:
-                    start_lane_on_stop(column.group, lane, column.model.problem, u, clearance, task.stop)
+                        u[j, c] = task.base[j, c] + stops.unit * task.directions[queued % starts, j, c]
+                        u[j, c] += task.offset[row] * task.aside[j, c]
+                if task.on_stop[row] != 0:
+                    start_lane_on_stop(column.group, lane, column.model.problem, stops, u, task.on_stop[row])
                 else:
-                    start_lane(column.group, lane, column.model.problem, u, clearance)
+                    start_lane(column.group, lane, column.model.problem, stops, u)
             if column.blocks.verifiable:
                 if not inherits:
                     forget_error(column.tangents.errors, lane)
@@ -145,34 +162,24 @@ def _inherits_error(column: Column, before: int) -> bool:
 
 
 @kernel
-def _start_at_final_state(column: Column, lane: int, clearance: float, rested: bool) -> None:
+def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool) -> None:
     """Start at the state column.u in which another trajectory ended, moved onto the stop where it is beyond it.
 
-    Mass 1 bounces off that stop at once if it moves into it, or rests on it if it was at rest (`rested`). u is
+    The contact bounces off that stop at once if it moves into it, or rests on it if it was at rest (`rested`). u is
     overwritten.
     """
-    problem, held, group, u = column.model.problem, column.model.held, column.group, column.u
-    x, v = first_mass(problem, u, *reference_at_half(problem, 0))
-    if abs(x) < clearance:
-        start_lane(group, lane, problem, u, clearance)
-        return
-    stop = 1 if x > 0.0 else -1
-    jump = 0.0
-    if rested:
-        jump = -v
-    elif stop * v > 0.0:
-        jump = -(1.0 + problem.restitution) * v
-    count = u.shape[0]
-    for j in range(count):
-        for c in range(2):
-            u[j, c] += held.to_free[2 * j + c, 0] * (stop * clearance - x) + held.to_free[2 * j + c, count] * jump
-    start_lane_on_stop(group, lane, problem, u, clearance, stop)
+    problem, group, u = column.model.problem, column.group, column.u
+    stop = put_between_stops(problem, stops, u, rested)
+    if stop == 0:
+        start_lane(group, lane, problem, stops, u)
+    else:
+        start_lane_on_stop(group, lane, problem, stops, u, stop)
 
 
 @kernel
 def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
-    problem, group, records = column.model.problem, column.group, column.records
+    group, records = column.group, column.records
     empty_full_events(column, k, used)
     if column.task.growth_halves > 0:
         start_growth(column, k, used)
@@ -183,10 +190,10 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     if carries:
         count_impacts(group, column.tangents, used)
         carry_changes(column.model, group, column.tangents, k, column.task.growth_skipped, used)
-    sizes, tally, chatter_impacts = records.sizes, group.tally, problem.chatter_impacts
+    sizes, tally = records.sizes, group.tally
     for lane in range(used):
         sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
-        sizes[lane, lane_state.COUNTED_IMPACTS] += counted(chatter_impacts, tally[workspace.FOLLOWED, lane])
+        sizes[lane, lane_state.COUNTED_IMPACTS] += counted(lane_stops(group, lane), tally[workspace.FOLLOWED, lane])
     _enter_history(column.history, k + 1, group, used)
 
 
@@ -222,12 +229,18 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
 @kernel
 def _find_returns(column: Column, k: int, used: int) -> None:
     """Find the minimum number of half periods after which every lane has returned, in column.returns."""
-    counts, sizes, clearances = column.records.counts, column.records.sizes, column.group.clearance
-    bound, relevant, known = column.returns.bound, column.returns.relevant, column.returns.known
+    counts, sizes, unit = column.records.counts, column.records.sizes, column.group.unit
+    bound, relevant, known, mirrored = (
+        column.returns.bound,
+        column.returns.relevant,
+        column.returns.known,
+        column.returns.mirrored,
+    )
     for lane in range(used):
         wanted = counts[lane, lane_state.TRAJECTORY] >= 0
-        bound[lane] = sizes[lane, lane_state.RETURN_GOAL] * clearances[lane] if wanted else -1.0
-        relevant[lane] = CLOSING_GOAL * clearances[lane]
+        bound[lane] = sizes[lane, lane_state.RETURN_GOAL] * unit[lane] if wanted else -1.0
+        relevant[lane] = CLOSING_GOAL * unit[lane]
+        mirrored[lane] = column.group.symmetric[lane]
         known[lane] = k - counts[lane, lane_state.STARTED]
     nearest_returns(column.model.problem, column.history, k, 2 * column.task.max_period, column.returns, used)
 
@@ -241,14 +254,14 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
     if counts[lane, lane_state.STATE] != lane_state.SETTLING and counts[lane, lane_state.STATE] != lane_state.GROWING:
         return False
     returns = check and column.returns.length[lane] > 0.0
-    free = column.task.early and group.reach[lane] < CLEARED * group.clearance[lane]
+    free = column.task.early and group.reach[lane] < CLEARED * nearest_gap(lane_stops(group, lane))
     budget_spent: bool = column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS
     return returns or free or budget_spent
 
 
 @kernel
 def _keep_final_state(column: Column, lane: int) -> bool:
-    """Keep the state in which a trajectory of a sweep ended. Returns whether mass 1 rests on a stop there."""
+    """Keep the state in which a trajectory of a sweep ended. Returns whether the contact rests on a stop there."""
     group, final = column.group, column.final_state
     if group.status[lane] != workspace.OK:
         copy_matrix(final, column.task.base)
@@ -263,8 +276,9 @@ def _keep_final_state(column: Column, lane: int) -> bool:
 
 @kernel
 def _finish(column: Column, lane: int, k: int) -> None:
-    """Write how long the trajectory in a lane ran, and take the lane out of use."""
+    """Write how long the trajectory in a lane ran and where it ended, and take the lane out of use."""
     counts = column.records.counts[lane]
+    keep_state(column.results.final, column.group, lane, counts[lane_state.TRAJECTORY], k)
     codes = column.results.codes[counts[lane_state.TRAJECTORY]]
     codes[lane_state.HALVES_RUN] = k - counts[lane_state.STARTED]
     codes[lane_state.IMPACTS] = int(column.records.sizes[lane, lane_state.FOLLOWED_IMPACTS])
@@ -301,9 +315,9 @@ def _move_lane(group: Lanes, source: int, target: int) -> None:
     """Copy the current state of a trajectory to a lane that is out of use, at the start of a half period."""
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + target] = group.even[c * LANES + source]
-    group.clearance[target] = group.clearance[source]
+    set_stops(group, target, lane_stops(group, source))
     group.close[target] = group.close[source]
-    group.limit[target] = group.limit[source]
+    group.limit[target], group.limit[LANES + target] = group.limit[source], group.limit[LANES + source]
     group.reach[target] = group.reach[source]
     group.regime[target] = group.regime[source]
     group.status[target] = group.status[source]

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.tolerances import APPROACH
 from grazemap_core.numerics.jit.compiled import kernel
@@ -30,7 +32,7 @@ CODES = 12
 # columns of `TrajectoryResults.figures`
 LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
 MEAN_POSITION, MEAN_VELOCITY = 3, 4
-"""As `period_detection.mean_section`, in units of the clearance and of omega times the clearance."""
+"""As `period_detection.mean_section`, in units of the stops and of omega times it."""
 LYAPUNOV_ERROR = 5
 TRANSIENT_GROWTH = 6
 """As `lane_errors.transient_growth_of` where a verified motion captures the trajectory."""
@@ -60,7 +62,7 @@ COUNTS = 6
 FOLLOWED_IMPACTS, COUNTED_IMPACTS = 0, 1
 """Impacts that were followed one by one, and those that count toward SETTLING_IMPACTS."""
 RETURN_GOAL = 2
-"""Distance of a return, in units of the clearance, below which the lane is classified."""
+"""Distance of a return, in units of the stops, below which the lane is classified."""
 SIZES = 3
 
 
@@ -83,36 +85,41 @@ class ColumnTask(NamedTuple):
 
     Attributes
     ----------
-    clearances : (n,)
+    stops : (n, fields of Stops)
     base, directions : (N, 2), (s, N, 2)
-        Trajectory i has the clearance b number i // s, and starts at base + b * directions[i % s].
+        Trajectory i has the stops number i // s, with the unit b, and starts at base + b * directions[i % s], from
+        where it is moved by `offset`.
+    offset, aside : (n,), (N, 2)
+        A multiple of `aside` that is added to the start, for every stops.
+    on_stop : (n,)
+        Stop on which trajectories start without moving into it, +1 A or -1 C; 0: they start between the stops.
     max_periods, max_period : int
     early : bool
         Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
     follow : bool
         Whether every trajectory but the first starts at the final state of the one before it. Where that is outside the
-        stops, mass 1 is put on the stop that it is beyond, with its velocity.
+        stops, the contact is put on the stop that it is beyond, with its velocity.
     growth_halves : int
         Half periods at the end in which the growth of small changes is measured; with 0 there are no exponents of
         motions that are not periodic, nor multipliers of those that are not verified.
     growth_skipped : int
         Number of these half periods, at the beginning, that do not count.
-    stop : int
-        Stop on which mass 1 starts without moving into it, +1 A or -1 C; 0: it starts between the stops.
     inherits : bool
         Whether the first trajectory starts with the error that the last one of the previous run had at its end.
     """
 
-    clearances: Floats
+    stops: Floats
     base: Floats
     directions: Floats
+    offset: Floats
+    aside: Floats
+    on_stop: Integers
     max_periods: int
     max_period: int
     early: bool
     follow: bool
     growth_halves: int
     growth_skipped: int
-    stop: int
     inherits: bool
 
 
@@ -131,15 +138,33 @@ class TrajectoryResults(NamedTuple):
         largest Lyapunov exponent per forcing period, NaN where they are not known; mean position and velocity of a
         periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN;
         largest growth of a change before capture, NaN unless captured.
+    final : FinalStates
+        Of n s trajectories, or of none where they are not wanted.
     """
 
     codes: Integers
     figures: Floats
+    final: FinalStates
 
 
 def lane_records() -> LaneRecords:
     """Return records of lanes without a trajectory."""
     return LaneRecords(np.zeros((LANES, COUNTS), dtype=np.int64), np.zeros((LANES, SIZES)))
+
+
+@kernel
+def stops_in_row(table: Floats, row: int) -> Stops:
+    """Return the stops in a row of `ColumnTask.stops`."""
+    return Stops(
+        table[row, 0],
+        table[row, 1],
+        table[row, 2],
+        table[row, 3],
+        table[row, 4],
+        table[row, 5],
+        table[row, 6],
+        table[row, 7] != 0.0,
+    )
 
 
 @kernel

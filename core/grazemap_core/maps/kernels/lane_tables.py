@@ -1,9 +1,9 @@
 """Tables of one oscillator at one forcing frequency for the lockstep kernels: polynomials over a cell.
 
-Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: x1, given the state at the start of the cell,
-and the change of the state at the end of the cell by an impulse on mass 1 at z. Expanded about the middle of the cell,
-the degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's
-amplitude.
+Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: q, given the state at the start of the cell,
+and the change of the state at the end of the cell by an impulse on the contact at z. Expanded about the middle of the
+cell, the degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a
+block's amplitude.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ RESPONSE_PARTS = 4
 """Parts of a cell, in steps of which the responses of the blocks are tabulated."""
 
 HERMITE_DIVISOR = 384.0
-"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
+"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |q''''|."""
 
 # entries of `scalars`
-STEP, RESTITUTION, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
-"""Length h of a cell; R; C_11/m_1; bounds of the reference motion, and of h^4/384 times its fourth derivative;
-contributions of a unit of velocity given to mass 1 to the bounds of |x1| and of h^4/384 |x1''''|; round-off of a gap
-relative to the sum of its terms."""
-SCALARS = 8
+STEP, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6
+"""Length h of a cell; the viscous term of `sticking_flow.HeldProblem`; bounds of the reference motion, and of h^4/384
+times its fourth derivative; contributions of a unit of velocity given to q to the bounds of |q| and of h^4/384 |q''''|;
+round-off of a gap relative to the sum of its terms."""
+SCALARS = 7
 
 
 class LaneTables(NamedTuple):
@@ -46,17 +46,17 @@ class LaneTables(NamedTuple):
     flow, output_row : (N, 4)
         As in `cells.CellProblem`.
     steady_table : (cells + 1, 2)
-        Reference motion of mass 1 at the cell boundaries, at the ends of cells: position and velocity.
+        Reference motion of q at the cell boundaries, at the ends of cells: position and velocity.
     bound : (N, 3)
-        Frequency of a block, and contributions of a unit of its envelope to the bounds of |x1| and of h^4/384 |x1''''|.
+        Frequency of a block, and contributions of a unit of its envelope to the bounds of |q| and of h^4/384 |q''''|.
     series : (TERMS, 2 N)
-        Coefficients in z of x1 over a cell, per component of the state at the start of the cell.
+        Coefficients in z of q over a cell, per component of the state at the start of the cell.
     forcing : (cells, TERMS)
-        Coefficients in z of the reference motion of mass 1 over each cell.
+        Coefficients in z of the reference motion of q over each cell.
     unit_impulse : (2 N, TERMS)
-        Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to mass 1 at z.
+        Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to q at z.
     response : (TERMS,)
-        Coefficients of x1 in s, the time in half cells since a unit of velocity was given to mass 1.
+        Coefficients of q in s, the time in half cells since a unit of velocity was given to it.
     block_response : (RESPONSE_PARTS * cells + 1, 2 N)
         (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where
         `CellProblem.flow_table` has not all cells of a period.
@@ -76,7 +76,7 @@ class LaneTables(NamedTuple):
 
 
 class LaneModel(NamedTuple):
-    """One oscillator at one forcing frequency: free, with mass 1 at rest on a stop, and in lanes."""
+    """One oscillator at one forcing frequency: free, with the contact at rest on a stop, and in lanes."""
 
     problem: CellProblem
     held: HeldProblem
@@ -129,7 +129,7 @@ def _block_response(problem: CellProblem) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
-    """Return the tables of an oscillator at one forcing frequency; `viscous_term` is C_11/m_1."""
+    """Return the tables of an oscillator at one forcing frequency; `viscous_term` is that of `HeldProblem`."""
     blocks = problem.decay.shape[0]
     half = 0.5 * problem.step
     quartic = problem.step**4 / HERMITE_DIVISOR
@@ -169,7 +169,6 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     forcing, steady_table = _steady_tables(problem)
     scalars = np.empty(SCALARS)
     scalars[STEP] = problem.step
-    scalars[RESTITUTION] = problem.restitution
     scalars[VISCOUS_TERM] = viscous_term
     scalars[STEADY] = problem.steady_bound
     scalars[STEADY_FOURTH] = problem.steady_fourth * quartic

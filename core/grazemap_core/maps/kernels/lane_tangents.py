@@ -21,11 +21,13 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import (
     HELD_LEFT,
     HELD_RIGHT,
     OK,
     ROWS,
+    STOP,
     TIME,
     VELOCITY,
     Workspace,
@@ -44,7 +46,7 @@ from grazemap_core.maps.kernels.lane_errors import (
 )
 from grazemap_core.maps.kernels.lane_tables import LaneModel, LaneTables
 from grazemap_core.maps.kernels.lanes import LANES
-from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
+from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
 from grazemap_core.maps.kernels.tangent_batches import (
     REST,
     SHARPEST,
@@ -203,10 +205,9 @@ def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
 
 @kernel
 def _carry_through_impacts(
-    problem: CellProblem, events: Floats, first: int, rows: int, viscous_term: float, columns: Floats
+    problem: CellProblem, stops: Stops, events: Floats, first: int, rows: int, viscous_term: float, columns: Floats
 ) -> None:
     """Propagate changes along a half period without rests; its impacts are rows first to rows - 1 of the events."""
-    factor = 1.0 + problem.restitution
     passed = 0.0
     for row in range(first, rows + 1):
         last = row == rows
@@ -215,14 +216,13 @@ def _carry_through_impacts(
         passed = time
         if not last:
             # the viscous term of the acceleration changes sign with the velocity
-            speed = abs(events[row, VELOCITY])
-            apply_saltation(problem, speed, events[row, CONTACT_ACCELERATION] - viscous_term * factor * speed, columns)
+            speed, restitution = abs(events[row, VELOCITY]), restitution_of(stops, events[row, STOP])
+            before = events[row, CONTACT_ACCELERATION] - viscous_term * (1.0 + restitution) * speed
+            apply_saltation(problem, restitution, speed, before, columns)
 
 
 @kernel
-def _carry_again(
-    model: LaneModel, tangents: LaneTangents, lane: int, clearance: float, half: int, columns: Floats
-) -> int:
+def _carry_again(model: LaneModel, tangents: LaneTangents, lane: int, stops: Stops, half: int, columns: Floats) -> int:
     """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
     held, work, u = model.held, tangents.work, tangents.state
     for j in range(u.shape[0]):
@@ -232,7 +232,7 @@ def _carry_again(
     copy_vector(work.near[:3], tangents.near[lane])
     copy_matrix(held.state, tangents.resting[lane])
     copy_vector(held.since, tangents.since[lane])
-    return run_half_linearised(model.problem, held, u, clearance, half, work, columns, tangents.scratch.began)
+    return run_half_linearised(model.problem, held, stops, u, half, work, columns, tangents.scratch.began)
 
 
 @kernel
@@ -244,8 +244,9 @@ def _carry_alone(
     if elapsed > 0.0:
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
-        return _carry_again(model, tangents, lane, group.clearance[lane], half, columns)
-    _carry_through_impacts(problem, group.events[lane], first, first + impacts, model.held.viscous_term, columns)
+        return _carry_again(model, tangents, lane, lane_stops(group, lane), half, columns)
+    stops, events = lane_stops(group, lane), group.events[lane]
+    _carry_through_impacts(problem, stops, events, first, first + impacts, model.held.viscous_term, columns)
     return OK
 
 
@@ -273,13 +274,13 @@ def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, changes: int, u
         places[place] = 0
     for lane in range(used):
         if wanted[lane] == changes and impacts[lane] != NOT_ALL:
-            places[np.uintp(min(impacts[lane], last - 1) + 1)] += 1
+            places[min(impacts[lane], last - 1) + 1] += 1
     for place in range(last):
         places[place + 1] += places[place]
     for lane in range(used):
         if wanted[lane] == changes and impacts[lane] != NOT_ALL:
-            number = np.uintp(min(impacts[lane], last - 1))
-            ready[np.uintp(places[number])] = lane
+            number = min(impacts[lane], last - 1)
+            ready[places[number]] = lane
             places[number] += 1
     return int(places[last])
 
@@ -391,7 +392,7 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, model)
+        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, model)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             if not square > 0.0:
@@ -498,13 +499,12 @@ def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> 
 @kernel
 def multiplier_of_lane(problem: CellProblem, tangents: LaneTangents, lane: int) -> float:
     """Return the largest modulus of the eigenvalues of a lane's full columns, NaN where they could not be computed."""
-    _, real, imaginary = lyapunov.leading_multiplier(problem, False, tangents_of_lane(tangents, lane))
-    return math.hypot(real, imaginary)
+    return lyapunov.leading_multiplier(problem, tangents_of_lane(tangents, lane))
 
 
 @kernel
 def growth_of_lane(
-    problem: CellProblem, clearance: float, skipped: int, tangents: LaneTangents, lane: int
+    problem: CellProblem, unit: float, skipped: int, tangents: LaneTangents, lane: int
 ) -> tuple[int, float, float]:
     """Return the kind of motion that the growth along a lane implies, the largest exponent per time, and its error.
 
@@ -515,7 +515,4 @@ def growth_of_lane(
         return GROWTH_UNDECIDED, np.nan, np.nan
     paired = tangents.paired[lane]
     second_skipped = paired + paired % 2 + skipped if carried == PAIR else halves  # even
-    kind, first, error, _, _ = lyapunov.classify_growth(
-        problem, clearance, skipped, second_skipped, tangents_of_lane(tangents, lane)
-    )
-    return kind, first, error
+    return lyapunov.classify_growth(problem, unit, skipped, second_skipped, tangents_of_lane(tangents, lane))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import binding
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.tolerances import ANCHORED_GAP
 from grazemap_core.maps import tolerances
 from grazemap_core.maps.kernels import lane_tables
@@ -32,44 +32,53 @@ VECTOR = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 LANE_BLOCK = 16
 """The number of lanes in use is a multiple of this: loops over all of them work on two vectors or more at a time."""
 
-# A state has 2 N + 2 rows: (u, u') of every block, then x1 and v1.
+PITCH = LANES + 8
+"""Distance of two rows of a `LaneBatch`. Rows at a distance of 1024 bytes would compete for the same lines of the
+first cache."""
 
-# rows of `ImpactBatch.rows`
-START_X, START_V, GAP, END_X, END_V, END_LIMIT = 0, 1, 2, 3, 4, 5
-"""Input: x1 and v1 at the start of the cell, and the clearance. Output: x1, v1 and, but for the distance of close
-passages, the limit at its end."""
-REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 6, 7, 8, 9, 10, 11, 12
-"""Bounds of |x1| and of h^4/384 |x1''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
+# A state has 2 N + 2 rows: (u, u') of every block, then q and q'.
+
+# rows of `LaneBatch.rows`
+START_X, START_V, RIGHT, LEFT, RESTITUTION_RIGHT, RESTITUTION_LEFT, UNIT = 0, 1, 2, 3, 4, 5, 6
+"""Input: q and q' at the start of the cell, and the stops as in `stops.Stops`."""
+END_X, END_V, END_LOSS = 7, 8, 9
+"""Output: q and q' at its end, and by how much the limits there are below the gaps, but for the distance of close
+passages and the rounding of the gaps."""
+REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 10, 11, 12, 13, 14, 15, 16
+"""Bounds of |q| and of h^4/384 |q''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
-MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 13, 14, 15, 16
+GAP, RESTITUTION = 17, 18
+"""Of the stop that q is closer to."""
+MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
-impact; lower bound of the gap where mass 1 turns back in the cell, and of that on either side of an impact, times the
+impact; lower bound of the gap where q turns back in the cell, and of that on either side of an impact, times the
 length of the cell over the time from it."""
-BATCH_ROWS = 17
+BATCH_ROWS = 23
 
 UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
 """Outcomes. Nothing is certified; the impact is the first in the cell; it is the only one, and needs no second pass;
 there is no impact."""
 
 QUARTIC_TO_HERMITE = HERMITE_DIVISOR / 144.0
-"""Factor from a bound of h^4/384 |x1''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |x1''''|."""
+"""Factor from a bound of h^4/384 |q''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |q''''|."""
 QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / 162.0
-"""Factor from the row FOURTH to the error of the quadratic of `_find_impact`, h^4/162 |x1''''|."""
+"""Factor from the row FOURTH to the error of the quadratic of `_find_impact`, h^4/162 |q''''|."""
 PARABOLA_DIVISOR = 1e-300
 """Lower bound of the denominator of a parabola's root: only a division by zero is avoided, and the root is limited to
 the cell anyway."""
 
 
-class ImpactBatch(NamedTuple):
-    """The lanes that have an impact in one cell, side by side.
+class LaneBatch(NamedTuple):
+    """Lanes side by side for one cell; `pitch` is the distance of two rows of an array.
 
     Attributes
     ----------
-    start, end : (2 N * LANES,)
+    start, end : (2 N * pitch,)
         (u, u') of every block at the start of the cell, and at its end.
-    series : (TERMS * LANES,)
-        Coefficients of x1 in z.
-    rows : (BATCH_ROWS * LANES,)
+    series : (TERMS * pitch,)
+        Coefficients of q in z; in a second pass, of the gap in s.
+    rows : (number of rows * pitch,)
+        BATCH_ROWS rows; in a second pass, those of `multi_impact_cell`.
     """
 
     start: Floats
@@ -78,14 +87,9 @@ class ImpactBatch(NamedTuple):
     rows: Floats
 
 
-def impact_batch(masses: int) -> ImpactBatch:
+def lane_batch(masses: int, pitch: int = PITCH, rows: int = BATCH_ROWS) -> LaneBatch:
     """Return an empty batch for an oscillator."""
-    return ImpactBatch(
-        start=np.zeros(2 * masses * LANES),
-        end=np.zeros(2 * masses * LANES),
-        series=np.zeros(TERMS * LANES),
-        rows=np.zeros(BATCH_ROWS * LANES),
-    )
+    return LaneBatch(*(aligned(np.zeros(count * pitch)) for count in (2 * masses, 2 * masses, TERMS, rows)))
 
 
 @fused_inlined
@@ -100,6 +104,7 @@ def _advance_fused(
     used: int,
 ) -> int:
     flow, output_row = tables.flow, tables.output_row
+    right, left = limit[:LANES], limit[LANES : 2 * LANES]
     steady_x, steady_v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     third = tables.scalars[lane_tables.STEP] / 3.0
     flagged = 0
@@ -115,8 +120,9 @@ def _advance_fused(
             x += output_row[j, 0] * a + output_row[j, 1] * b
             v += output_row[j, 2] * a + output_row[j, 3] * b
         x0, v0 = here[at_x + lane], here[at_v + lane]
-        highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x - third * v), abs(x)))
-        flag = 0 if highest < limit[lane] else 1
+        early, late = x0 + third * v0, x - third * v
+        highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
+        flag = 0 if (highest < right[lane]) & (-lowest < left[lane]) else 1
         flags[lane] = flag
         flagged += flag
         there[at_x + lane] = x
@@ -137,6 +143,7 @@ def _advance_by_block(
 ) -> int:
     steady_x, steady_v, output_row = tables.steady_table[end, 0], tables.steady_table[end, 1], tables.output_row
     third = tables.scalars[lane_tables.STEP] / 3.0
+    right, left = limit[:LANES], limit[LANES : 2 * LANES]
     used = min(used, LANES)
     start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     after = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
@@ -159,8 +166,9 @@ def _advance_by_block(
     for lane in range(used):
         x, v = after[lane], after[LANES + lane]
         x0, v0 = start[lane], start[LANES + lane]
-        highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x - third * v), abs(x)))
-        flag = 0 if highest < limit[lane] else 1
+        early, late = x0 + third * v0, x - third * v
+        highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
+        flag = 0 if (highest < right[lane]) & (-lowest < left[lane]) else 1
         flags[lane] = flag
         flagged += flag
     return flagged
@@ -185,8 +193,9 @@ def advance(
         Cell boundary at which the cell ends.
     here, there : ((2 N + 2) * LANES,)
         States at the start of the cell (input) and at its end (output).
-    limit : (LANES,)
-        There is no contact where the Bernstein coefficients of |x1| are below this (`cells.is_clear`).
+    limit : (2 * LANES,)
+        There is no contact where the Bernstein coefficients of q are below the first LANES of these, and those of -q
+        below the others (`cells.is_clear`).
     flags : (LANES,)
         Output: 1 where there may be a contact, else 0.
     used : int
@@ -206,35 +215,40 @@ def update_limits(
     blocks: int,
     tables: LaneTables,
     state: Floats,
-    clearance: Floats,
+    gap: Floats,
     close: Floats,
     limit: Floats,
     reach: Floats,
     used: int,
 ) -> None:
-    """Update limit (LANES,), for passages closer than `close`, and reach (LANES,), a bound of |x1| without impacts."""
+    """Update limit, for passages closer than `close` (LANES,), and reach (LANES,), a bound of |q| without impacts.
+
+    `gap` and `limit` (2 * LANES,) have the right stop of every lane, then the left one.
+    """
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
-    margin = tables.scalars[lane_tables.MARGIN]
+    margin, right, left = tables.scalars[lane_tables.MARGIN], limit[:LANES], limit[LANES : 2 * LANES]
     for lane in range(min(used, LANES)):
         reach[lane] = steady
-        limit[lane] = fourth
+        right[lane] = fourth
     for j in range(blocks):
         frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
         block = state[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(min(used, LANES)):
             envelope = frequency * abs(block[lane]) + abs(block[LANES + lane])
             reach[lane] += of_reach * envelope
-            limit[lane] += of_fourth * envelope
+            right[lane] += of_fourth * envelope
     for lane in range(min(used, LANES)):
-        limit[lane] = (1.0 - margin) * clearance[lane] - close[lane] - margin * reach[lane] - limit[lane]
+        loss = margin * reach[lane] + right[lane] + close[lane]
+        right[lane] = (1.0 - margin) * gap[lane] - loss
+        left[lane] = (1.0 - margin) * gap[LANES + lane] - loss
 
 
 @fused_inlined
 def _coefficient(masses: Masses, row: Floats, start: Floats, forcing: float, k: int) -> float:
-    """Return one coefficient of x1 in z for lane k of a batch."""
+    """Return one coefficient of q in z for lane k of a batch."""
     total = forcing
     for c in range(2 * len(masses)):
-        total += row[c] * start[c * LANES + k]
+        total += row[c] * start[c * PITCH + k]
     return total
 
 
@@ -242,129 +256,81 @@ def _coefficient(masses: Masses, row: Floats, start: Floats, forcing: float, k: 
 def _expand_positions(
     masses: Masses, table: Floats, forcing: Floats, start: Floats, series: Floats, count: int
 ) -> None:
-    """Write the coefficients of x1 in z, three at a time, as three rows of the table fit in registers."""
+    """Write the coefficients of q in z, three at a time, as three rows of the table fit in registers."""
     count = min(count, LANES)
     for n in range(0, TERMS, 3):
         f0, f1, f2 = forcing[n], forcing[n + 1], forcing[n + 2]
         t0, t1, t2 = table[n], table[n + 1], table[n + 2]
-        out = series[n * LANES : (n + 3) * LANES]
+        out = series[n * PITCH : (n + 3) * PITCH]
         for k in range(count):
             out[k] = _coefficient(masses, t0, start, f0, k)
-            out[LANES + k] = _coefficient(masses, t1, start, f1, k)
-            out[2 * LANES + k] = _coefficient(masses, t2, start, f2, k)
+            out[PITCH + k] = _coefficient(masses, t1, start, f1, k)
+            out[2 * PITCH + k] = _coefficient(masses, t2, start, f2, k)
 
 
 @fused_inlined
-def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
-    """Write the state, x1 and v1 at the end of the cell without the impact, and the bounds without it."""
+def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, count: int) -> None:
+    """Write the state, q and q' at the end of the cell without the impact, and the bounds without it."""
     count = min(count, LANES)
     rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     for k in range(count):
-        rows[END_X * LANES + k] = x
-        rows[END_V * LANES + k] = v
-        rows[REACH * LANES + k] = steady
-        rows[FOURTH * LANES + k] = fourth
+        rows[END_X * PITCH + k] = x
+        rows[END_V * PITCH + k] = v
+        rows[REACH * PITCH + k] = steady
+        rows[FOURTH * PITCH + k] = fourth
     for j in range(blocks):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
-        block = batch.start[2 * j * LANES : (2 * j + 2) * LANES]
-        moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
+        block = batch.start[2 * j * PITCH : (2 * j + 2) * PITCH]
+        moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
-            first, second = block[k], block[LANES + k]
+            first, second = block[k], block[PITCH + k]
             a = f0 * first + f1 * second
             b = f2 * first + f3 * second
             moved[k] = a
-            moved[LANES + k] = b
-            rows[END_X * LANES + k] += r0 * a + r1 * b
-            rows[END_V * LANES + k] += r2 * a + r3 * b
+            moved[PITCH + k] = b
+            rows[END_X * PITCH + k] += r0 * a + r1 * b
+            rows[END_V * PITCH + k] += r2 * a + r3 * b
             envelope = frequency * abs(first) + abs(second)
-            rows[REACH * LANES + k] += of_reach * envelope
-            rows[FOURTH * LANES + k] += of_fourth * envelope
+            rows[REACH * PITCH + k] += of_reach * envelope
+            rows[FOURTH * PITCH + k] += of_fourth * envelope
+
+
+@fused_inlined
+def horner_step(f: float, d: float, e: float, z: float, coefficient: float) -> tuple[float, float, float]:
+    """Return the value of a polynomial, and its derivatives ahead of it by one coefficient, from those of fewer."""
+    f = f * z + coefficient
+    return f, d * z + f, e * z + d
 
 
 @fused_inlined
 def _value_and_two_derivatives(series: Floats, k: int, z: float) -> tuple[float, float, float]:
     """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
-    f = series[14 * LANES + k]
-    d = f
-    e = f
-    f = f * z + series[13 * LANES + k]
-    d = d * z + f
-    f = f * z + series[12 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[11 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[10 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[9 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[8 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[7 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[6 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[5 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[4 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[3 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[2 * LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[LANES + k]
-    e = e * z + d
-    d = d * z + f
-    f = f * z + series[k]
-    return f, d, e
+    e = series[14 * PITCH + k]
+    f = e * z + series[13 * PITCH + k]
+    d = e * z + f
+    f, d, e = horner_step(f, d, e, z, series[12 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[11 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[10 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[9 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[8 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[7 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[6 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[5 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[4 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[3 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[2 * PITCH + k])
+    f, d, e = horner_step(f, d, e, z, series[PITCH + k])
+    return f * z + series[k], d, e
 
 
 @fused_inlined
 def _value_and_slope(series: Floats, k: int, z: float) -> tuple[float, float]:
-    """Return a polynomial of degree 14 and its derivative (Horner, written out)."""
-    f = series[14 * LANES + k]
-    d = f
-    f = f * z + series[13 * LANES + k]
-    d = d * z + f
-    f = f * z + series[12 * LANES + k]
-    d = d * z + f
-    f = f * z + series[11 * LANES + k]
-    d = d * z + f
-    f = f * z + series[10 * LANES + k]
-    d = d * z + f
-    f = f * z + series[9 * LANES + k]
-    d = d * z + f
-    f = f * z + series[8 * LANES + k]
-    d = d * z + f
-    f = f * z + series[7 * LANES + k]
-    d = d * z + f
-    f = f * z + series[6 * LANES + k]
-    d = d * z + f
-    f = f * z + series[5 * LANES + k]
-    d = d * z + f
-    f = f * z + series[4 * LANES + k]
-    d = d * z + f
-    f = f * z + series[3 * LANES + k]
-    d = d * z + f
-    f = f * z + series[2 * LANES + k]
-    d = d * z + f
-    f = f * z + series[LANES + k]
-    d = d * z + f
-    f = f * z + series[k]
+    """Return a polynomial of degree 14 and its derivative."""
+    f, d, _ = _value_and_two_derivatives(series, k, z)
     return f, d
 
 
@@ -382,8 +348,8 @@ def lower_bound(g0: float, d0: float, g1: float, d1: float, quartic: float) -> f
 
 
 @fused_inlined
-def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: int) -> None:
-    """Approximate z of the contact with the stop that x1 is closer to, or certify that there is no contact.
+def _approximate_impact(step: float, margin: float, batch: LaneBatch, count: int) -> None:
+    """Approximate z of the contact with the stop that q is closer to, or certify that there is no contact.
 
     The approximation is the root, to about five digits, of the polynomial of degree five through positions and
     velocities at both ends and at the middle of the cell: two steps of Halley's method from the root of a parabola,
@@ -392,34 +358,40 @@ def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: i
     count = min(count, LANES)
     rows, series = batch.rows, batch.series
     for k in range(count):
-        x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
-        x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
-        clearance = rows[GAP * LANES + k]
-        # the sign of the cubic at the middle of the cell decides between the stops
-        side = 1.0 if 4.0 * (x0 + x1) + step * (v0 - v1) > 0.0 else -1.0
-        g0, g1 = clearance - side * x0, clearance - side * x1
+        x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
+        x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
+        right, left = rows[RIGHT * PITCH + k], rows[LEFT * PITCH + k]
+        of_right, of_left = rows[RESTITUTION_RIGHT * PITCH + k], rows[RESTITUTION_LEFT * PITCH + k]
+        # the cubic at the middle of the cell decides between the stops
+        upper = 4.0 * (x0 + x1) + step * (v0 - v1) > 4.0 * (right - left)
+        side = 1.0 if upper else -1.0
+        gap = right if upper else left
+        restitution = of_right if upper else of_left
+        rows[GAP * PITCH + k] = gap
+        rows[RESTITUTION * PITCH + k] = restitution
+        g0, g1 = gap - side * x0, gap - side * x1
         d0, d1 = -side * v0 * step, -side * v1 * step
         discriminant = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
         t = min(max(2.0 * g0 / max(np.sqrt(discriminant) - d0, PARABOLA_DIVISOR), 0.0), 1.0)
-        rows[SIDE * LANES + k] = side
-        rows[IMPACT_Z * LANES + k] = t
-        quartic = QUARTIC_TO_HERMITE * rows[FOURTH * LANES + k]
-        twice = 2.0 * clearance
-        here, there = lower_bound(g0, d0, g1, d1, quartic), lower_bound(twice - g0, -d0, twice - g1, -d1, quartic)
-        none = min(here, there) > margin * (rows[REACH * LANES + k] + clearance)
+        rows[SIDE * PITCH + k] = side
+        rows[IMPACT_Z * PITCH + k] = t
+        quartic = QUARTIC_TO_HERMITE * rows[FOURTH * PITCH + k]
+        both = right + left
+        here, there = lower_bound(g0, d0, g1, d1, quartic), lower_bound(both - g0, -d0, both - g1, -d1, quartic)
+        none = min(here, there) > margin * (rows[REACH * PITCH + k] + rows[UNIT * PITCH + k])
         turns, turns_there = (d0 <= 0.0) & (d1 >= 0.0), (d0 >= 0.0) & (d1 <= 0.0)
-        rows[LEAST_GAP * LANES + k] = min(here if turns else twice, there if turns_there else twice)
-        rows[OUTCOME * LANES + k] = NO_IMPACT if none else UNCERTAIN
+        rows[LEAST_GAP * PITCH + k] = min(here if turns else both, there if turns_there else both)
+        rows[OUTCOME * PITCH + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
-        x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
-        x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
-        clearance, side, t = rows[GAP * LANES + k], rows[SIDE * LANES + k], rows[IMPACT_Z * LANES + k]
-        g0, g1 = clearance - side * x0, clearance - side * x1
+        x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
+        x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
+        gap, side, t = rows[GAP * PITCH + k], rows[SIDE * PITCH + k], rows[IMPACT_Z * PITCH + k]
+        g0, g1 = gap - side * x0, gap - side * x1
         d0, d1 = -side * v0 * step, -side * v1 * step
         c2, c3 = 3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1
         # residuals of value and slope at the middle of the cell
-        middle = 16.0 * (clearance - side * series[k] - 0.5 * (g0 + g1) - 0.125 * (d0 - d1))
-        tilt = 16.0 * (-2.0 * side * series[LANES + k] - 1.5 * (g1 - g0) + 0.25 * (d0 + d1))
+        middle = 16.0 * (gap - side * series[k] - 0.5 * (g0 + g1) - 0.125 * (d0 - d1))
+        tilt = 16.0 * (-2.0 * side * series[PITCH + k] - 1.5 * (g1 - g0) + 0.25 * (d0 + d1))
         w, q = t * (1.0 - t), middle + tilt * (t - 0.5)
         f = ((c3 * t + c2) * t + d0) * t + g0 + w * w * q
         d = (3.0 * c3 * t + 2.0 * c2) * t + d0 + w * (2.0 * (1.0 - 2.0 * t) * q + w * tilt)
@@ -430,164 +402,152 @@ def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: i
         d = (3.0 * c3 * t + 2.0 * c2) * t + d0 + w * (2.0 * (1.0 - 2.0 * t) * q + w * tilt)
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
-        rows[CONTACT_ACCELERATION * LANES + k] = -0.25 * side * (3.0 * c3 * t + c2)
-        rows[IMPACT_Z * LANES + k] = min(max(2.0 * t - 1.0, -1.0), 1.0)
+        rows[CONTACT_ACCELERATION * PITCH + k] = -0.25 * side * (3.0 * c3 * t + c2)
+        rows[IMPACT_Z * PITCH + k] = min(max(2.0 * t - 1.0, -1.0), 1.0)
 
 
 @fused_inlined
-def _find_impact(
-    step: float, restitution: float, viscous_term: float, margin: float, batch: ImpactBatch, count: int
-) -> None:
-    """Find z of the first contact with the stop that x1 is closer to, and bound the gap before it.
+def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBatch, count: int) -> None:
+    """Find z of the first contact with the stop that q is closer to, and bound the gap before it.
 
     Two steps of Halley's method with the whole series, from the approximation, converge to round-off. The contact is
     the first if the gap is positive before it. The Hermite interpolant of the gap with double nodes at the start of the
-    cell and at the impact has the error x''''(xi)/24 tau^2 (tau_i - tau)^2. Divided by its zero, (tau_i - tau), the
-    interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162.
+    cell and at the impact has the error q''''(xi)/24 tau^2 (tau_i - tau)^2. Divided by its zero, (tau_i - tau), the
+    interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed max|q''''| tau_i^4 / 162.
     """
     count = min(count, LANES)
     _approximate_impact(step, margin, batch, count)
     rows, series = batch.rows, batch.series
     per_step = 2.0 / step
     per_square = 2.0 * per_step * per_step
-    rebound = 1.0 + restitution
     for k in range(count):
-        z, e = rows[IMPACT_Z * LANES + k], rows[CONTACT_ACCELERATION * LANES + k]
+        z, e = rows[IMPACT_Z * PITCH + k], rows[CONTACT_ACCELERATION * PITCH + k]
         f, d = _value_and_slope(series, k, z)
-        f = rows[SIDE * LANES + k] * rows[GAP * LANES + k] - f
-        rows[IMPACT_Z * LANES + k] = z + f * d / (d * d + f * e)
+        f = rows[SIDE * PITCH + k] * rows[GAP * PITCH + k] - f
+        rows[IMPACT_Z * PITCH + k] = z + f * d / (d * d + f * e)
     for k in range(count):
-        z, side, clearance = rows[IMPACT_Z * LANES + k], rows[SIDE * LANES + k], rows[GAP * LANES + k]
+        z, side, gap = rows[IMPACT_Z * PITCH + k], rows[SIDE * PITCH + k], rows[GAP * PITCH + k]
         f, d, e = _value_and_two_derivatives(series, k, z)
-        f = side * clearance - f
+        f = side * gap - f
         change = f * d / (d * d + f * e)
         z += change
         v = (d + 2.0 * e * change) * per_step
-        jump = -rebound * v
+        jump = -(1.0 + rows[RESTITUTION * PITCH + k]) * v
         speed = side * v
         passed = 0.5 * (1.0 + z)
         square = passed * passed
-        g0, d0 = clearance - side * rows[START_X * LANES + k], -side * rows[START_V * LANES + k] * step
+        g0, d0 = gap - side * rows[START_X * PITCH + k], -side * rows[START_V * PITCH + k] * step
         quadratic = min(min(g0, 1.5 * g0 + 0.5 * passed * d0), passed * step * speed)
-        rows[IMPACT_Z * LANES + k] = z
-        rows[JUMP * LANES + k] = jump
-        rows[SPEED * LANES + k] = speed
-        rows[CONTACT_ACCELERATION * LANES + k] = side * (e * per_square - viscous_term * jump)
-        rows[MINIMUM_BEFORE * LANES + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * LANES + k]
-        rows[MAXIMUM_BEFORE * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
+        rows[IMPACT_Z * PITCH + k] = z
+        rows[JUMP * PITCH + k] = jump
+        rows[SPEED * PITCH + k] = speed
+        rows[CONTACT_ACCELERATION * PITCH + k] = side * (e * per_square - viscous_term * jump)
+        rows[MINIMUM_BEFORE * PITCH + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * PITCH + k]
+        rows[MAXIMUM_BEFORE * PITCH + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         converged = (abs(change) < tolerances.ROOT_CHANGE) & (abs(e * change) < tolerances.ROOT_SLOPE_CHANGE * abs(d))
-        known = rows[OUTCOME * LANES + k]
+        known = rows[OUTCOME * PITCH + k]
         found = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
-        rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else found
+        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else found
 
 
 @fused_inlined
 def horner(table: Floats, z: float) -> float:
     """Return the polynomial of degree 14 with these coefficients."""
     square = z * z
-    even = table[14]
-    odd = table[13]
-    even = even * square + table[12]
-    odd = odd * square + table[11]
-    even = even * square + table[10]
-    odd = odd * square + table[9]
-    even = even * square + table[8]
-    odd = odd * square + table[7]
-    even = even * square + table[6]
-    odd = odd * square + table[5]
-    even = even * square + table[4]
-    odd = odd * square + table[3]
-    even = even * square + table[2]
-    odd = odd * square + table[1]
-    even = even * square + table[0]
-    value: float = odd * z + even
+    even, odd = table[14], table[13]
+    even, odd = even * square + table[12], odd * square + table[11]
+    even, odd = even * square + table[10], odd * square + table[9]
+    even, odd = even * square + table[8], odd * square + table[7]
+    even, odd = even * square + table[6], odd * square + table[5]
+    even, odd = even * square + table[4], odd * square + table[3]
+    even, odd = even * square + table[2], odd * square + table[1]
+    value: float = odd * z + (even * square + table[0])
     return value
 
 
 @fused_inlined
-def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
-    """Add the effect of the impact to the state at the end of the cell; write x1, v1 and the limit there."""
+def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, count: int) -> None:
+    """Add the effect of the impact to the state at the end of the cell; write q, q' and END_LOSS there."""
     count = min(count, LANES)
     rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(count):
-        clearance = rows[GAP * LANES + k]
-        rows[END_X * LANES + k] = x
-        rows[END_V * LANES + k] = v
-        rows[END_LIMIT * LANES + k] = (1.0 - margin) * clearance - margin * steady - fourth
+        rows[END_X * PITCH + k] = x
+        rows[END_V * PITCH + k] = v
+        rows[END_LOSS * PITCH + k] = margin * steady + fourth
     for j in range(blocks):
         first_table, second_table = tables.unit_impulse[2 * j], tables.unit_impulse[2 * j + 1]
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
-        moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
+        moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
-            z, jump = rows[IMPACT_Z * LANES + k], rows[JUMP * LANES + k]
+            z, jump = rows[IMPACT_Z * PITCH + k], rows[JUMP * PITCH + k]
             a = moved[k] + jump * horner(first_table, z)
-            b = moved[LANES + k] + jump * horner(second_table, z)
+            b = moved[PITCH + k] + jump * horner(second_table, z)
             moved[k] = a
-            moved[LANES + k] = b
-            rows[END_X * LANES + k] += r0 * a + r1 * b
-            rows[END_V * LANES + k] += r2 * a + r3 * b
-            rows[END_LIMIT * LANES + k] -= weight * (frequency * abs(a) + abs(b))
+            moved[PITCH + k] = b
+            rows[END_X * PITCH + k] += r0 * a + r1 * b
+            rows[END_V * PITCH + k] += r2 * a + r3 * b
+            rows[END_LOSS * PITCH + k] += weight * (frequency * abs(a) + abs(b))
 
 
 @fused_inlined
-def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
+def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Certify that the impact is the first in the cell, that it is the only one, and that it needs no second pass.
 
     After the impact the gap is bounded as before it (`_find_impact`), with its zero at the start. There is no contact
     with the other stop if the Bernstein coefficients of both arcs are below its distance. A second pass is needed if
-    mass 1 may come to rest. It is also needed if mass 1 returns within the next cell and ends so close to this stop
+    the contact may come to rest. It is also needed if it returns within the next cell and ends so close to this stop
     that the gap must be a separate number (ANCHORED_GAP).
     """
     count = min(count, LANES)
     rows = batch.rows
-    step, restitution = tables.scalars[lane_tables.STEP], tables.scalars[lane_tables.RESTITUTION]
+    step = tables.scalars[lane_tables.STEP]
     impulse_reach = tables.scalars[lane_tables.IMPULSE_REACH]
     impulse_fourth = tables.scalars[lane_tables.IMPULSE_FOURTH]
-    at_rest = tolerances.LANE_REST_SHARE * (1.0 - restitution) * step
     for k in range(count):
-        clearance, side = rows[GAP * LANES + k], rows[SIDE * LANES + k]
-        jump = abs(rows[JUMP * LANES + k])
-        passed, left = 0.5 * (1.0 + rows[IMPACT_Z * LANES + k]), 0.5 * (1.0 - rows[IMPACT_Z * LANES + k])
+        side, unit, restitution = rows[SIDE * PITCH + k], rows[UNIT * PITCH + k], rows[RESTITUTION * PITCH + k]
+        at_rest = tolerances.LANE_REST_SHARE * (1.0 - restitution) * step
+        jump = abs(rows[JUMP * PITCH + k])
+        passed, left = 0.5 * (1.0 + rows[IMPACT_Z * PITCH + k]), 0.5 * (1.0 - rows[IMPACT_Z * PITCH + k])
         time = left * step
-        leaving = restitution * rows[SPEED * LANES + k]
-        gap, rate = clearance - side * rows[END_X * LANES + k], -side * rows[END_V * LANES + k]
-        reach = rows[REACH * LANES + k] + impulse_reach * jump
-        fourth = rows[FOURTH * LANES + k] + impulse_fourth * jump
+        leaving = restitution * rows[SPEED * PITCH + k]
+        gap, rate = rows[GAP * PITCH + k] - side * rows[END_X * PITCH + k], -side * rows[END_V * PITCH + k]
+        reach = rows[REACH * PITCH + k] + impulse_reach * jump
+        fourth = rows[FOURTH * PITCH + k] + impulse_fourth * jump
         square = left * left
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
-        margin = tolerances.LANE_SURE * (reach + clearance)
-        above = 2.0 * clearance - fourth - margin
-        before, other = rows[MINIMUM_BEFORE * LANES + k] - margin, above - rows[MAXIMUM_BEFORE * LANES + k]
+        margin = tolerances.LANE_SURE * (reach + unit)
+        above = rows[RIGHT * PITCH + k] + rows[LEFT * PITCH + k] - fourth - margin
+        before, other = rows[MINIMUM_BEFORE * PITCH + k] - margin, above - rows[MAXIMUM_BEFORE * PITCH + k]
         first, beside = min(before, other), min(before / passed, other)
         this = quadratic - QUARTIC_TO_QUADRATIC * square * square * fourth - margin
         other = above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0))
         after = min(this, other)
         # the parabola through both rates, a cell ahead, times the time left
         ahead = time * gap + step * (time * rate + 0.5 * step * (rate - leaving))
-        bouncing = 2.0 * leaving - at_rest * rows[CONTACT_ACCELERATION * LANES + k]
-        apart = max(ahead, gap - ANCHORED_GAP * clearance)
+        bouncing = 2.0 * leaving - at_rest * rows[CONTACT_ACCELERATION * PITCH + k]
+        apart = max(ahead, gap - ANCHORED_GAP * unit)
         single = min(after, min(apart, bouncing)) > 0.0
-        known, whole = rows[OUTCOME * LANES + k], rows[LEAST_GAP * LANES + k]
+        known, whole = rows[OUTCOME * PITCH + k], rows[LEAST_GAP * PITCH + k]
         beside = min(beside, min(this / left, other)) if single else beside
-        rows[LEAST_GAP * LANES + k] = whole if known == NO_IMPACT else beside
+        rows[LEAST_GAP * PITCH + k] = whole if known == NO_IMPACT else beside
         verified = (SINGLE_IMPACT if single else FIRST_IMPACT) if (first > 0.0) & (known == FIRST_IMPACT) else UNCERTAIN
-        rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else verified
+        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else verified
 
 
 @kernel
-def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: ImpactBatch, count: int) -> None:
+def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
     """Find the impact of each lane of a batch in a cell, and carry the lane to the end of the cell.
 
     Parameters
     ----------
     cell : int
         Index in the forcing period.
-    batch : ImpactBatch
-        Input: `start` and the rows START_X, START_V, GAP; all else is output. The cell has exactly one impact where
+    batch : LaneBatch
+        Input: `start` and the rows START_X to UNIT; all else is output. The cell has exactly one impact where
         OUTCOME is SINGLE_IMPACT, one at IMPACT_Z and possibly others after it where it is FIRST_IMPACT, and none where
         it is NO_IMPACT.
     count : int
@@ -597,7 +557,8 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: ImpactBa
     scalars = tables.scalars
     _expand_positions(masses, tables.series, tables.forcing[cell], batch.start, batch.series, count)
     _end_without_impact(len(masses), tables, end, batch, count)
-    step, restitution = scalars[lane_tables.STEP], scalars[lane_tables.RESTITUTION]
-    _find_impact(step, restitution, scalars[lane_tables.VISCOUS_TERM], scalars[lane_tables.MARGIN], batch, count)
+    _find_impact(
+        scalars[lane_tables.STEP], scalars[lane_tables.VISCOUS_TERM], scalars[lane_tables.MARGIN], batch, count
+    )
     _add_impulse(len(masses), tables, end, batch, count)
     _certify_impact(tables, batch, count)

@@ -1,6 +1,6 @@
 """Trajectories of one oscillator at one forcing frequency in lockstep, cell after cell.
 
-All lanes are in the same cell of the same half period; each has its own clearance, state and regime. Cells without a
+All lanes are in the same cell of the same half period; each has its own stops, state and regime. Cells without a
 contact, and cells with one impact that can be certified, are computed for all lanes at once (`lanes`). Lanes with
 several impacts on one stop, a slow rebound or a close passage go through a second pass together (`multi_impact_cell`).
 All others (rest on a stop, a graze to within round-off, both stops in one cell) go through the cell one by one, as a
@@ -18,14 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
     begin_half_period,
     bounds,
-    first_acceleration,
-    first_mass,
+    contact_acceleration_of,
+    contact_motion,
     flow_state,
     reach_from,
     reference_at,
@@ -33,6 +33,7 @@ from grazemap_core.contact.kernels.cells import (
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
+from grazemap_core.contact.kernels.stops import Stops, nearest_gap, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
@@ -40,11 +41,12 @@ from grazemap_core.maps.kernels import multi_impact_cell as second
 from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LaneModel
 from grazemap_core.maps.kernels.lanes import (
     LANES,
+    PITCH,
     VECTOR,
-    ImpactBatch,
+    LaneBatch,
     Masses,
     advance,
-    impact_batch,
+    lane_batch,
     solve_impacts,
     update_limits,
 )
@@ -54,7 +56,7 @@ from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
 OUT_OF_REACH = 1e300
-"""Clearance of a lane that is out of use; finite, so that differences are finite too."""
+"""Gap of a lane that is out of use; finite, so that differences are finite too."""
 
 FREE, NEAR, RESTING = 0, 1, 2
 """Regimes at the boundary of a cell."""
@@ -62,7 +64,7 @@ BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
 CONTACT_ACCELERATION = workspace.KIND + 1
-"""Column of a lane's events after those of `workspace`: acceleration of mass 1 toward the stop after an impact."""
+"""Column of a lane's events after those of `workspace`: acceleration toward the stop after an impact."""
 LANE_EVENT_COLUMNS = workspace.KIND + 2
 
 
@@ -72,16 +74,20 @@ class Lanes(NamedTuple):
     Attributes
     ----------
     even, odd : ((2 N + 2) * LANES,)
-        State: (u, u') of every block, x1 and v1. The arrays alternate as the start and the end of a cell; a half period
+        State: (u, u') of every block, q and q'. The arrays alternate as the start and the end of a cell; a half period
         starts and ends in `even`.
-    clearance, close : (LANES,)
-        The clearance; distance from the stops up to which passages without a contact are bounded.
-    limit, reach : (LANES,)
-        Limit of `lanes.advance`; bound of |x1| for all time to come without impacts.
+    gap, restitution : (2 * LANES,)
+        Of the right stop of every lane, then of the left one.
+    unit, chatter_impacts, settling_chatter, symmetric : (LANES,)
+        As in `stops.Stops`.
+    close : (LANES,)
+        Distance from the stops up to which passages without a contact are bounded.
+    limit, reach : (2 * LANES,), (LANES,)
+        Limit of `lanes.advance`; bound of |q| for all time to come without impacts.
     tally : (TALLY_SIZE, LANES)
         As in `workspace.Workspace`.
     regime : (LANES,)
-        FREE between the stops, NEAR a stop that mass 1 has just left, RESTING on one.
+        FREE between the stops, NEAR a stop that the contact has just left, RESTING on one.
     cursor, near, resting, since : (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
         Used for a lane that is not FREE, as in `workspace.Workspace` and `sticking_flow.HeldProblem`.
     status : (LANES,)
@@ -90,7 +96,7 @@ class Lanes(NamedTuple):
         Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start of the trajectory, or since the
         caller emptied them (`cursor`); those beyond the capacity are counted only.
     mixed : (LANES,)
-        1 if the events of the last half period are not all impacts with a speed, or if mass 1 rested in it.
+        1 if the events of the last half period are not all impacts with a speed, or if the contact rested in it.
     deferred, deferred_state, deferred_offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that go through the present cell one by one; (u, u') and time in the cell at which they start.
     flags, flagged, not_free, lane_of, active, first_pass, second_pass
@@ -99,7 +105,12 @@ class Lanes(NamedTuple):
 
     even: Floats
     odd: Floats
-    clearance: Floats
+    gap: Floats
+    restitution: Floats
+    unit: Floats
+    chatter_impacts: Floats
+    settling_chatter: Floats
+    symmetric: Integers
     close: Floats
     limit: Floats
     reach: Floats
@@ -120,8 +131,8 @@ class Lanes(NamedTuple):
     not_free: Integers
     lane_of: Integers
     active: Integers
-    first_pass: ImpactBatch
-    second_pass: second.SecondPass
+    first_pass: LaneBatch
+    second_pass: LaneBatch
 
 
 class CellStep(NamedTuple):
@@ -153,13 +164,18 @@ class Impact(NamedTuple):
 def lanes(masses: int, events: int = 0) -> Lanes:
     """Return lanes out of use for an oscillator, each with the capacity for `events` events."""
     return Lanes(
-        even=np.zeros((2 * masses + 2) * LANES),
-        odd=np.zeros((2 * masses + 2) * LANES),
-        clearance=np.full(LANES, OUT_OF_REACH),
-        close=np.zeros(LANES),
-        limit=np.full(LANES, OUT_OF_REACH),
-        reach=np.zeros(LANES),
-        tally=np.zeros((workspace.TALLY_SIZE, LANES)),
+        even=aligned(np.zeros((2 * masses + 2) * LANES)),
+        odd=aligned(np.zeros((2 * masses + 2) * LANES)),
+        gap=aligned(np.full(2 * LANES, OUT_OF_REACH)),
+        restitution=aligned(np.zeros(2 * LANES)),
+        unit=aligned(np.ones(LANES)),
+        chatter_impacts=np.zeros(LANES),
+        settling_chatter=np.zeros(LANES),
+        symmetric=np.zeros(LANES, dtype=np.int64),
+        close=aligned(np.zeros(LANES)),
+        limit=aligned(np.full(2 * LANES, OUT_OF_REACH)),
+        reach=aligned(np.zeros(LANES)),
+        tally=aligned(np.zeros((workspace.TALLY_SIZE, LANES))),
         regime=np.zeros(LANES, dtype=np.int64),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
@@ -171,14 +187,53 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         deferred=np.zeros(LANES, dtype=np.int64),
         deferred_state=np.zeros((LANES, 2 * masses)),
         deferred_offset=np.zeros(LANES),
-        flags=np.zeros(LANES, dtype=np.int64),
+        flags=aligned(np.zeros(LANES, dtype=np.int64)),
         flagged=np.zeros(LANES + 1, dtype=np.int64),
         not_free=np.zeros(LANES, dtype=np.int64),
         lane_of=np.zeros(WIDTH, dtype=np.int64),
         active=np.zeros(WIDTH, dtype=np.int64),
-        first_pass=impact_batch(masses),
+        first_pass=lane_batch(masses),
         second_pass=second.second_pass(masses),
     )
+
+
+@kernel
+def set_stops(group: Lanes, lane: int, stops: Stops) -> None:
+    """Set the stops of a lane."""
+    group.gap[lane], group.gap[LANES + lane] = stops.right, stops.left
+    group.restitution[lane], group.restitution[LANES + lane] = stops.restitution_right, stops.restitution_left
+    group.unit[lane] = stops.unit
+    group.chatter_impacts[lane], group.settling_chatter[lane] = stops.chatter_impacts, stops.settling_chatter
+    group.symmetric[lane] = 1 if stops.symmetric else 0
+
+
+@kernel
+def lane_stops(group: Lanes, lane: int) -> Stops:
+    """Return the stops of a lane."""
+    return Stops(
+        group.gap[lane],
+        group.gap[LANES + lane],
+        group.restitution[lane],
+        group.restitution[LANES + lane],
+        group.unit[lane],
+        group.chatter_impacts[lane],
+        group.settling_chatter[lane],
+        group.symmetric[lane] != 0,
+    )
+
+
+@inlined
+def set_limits(limit: Floats, gap: Floats, lane: int, loss: float) -> None:
+    """Set both limits of a lane, by how much they are below the gaps."""
+    limit[lane] = (1.0 - CONTACT_ROUNDING) * gap[lane] - loss
+    limit[LANES + lane] = (1.0 - CONTACT_ROUNDING) * gap[LANES + lane] - loss
+
+
+@inlined
+def no_limits(group: Lanes, lane: int) -> None:
+    """Have every cell of a lane examined."""
+    group.limit[lane] = -np.inf
+    group.limit[LANES + lane] = -np.inf
 
 
 @kernel
@@ -187,40 +242,39 @@ def clear_lane(group: Lanes, lane: int) -> None:
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + lane] = 0.0
         group.odd[c * LANES + lane] = 0.0
-    group.clearance[lane] = OUT_OF_REACH
+    group.gap[lane], group.gap[LANES + lane] = OUT_OF_REACH, OUT_OF_REACH
     group.close[lane] = 0.0
-    group.limit[lane] = OUT_OF_REACH
+    group.limit[lane], group.limit[LANES + lane] = OUT_OF_REACH, OUT_OF_REACH
     group.regime[lane] = FREE
 
 
 @kernel
-def _limit(problem: CellProblem, u: Floats, clearance: float, close: float) -> float:
-    """Return the limit of `lanes.advance`."""
+def _loss(problem: CellProblem, u: Floats, close: float) -> float:
+    """Return by how much the limits of `lanes.advance` are below the gaps, but for the rounding of these."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
-    rounding = CONTACT_ROUNDING * (reach + clearance)
-    return clearance - close - rounding - square * square / HERMITE_DIVISOR * fourth
+    return close + CONTACT_ROUNDING * reach + square * square / HERMITE_DIVISOR * fourth
 
 
 @kernel
 def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> None:
     """Set the state u (N, 2) of a lane, between the stops, at the start of a half period."""
     blocks = u.shape[0]
-    x, v = first_mass(problem, u, *reference_at_half(problem, half))
+    x, v = contact_motion(problem, u, *reference_at_half(problem, half))
     for j in range(blocks):
         group.even[2 * j * LANES + lane] = u[j, 0]
         group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.reach[lane] = reach_from(problem, u, half, group.clearance[lane])
-    group.limit[lane] = _limit(problem, u, group.clearance[lane], group.close[lane])
+    group.reach[lane] = reach_from(problem, u, half, nearest_gap(lane_stops(group, lane)))
+    set_limits(group.limit, group.gap, lane, _loss(problem, u, group.close[lane]))
 
 
 @kernel
-def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float) -> None:
+def start_lane(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: Floats) -> None:
     """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
-    group.clearance[lane] = clearance
-    group.close[lane] = CLOSE_PASSAGE * clearance
+    set_stops(group, lane, stops)
+    group.close[lane] = CLOSE_PASSAGE * stops.unit
     set_state(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
@@ -232,20 +286,20 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearan
 
 
 @kernel
-def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float, stop: int) -> None:
-    """Start a trajectory with mass 1 on a stop in a lane, not moving into it, at the start of an even half period."""
-    start_lane(group, lane, problem, u, clearance)
-    _, v = first_mass(problem, u, *reference_at_half(problem, plain(0)))
+def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: Floats, stop: int) -> None:
+    """Start a trajectory on a stop in a lane, not moving into it, at the start of an even half period."""
+    start_lane(group, lane, problem, stops, u)
+    _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
     leaving = max(0.0, -stop * v)
     _, _, acceleration = reference_at(problem, plain(0), 0.0)
-    contact_acceleration = stop * first_acceleration(problem, u, acceleration)
+    contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
     group.cursor[lane, workspace.ANCHOR] = stop
     group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
     group.regime[lane] = RESTING  # its first cell is computed for this lane alone
-    group.limit[lane] = -np.inf
-    if may_rest(problem.restitution, problem.step, contact_acceleration, leaving):
+    no_limits(group, lane)
+    if may_rest(restitution_of(stops, stop), problem.step, contact_acceleration, leaving):
         group.status[lane] = workspace.AT_STOP
 
 
@@ -289,7 +343,7 @@ def _defer_cell(group: Lanes, lane: int, count: int, here: Floats) -> int:
 def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, status: int, count: int) -> int:
     """Defer lane k of the second pass from its last impact on. Returns how many lanes are deferred now.
 
-    `status` is AT_STOP where mass 1 may come to rest there, else OK.
+    `status` is AT_STOP where the contact may come to rest there, else OK.
     """
     at, end, lane = group.second_pass.rows, group.second_pass.end, group.lane_of[k]
     for j in range(u.shape[0]):
@@ -358,7 +412,7 @@ def _enter_impacts_of_round(
     """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
     at, lane_of, active = group.second_pass.rows, group.lane_of, group.active
     tally, cursor, events = group.tally, group.cursor, group.events
-    length, restitution, half = problem.step, problem.restitution, step.half
+    length, half = problem.step, step.half
     half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
     for k in range(count):
         if active[k] != 0 and at[second.JUMP * WIDTH + k] != 0.0:
@@ -367,6 +421,7 @@ def _enter_impacts_of_round(
             after, side = half_cell * (1.0 + at[second.ORIGIN * WIDTH + k]), at[second.SIDE * WIDTH + k]
             impact = Impact(cell_start + after, side, speed, contact_acceleration)
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
+            restitution = at[second.RESTITUTION * WIDTH + k]
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
                 deferred = _defer_after_impact(problem, group, k, u, plain(workspace.AT_STOP), deferred)
                 active[k] = 0
@@ -393,11 +448,11 @@ def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: in
         gap, rate = at[second.END_GAP * WIDTH + k], at[second.END_RATE * WIDTH + k]
         near[lane, 0] = gap
         near[lane, 1] = rate
-        # mass 1 is close to the stop, and the parabola through both rates returns to it within the next cell
+        # the contact is close to the stop, and the parabola through both rates returns to it within the next cell
         second_derivative = (
             0.5 * (rate - at[second.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - at[second.ORIGIN * WIDTH + k]))
         )
-        close = gap < ANCHORED_GAP * group.clearance[lane]
+        close = gap < ANCHORED_GAP * group.unit[lane]
         stays = close and gap + length * (rate + length * second_derivative) < 0.0
     regime[lane] = BECOMES_NEAR if stays else BECOMES_FREE
     return deferred
@@ -407,7 +462,7 @@ def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: in
 def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) -> None:
     """Write the states and regimes at the end of the cell of the lanes of the second pass that reach it."""
     at, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
-    regime, cursor, limit = group.regime, group.cursor, group.limit
+    regime, cursor, limit, gap = group.regime, group.cursor, group.limit, group.gap
     for k in range(count):
         lane = lane_of[k]
         if regime[lane] != BECOMES_NEAR and regime[lane] != BECOMES_FREE:
@@ -418,12 +473,12 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
         there[(states + 1) * LANES + lane] = at[second.END_V * WIDTH + k]
         if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
-            limit[lane] = -np.inf
+            no_limits(group, lane)
             cursor[lane, workspace.ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
             cursor[lane, workspace.ROOTS] = 0
         else:
             regime[lane] = FREE
-            limit[lane] = at[second.END_LIMIT * WIDTH + k] - group.close[lane]
+            set_limits(limit, gap, lane, at[second.END_LOSS * WIDTH + k] + group.close[lane])
             cursor[lane, workspace.ANCHOR] = 0
 
 
@@ -431,7 +486,8 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
 def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
-    clearance, close, limit, here, there = group.clearance, group.close, group.limit, step.here, step.there
+    gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
+    here, there = step.here, step.there
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
     length = model.problem.step
@@ -443,17 +499,17 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
     deferred = int(np.int64(0))
     for i in range(free + others):
         if i < free:
-            lane, outcome = flagged[i], at[first.OUTCOME * LANES + i]
+            lane, outcome = flagged[i], at[first.OUTCOME * PITCH + i]
             if outcome == first.NO_IMPACT:
-                _enter_passage(tally, lane, at[first.LEAST_GAP * LANES + i])
+                _enter_passage(tally, lane, at[first.LEAST_GAP * PITCH + i])
                 continue
             if outcome == first.SINGLE_IMPACT:
-                _enter_passage(tally, lane, at[first.LEAST_GAP * LANES + i])
+                _enter_passage(tally, lane, at[first.LEAST_GAP * PITCH + i])
                 for c in range(states):
-                    there[c * LANES + lane] = end[c * LANES + i]
-                there[states * LANES + lane] = at[first.END_X * LANES + i]
-                there[(states + 1) * LANES + lane] = at[first.END_V * LANES + i]
-                limit[lane] = at[first.END_LIMIT * LANES + i] - close[lane]
+                    there[c * LANES + lane] = end[c * PITCH + i]
+                there[states * LANES + lane] = at[first.END_X * PITCH + i]
+                there[(states + 1) * LANES + lane] = at[first.END_V * PITCH + i]
+                set_limits(limit, gap, lane, at[first.END_LOSS * PITCH + i] + close[lane])
                 _enter_impact(tally, cursor, events, lane, half, _impact(at, i, cell_start, half_cell))
                 continue
             _put_free_lane(at, on, outcome, i, filled, half_cell)
@@ -464,7 +520,10 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
                 continue
             _put_near_lane(cursor, group.near, on, lane, filled, half_cell)
         lane_of[filled] = lane
-        on[second.CLEARANCE * WIDTH + filled] = clearance[lane]
+        on[second.UNIT * WIDTH + filled] = unit[lane]
+        on[second.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
+        upper = on[second.SIDE * WIDTH + filled] > 0.0
+        on[second.RESTITUTION * WIDTH + filled] = restitution[lane if upper else LANES + lane]
         for c in range(states):
             start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
@@ -484,7 +543,8 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
     FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
     """
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
-    start, at, here, clearance = group.first_pass.start, group.first_pass.rows, step.here, group.clearance
+    start, at, here = group.first_pass.start, group.first_pass.rows, step.here
+    gap, restitution, unit = group.gap, group.restitution, group.unit
     states = 2 * len(masses)
     count = 0
     for lane in range(used):
@@ -499,10 +559,14 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
             continue
         flagged[free] = lane
         for c in range(states):
-            start[c * LANES + free] = here[c * LANES + lane]
-        at[first.START_X * LANES + free] = here[states * LANES + lane]
-        at[first.START_V * LANES + free] = here[(states + 1) * LANES + lane]
-        at[first.GAP * LANES + free] = clearance[lane]
+            start[c * PITCH + free] = here[c * LANES + lane]
+        at[first.START_X * PITCH + free] = here[states * LANES + lane]
+        at[first.START_V * PITCH + free] = here[(states + 1) * LANES + lane]
+        at[first.RIGHT * PITCH + free] = gap[lane]
+        at[first.LEFT * PITCH + free] = gap[LANES + lane]
+        at[first.RESTITUTION_RIGHT * PITCH + free] = restitution[lane]
+        at[first.RESTITUTION_LEFT * PITCH + free] = restitution[LANES + lane]
+        at[first.UNIT * PITCH + free] = unit[lane]
         free += 1
     if free > 0:
         solve_impacts(masses, model.tables, step.cell, group.first_pass, (free + VECTOR - 1) // VECTOR * VECTOR)
@@ -513,27 +577,27 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
 def _impact(at: Floats, i: int, cell_start: float, half_cell: float) -> Impact:
     """Return the impact of lane i of the first pass."""
     return Impact(
-        cell_start + half_cell * (1.0 + at[first.IMPACT_Z * LANES + i]),
-        at[first.SIDE * LANES + i],
-        at[first.SPEED * LANES + i],
-        at[first.CONTACT_ACCELERATION * LANES + i],
+        cell_start + half_cell * (1.0 + at[first.IMPACT_Z * PITCH + i]),
+        at[first.SIDE * PITCH + i],
+        at[first.SPEED * PITCH + i],
+        at[first.CONTACT_ACCELERATION * PITCH + i],
     )
 
 
 @inlined
 def _put_free_lane(at: Floats, on: Floats, outcome: float, i: int, k: int, half_cell: float) -> None:
     """Write lane i of the first pass, which needs a second one, to lane k of that."""
-    side = at[first.SIDE * LANES + i]
+    side = at[first.SIDE * PITCH + i]
     on[second.SIDE * WIDTH + k] = side
     if outcome == first.FIRST_IMPACT:
-        on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * LANES + i]
-        on[second.SPEED * WIDTH + k] = at[first.SPEED * LANES + i]
-        on[second.JUMP * WIDTH + k] = at[first.JUMP * LANES + i]
-        on[second.LEAST_GAP * WIDTH + k] = at[first.LEAST_GAP * LANES + i]
+        on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * PITCH + i]
+        on[second.SPEED * WIDTH + k] = at[first.SPEED * PITCH + i]
+        on[second.JUMP * WIDTH + k] = at[first.JUMP * PITCH + i]
+        on[second.LEAST_GAP * WIDTH + k] = at[first.LEAST_GAP * PITCH + i]
     else:
         on[second.ORIGIN * WIDTH + k] = -1.0
-        on[second.GAP * WIDTH + k] = at[first.GAP * LANES + i] - side * at[first.START_X * LANES + i]
-        on[second.RATE * WIDTH + k] = -side * at[first.START_V * LANES + i] * half_cell
+        on[second.GAP * WIDTH + k] = at[first.GAP * PITCH + i] - side * at[first.START_X * PITCH + i]
+        on[second.RATE * WIDTH + k] = -side * at[first.START_V * PITCH + i] * half_cell
         on[second.SPEED * WIDTH + k] = 0.0
         on[second.JUMP * WIDTH + k] = 0.0
 
@@ -568,15 +632,15 @@ def _copy_back(
     if resting:
         copy_matrix(group.resting[lane], held.state)
         copy_vector(group.since[lane], held.since)
-    x, v = first_mass(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
+    x, v = contact_motion(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
     for j in range(blocks):
         there[2 * j * LANES + lane] = u[j, 0]
         there[(2 * j + 1) * LANES + lane] = u[j, 1]
     there[2 * blocks * LANES + lane] = x
     there[(2 * blocks + 1) * LANES + lane] = v
-    group.limit[lane] = -np.inf
+    no_limits(group, lane)
     if group.regime[lane] == FREE:
-        group.limit[lane] = _limit(problem, u, group.clearance[lane], group.close[lane])
+        set_limits(group.limit, group.gap, lane, _loss(problem, u, group.close[lane]))
 
 
 @kernel
@@ -584,7 +648,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
     """Carry one deferred lane to the end of a cell; u (N, 2) is scratch."""
     problem, held, cell, half = model.problem, model.held, step.cell, step.half
     blocks = u.shape[0]
-    clearance, offset = group.clearance[lane], group.deferred_offset[lane]
+    stops, offset = lane_stops(group, lane), group.deferred_offset[lane]
     for j in range(blocks):
         u[j, 0] = group.deferred_state[lane, 2 * j]
         u[j, 1] = group.deferred_state[lane, 2 * j + 1]
@@ -605,9 +669,9 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
     if group.status[lane] == workspace.AT_STOP:
         work.near[2] = offset
     else:
-        status = run_cell(problem, u, clearance, cell, offset, half, work)
+        status = run_cell(problem, stops, u, cell, offset, half, work)
     if status == workspace.AT_STOP:
-        status = rest_in_cell(problem, held, u, clearance, cell, half, work)
+        status = rest_in_cell(problem, held, stops, u, cell, half, work)
     if work.cursor[workspace.HELD] != 0:
         group.mixed[lane] = 1
     for row in range(seen, min(work.cursor[workspace.ROWS], capacity)):
@@ -622,14 +686,16 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
             after = work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape)
             first_cell, time = half % 2 * (problem.cells // 2), work.events[row, workspace.TIME]
             _, _, acceleration = reference_at(problem, first_cell, time)
-            contact_acceleration = work.events[row, workspace.STOP] * first_acceleration(problem, after, acceleration)
+            contact_acceleration = work.events[row, workspace.STOP] * contact_acceleration_of(
+                problem, after, acceleration
+            )
             group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
     if (
         status == workspace.OK
         and work.cursor[workspace.HELD] != 0
         and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2)
     ):
-        write_free_state(problem, held, u, clearance, cell + 1, 0.0, work)
+        write_free_state(problem, held, stops, u, cell + 1, 0.0, work)
         begin_half_period(problem, u, half)  # back from the reference motion of the next half period
     _copy_back(model, group, lane, step, u, status, work)
 
@@ -664,33 +730,23 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
     _begin_half_period(model.problem, group, half + 1, used)
-    update_limits(len(masses), tables, group.even, group.clearance, group.close, group.limit, group.reach, used)
+    update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
-            group.limit[lane] = -np.inf
+            no_limits(group, lane)
     if model.problem.reference_series.shape[0] > 0:
         for lane in range(used):
             for j in range(u.shape[0]):
                 u[j, 0] = group.even[2 * j * LANES + lane]
                 u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-            group.reach[lane] = reach_from(model.problem, u, half + 1, group.clearance[lane])
+            group.reach[lane] = reach_from(model.problem, u, half + 1, nearest_gap(lane_stops(group, lane)))
 
 
 @kernel
 def _begin_half_period(problem: CellProblem, group: Lanes, half: int, used: int) -> None:
     """Convert the states of all lanes to the reference motion of a half period, as `cells.begin_half_period`."""
-    sign, even = 1.0 if half % 2 == 1 else -1.0, group.even
-    for j in range(problem.half_jump.shape[0]):
+    even, ended = group.even, (half + 1) % 2
+    for j in range(problem.half_jump.shape[1]):
         for c in range(2):
             for lane in range(used):
-                even[(2 * j + c) * LANES + lane] += sign * problem.half_jump[j, c]
-
-
-@kernel
-def run_halves(
-    masses: Masses, model: LaneModel, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
-) -> None:
-    """Carry lanes that have just started over several half periods; parameters as `run_half`."""
-    model, group, work = reference(model), reference(group), reference(work)
-    for half in range(halves):
-        run_half(masses, model, group, half, used, u, work)
+                even[(2 * j + c) * LANES + lane] += problem.half_jump[ended, j, c]

@@ -1,6 +1,6 @@
 """Second pass over a cell, for lanes with several impacts on one stop, a slow rebound or a close passage.
 
-WIDTH lanes at a time are side by side in a `SecondPass`. For each the gap to one stop is a series in s, in half cells,
+WIDTH lanes at a time are side by side in a `LaneBatch`. For each the gap to one stop is a series in s, in half cells,
 about an expansion point in the cell: the start of the cell, or the last impact. At an impact the gap is exactly zero
 and the series starts with the speed, so that arbitrarily small rebounds keep their full relative precision. One round
 finds the next contact with that stop in every lane, or certifies that there is none up to the end of the cell; then the
@@ -12,16 +12,22 @@ Lanes for which a round certifies nothing are left to `event_loop`, from their l
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.maps.kernels.lanes import PARABOLA_DIVISOR, Masses, horner, lower_bound
+from grazemap_core.maps.kernels.lanes import (
+    PARABOLA_DIVISOR,
+    LaneBatch,
+    Masses,
+    horner,
+    horner_step,
+    lane_batch,
+    lower_bound,
+)
 from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
-from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel
+from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, plain
 
 Five = tuple[float, float, float, float, float]
 Fifteen = tuple[
@@ -31,20 +37,22 @@ Fifteen = tuple[
 WIDTH = 16
 """Number of lanes of a second pass, of which as many VECTORs are computed as are used."""
 
-# rows of `SecondPass.rows`
-CLEARANCE, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
-"""Clearance; stop (+1 A, -1 C); z of the expansion point; 1 if that is on the stop (after an impact), else 0; the gap
-and its rate in s there."""
+# rows of the `LaneBatch.rows` of a second pass
+UNIT, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
+"""That of `stops.Stops`; stop (+1 A, -1 C); z of the expansion point; 1 if that is on the stop (after an impact), else
+0; the gap and its rate in s there."""
 OUTCOME, CONTACT_S, SPEED, JUMP, CONTACT_ACCELERATION = 6, 7, 8, 9, 10
 """Of the last round: outcome, s of the contact, speed before it, change of the velocity, and acceleration toward the
 stop after it (in velocity and time of the problem)."""
-END_GAP, END_RATE, END_X, END_V, END_LIMIT = 11, 12, 13, 14, 15
-"""At the end of the cell: the gap and its rate, x1, v1 and the limit (`lanes.update_limits`)."""
+END_GAP, END_RATE, END_X, END_V, END_LOSS = 11, 12, 13, 14, 15
+"""At the end of the cell: the gap and its rate, q and q', and END_LOSS of `lanes`."""
 END_VALUE, END_SLOPE, TERM_SUM, OTHER_CLEAR, LEAST_GAP = 16, 17, 18, 19, 20
 """Of the gap, its zero on the stop divided out: value and slope at the end of the cell, and the sum of the moduli of
 all terms; 1 where a contact with the other stop is impossible; lower bound of the gap as `lanes.LEAST_GAP`, up to the
 next contact or the end of the cell."""
-ROWS = 21
+BOTH, RESTITUTION = 21, 22
+"""Distance of the stops; restitution of this one."""
+ROWS = 23
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is certified; there is no contact up to the end of the cell; the next contact was found."""
@@ -52,37 +60,14 @@ UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 FOURTH_TO_HERMITE, FOURTH_TO_QUADRATIC = 144.0, 162.0
 """Divisors of s^4 max |fourth derivative|, see `lanes.lower_bound` and `lanes._find_impact`."""
 
-OTHER_STOP_SHARE = 1.9
-"""Maximum distance of mass 1 from a stop, in clearances, at which a contact with the other stop is excluded. The other
-stop is at 2; the margin is wide because such lanes are rare."""
+OTHER_STOP_SHARE = 0.95
+"""Maximum distance of the contact from a stop, as a share of the distance of the stops, at which it does not touch the
+other one; the margin is wide because such lanes are rare."""
 
 
-class SecondPass(NamedTuple):
-    """WIDTH lanes side by side.
-
-    Attributes
-    ----------
-    start, end : (2 N * WIDTH,)
-        (u, u') of every block at the start of the cell, and at its end.
-    series : (TERMS * WIDTH,)
-        Coefficients of the gap in s.
-    rows : (ROWS * WIDTH,)
-    """
-
-    start: Floats
-    end: Floats
-    series: Floats
-    rows: Floats
-
-
-def second_pass(masses: int) -> SecondPass:
+def second_pass(masses: int) -> LaneBatch:
     """Return an empty second pass for an oscillator."""
-    return SecondPass(
-        start=np.zeros(2 * masses * WIDTH),
-        end=np.zeros(2 * masses * WIDTH),
-        series=np.zeros(TERMS * WIDTH),
-        rows=np.zeros(ROWS * WIDTH),
-    )
+    return lane_batch(masses, WIDTH, ROWS)
 
 
 @fused_inlined
@@ -170,11 +155,10 @@ def _add_impulse(table: Floats, rows: Floats, out: Floats, count: int) -> None:
 
 
 @fused_inlined
-def _expand_after_impacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
+def _expand_after_impacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Expand the gap after an impact at the expansion point in every lane with a JUMP (0 elsewhere)."""
     rows, series = batch.rows, batch.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
-    restitution = tables.scalars[lane_tables.RESTITUTION]
     per_square = 2.0 / (half * half)
     for n in range(2, TERMS):
         response = tables.response[n]
@@ -184,7 +168,7 @@ def _expand_after_impacts(tables: LaneTables, batch: SecondPass, count: int) -> 
     for k in range(min(count, WIDTH)):
         struck = rows[JUMP * WIDTH + k] != 0.0
         on, gap, rate = rows[ON_STOP * WIDTH + k], rows[GAP * WIDTH + k], rows[RATE * WIDTH + k]
-        leaving = restitution * rows[SPEED * WIDTH + k] * half
+        leaving = rows[RESTITUTION * WIDTH + k] * rows[SPEED * WIDTH + k] * half
         gap = 0.0 if struck else gap
         rate = leaving if struck else rate
         rows[ON_STOP * WIDTH + k] = 1.0 if struck else on
@@ -198,8 +182,8 @@ def _expand_after_impacts(tables: LaneTables, batch: SecondPass, count: int) -> 
 
 
 @fused_kernel
-def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: SecondPass, count: int) -> None:
-    """Expand the gaps, given batch.start and the rows CLEARANCE, SIDE, ORIGIN, GAP, RATE, SPEED and JUMP.
+def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+    """Expand the gaps, given batch.start and the rows UNIT, SIDE, ORIGIN, GAP, RATE, SPEED, JUMP, BOTH and RESTITUTION.
 
     A lane without an impact (JUMP 0) starts at ORIGIN with the gap and the rate given.
     """
@@ -214,7 +198,7 @@ def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: Seco
             for c in range(2 * len(masses)):
                 total += table[c] * start[c * WIDTH + k]
             row[k] = -rows[SIDE * WIDTH + k] * total
-    _shift_series(series, rows, ORIGIN, count)
+    _shift_series(series, rows, plain(ORIGIN), count)
     for j in range(tables.flow.shape[0]):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
         block, moved = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
@@ -229,76 +213,44 @@ def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: Seco
 @fused_inlined
 def _value_and_two_derivatives(a: Fifteen, s: float) -> tuple[float, float, float]:
     """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
-    f = a[14]
-    d = f
-    f = f * s + a[13]
-    e = d
-    d = d * s + f
-    f = f * s + a[12]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[11]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[10]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[9]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[8]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[7]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[6]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[5]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[4]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[3]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[2]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[1]
-    e = e * s + d
-    d = d * s + f
-    f = f * s + a[0]
-    return f, d, e
+    e = a[14]
+    f = e * s + a[13]
+    d = e * s + f
+    f, d, e = horner_step(f, d, e, s, a[12])
+    f, d, e = horner_step(f, d, e, s, a[11])
+    f, d, e = horner_step(f, d, e, s, a[10])
+    f, d, e = horner_step(f, d, e, s, a[9])
+    f, d, e = horner_step(f, d, e, s, a[8])
+    f, d, e = horner_step(f, d, e, s, a[7])
+    f, d, e = horner_step(f, d, e, s, a[6])
+    f, d, e = horner_step(f, d, e, s, a[5])
+    f, d, e = horner_step(f, d, e, s, a[4])
+    f, d, e = horner_step(f, d, e, s, a[3])
+    f, d, e = horner_step(f, d, e, s, a[2])
+    f, d, e = horner_step(f, d, e, s, a[1])
+    return f * s + a[0], d, e
+
+
+@fused_inlined
+def _bound_step(size: float, fourth: float, s: float, coefficient: float, factor: float) -> tuple[float, float]:
+    """Return the sum of the moduli of the terms, and of those of the fourth derivative over s^4, with one more."""
+    return size * s + abs(coefficient), fourth * s + factor * abs(coefficient)
 
 
 @fused_inlined
 def _term_bounds(a: Fifteen, s: float) -> tuple[float, float]:
     """Return bounds on [0, s]: the sum of the moduli of all terms, and s^4 times that of the fourth derivative."""
-    size = abs(a[14])
-    fourth = 24024.0 * abs(a[14])
-    size = size * s + abs(a[13])
-    fourth = fourth * s + 17160.0 * abs(a[13])
-    size = size * s + abs(a[12])
-    fourth = fourth * s + 11880.0 * abs(a[12])
-    size = size * s + abs(a[11])
-    fourth = fourth * s + 7920.0 * abs(a[11])
-    size = size * s + abs(a[10])
-    fourth = fourth * s + 5040.0 * abs(a[10])
-    size = size * s + abs(a[9])
-    fourth = fourth * s + 3024.0 * abs(a[9])
-    size = size * s + abs(a[8])
-    fourth = fourth * s + 1680.0 * abs(a[8])
-    size = size * s + abs(a[7])
-    fourth = fourth * s + 840.0 * abs(a[7])
-    size = size * s + abs(a[6])
-    fourth = fourth * s + 360.0 * abs(a[6])
-    size = size * s + abs(a[5])
-    fourth = fourth * s + 120.0 * abs(a[5])
-    size = size * s + abs(a[4])
-    fourth = fourth * s + 24.0 * abs(a[4])
+    size, fourth = abs(a[14]), 24024.0 * abs(a[14])
+    size, fourth = _bound_step(size, fourth, s, a[13], 17160.0)
+    size, fourth = _bound_step(size, fourth, s, a[12], 11880.0)
+    size, fourth = _bound_step(size, fourth, s, a[11], 7920.0)
+    size, fourth = _bound_step(size, fourth, s, a[10], 5040.0)
+    size, fourth = _bound_step(size, fourth, s, a[9], 3024.0)
+    size, fourth = _bound_step(size, fourth, s, a[8], 1680.0)
+    size, fourth = _bound_step(size, fourth, s, a[7], 840.0)
+    size, fourth = _bound_step(size, fourth, s, a[6], 360.0)
+    size, fourth = _bound_step(size, fourth, s, a[5], 120.0)
+    size, fourth = _bound_step(size, fourth, s, a[4], 24.0)
     size = size * s + abs(a[3])
     size = size * s + abs(a[2])
     size = size * s + abs(a[1])
@@ -331,7 +283,7 @@ def _gap_series(series: Floats, k: int, on: bool) -> Fifteen:
 
 
 @fused_kernel
-def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
+def certify_clear(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Certify that there is no contact with the stop up to the end of the cell, in each of the first `count` lanes.
 
     Output: OUTCOME, CLEAR or UNCERTAIN, and LEAST_GAP, END_GAP and END_RATE without a contact.
@@ -366,11 +318,11 @@ def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
         second = lower_bound(gm, dm * u, g1, d1 * u, quartic * ((u * u) * (u * u)))
         rounding = margin * size
         travel = size * (left if on else 1.0)
-        other_clear = travel + rounding < OTHER_STOP_SHARE * rows[CLEARANCE * WIDTH + k]
+        other_clear = travel + rounding < OTHER_STOP_SHARE * rows[BOTH * WIDTH + k]
         least = min(first, second)
         clear = (least > rounding) & other_clear
         turns = (d0 <= 0.0) & (d1 >= 0.0)
-        rows[LEAST_GAP * WIDTH + k] = 2.0 * least if on else (least if turns else rows[CLEARANCE * WIDTH + k])
+        rows[LEAST_GAP * WIDTH + k] = 2.0 * least if on else (least if turns else rows[UNIT * WIDTH + k])
         rows[OUTCOME * WIDTH + k] = CLEAR if clear else UNCERTAIN
         rows[END_VALUE * WIDTH + k] = g1
         rows[END_SLOPE * WIDTH + k] = d1
@@ -381,7 +333,7 @@ def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
 
 
 @fused_kernel
-def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
+def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Find the next contact with the stop in each of the first `count` lanes, after `certify_clear`.
 
     Output: OUTCOME; where it is CONTACT, LEAST_GAP; and CONTACT_S, SPEED and JUMP, which are 0 elsewhere.
@@ -391,7 +343,6 @@ def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
     """
     rows, series = batch.rows, batch.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
-    rebound = 1.0 + tables.scalars[lane_tables.RESTITUTION]
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(min(count, WIDTH)):
         on = rows[ON_STOP * WIDTH + k] > 0.0
@@ -434,31 +385,32 @@ def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
         rows[LEAST_GAP * WIDTH + k] = quadratic * (2.0 if on else 2.0 / s) if contact else before
         rows[CONTACT_S * WIDTH + k] = s if contact else 0.0
         rows[SPEED * WIDTH + k] = speed if contact else 0.0
-        rows[JUMP * WIDTH + k] = -rows[SIDE * WIDTH + k] * rebound * speed if contact else 0.0
+        rows[JUMP * WIDTH + k] = (
+            -rows[SIDE * WIDTH + k] * (1.0 + rows[RESTITUTION * WIDTH + k]) * speed if contact else 0.0
+        )
 
 
 @fused_kernel
-def apply_impacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
+def apply_impacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Move the expansion point to the contact, after the impact, in every lane with a contact."""
     rows = batch.rows
-    _shift_series(batch.series, rows, CONTACT_S, count)
+    _shift_series(batch.series, rows, plain(CONTACT_S), count)
     for k in range(min(count, WIDTH)):
         rows[ORIGIN * WIDTH + k] += rows[CONTACT_S * WIDTH + k]
     _expand_after_impacts(tables, batch, count)
 
 
 @fused_kernel
-def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int) -> None:
-    """Write x1, v1 and the limit (`lanes.update_limits`), but for close passages, at the end of the cell."""
+def end_second_pass(tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+    """Write q, q' and END_LOSS at the end of the cell."""
     rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[cell + 1, 0], tables.steady_table[cell + 1, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(min(count, WIDTH)):
-        clearance = rows[CLEARANCE * WIDTH + k]
         rows[END_X * WIDTH + k] = x
         rows[END_V * WIDTH + k] = v
-        rows[END_LIMIT * WIDTH + k] = (1.0 - margin) * clearance - margin * steady - fourth
+        rows[END_LOSS * WIDTH + k] = margin * steady + fourth
     for j in range(tables.flow.shape[0]):
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
@@ -467,4 +419,4 @@ def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int
             a, b = end[k], end[WIDTH + k]
             rows[END_X * WIDTH + k] += r0 * a + r1 * b
             rows[END_V * WIDTH + k] += r2 * a + r3 * b
-            rows[END_LIMIT * WIDTH + k] -= weight * (frequency * abs(a) + abs(b))
+            rows[END_LOSS * WIDTH + k] += weight * (frequency * abs(a) + abs(b))

@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.workspace import TIME, VELOCITY
+from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels.lane_tables import RESPONSE_PARTS, LaneModel
-from grazemap_core.maps.kernels.lanes import VECTOR
+from grazemap_core.maps.kernels.lanes import LANES, VECTOR
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
@@ -48,10 +48,12 @@ and the same after the first has been subtracted; 0 if nothing was left."""
 SCALE = 13
 """Factor on a change."""
 POSITION, SPEED = 14, 16
-"""Position and velocity of mass 1 in both changes; then their jumps at the impact."""
+"""Position and velocity of the contact in both changes; then their jumps at the impact."""
 VELOCITY_AT, ACCELERATION_AT = 18, 19
 """Velocity and acceleration at the impact; 1 and 0 without one."""
-ROWS = 20
+DRAG = 20
+"""The viscous term times FACTOR."""
+ROWS = 21
 
 Columns = tuple[int, ...]
 Places = tuple[int, int, int]
@@ -92,9 +94,9 @@ def tangent_batch(decay: Floats, frequency_squared: Floats) -> TangentBatch:
         lanes=np.zeros(WIDTH, dtype=np.int64),
         first=np.zeros(WIDTH, dtype=np.int64),
         impacts=np.zeros(WIDTH, dtype=np.int64),
-        changes=np.zeros(4 * masses * WIDTH),
-        flow=np.zeros(2 * masses * WIDTH),
-        rows=np.zeros(ROWS * WIDTH),
+        changes=aligned(np.zeros(4 * masses * WIDTH)),
+        flow=aligned(np.zeros(2 * masses * WIDTH)),
+        rows=aligned(np.zeros(ROWS * WIDTH)),
         series=flow_series(decay, frequency_squared),
     )
 
@@ -124,20 +126,24 @@ def _series(s: Floats, t: float) -> float:
 
 
 @fused_inlined
-def _set_targets(batch: TangentBatch, filled: int, width: int, index: int, events: Floats, model: LaneModel) -> None:
+def _set_targets(
+    batch: TangentBatch, filled: int, width: int, index: int, events: Floats, restitution: Floats, model: LaneModel
+) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
     problem, responses = model.problem, model.tables.block_response
-    end, part, factor = problem.step * (problem.cells // 2), problem.step / RESPONSE_PARTS, 1.0 + problem.restitution
-    per_part, viscous, rows, flow = 1.0 / part, model.held.viscous_term * factor, batch.rows, batch.flow
+    end, part = problem.step * (problem.cells // 2), problem.step / RESPONSE_PARTS
+    per_part, viscous, rows, flow = 1.0 / part, model.held.viscous_term, batch.rows, batch.flow
     for k in range(filled):
         time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
-            event = events[np.uintp(batch.lanes[k]), np.uintp(batch.first[k] + index)]
-            time, jump, velocity, acceleration = event[TIME], factor, event[VELOCITY], event[CONTACT_ACCELERATION]
+            event = events[batch.lanes[k], batch.first[k] + index]
+            time, velocity, acceleration = event[TIME], event[VELOCITY], event[CONTACT_ACCELERATION]
+            jump = 1.0 + restitution[batch.lanes[k] + (0 if event[STOP] > 0.0 else LANES)]
         elif batch.impacts[k] == 0:
             time = end
         rows[TARGET * WIDTH + k] = time
         rows[FACTOR * WIDTH + k] = jump
+        rows[DRAG * WIDTH + k] = viscous * jump
         rows[VELOCITY_AT * WIDTH + k] = velocity
         rows[ACCELERATION_AT * WIDTH + k] = acceleration
     for k in range(width):
@@ -147,13 +153,13 @@ def _set_targets(batch: TangentBatch, filled: int, width: int, index: int, event
         rows[PART * WIDTH + k] = parts
         rows[SHORT * WIDTH + k] = away - parts * part
         rows[PASSED * WIDTH + k] = time
-        rows[RATIO * WIDTH + k] = ratio - viscous
+        rows[RATIO * WIDTH + k] = ratio - rows[DRAG * WIDTH + k]
         rows[STEEPNESS * WIDTH + k] = 2.0 * abs(ratio) / speed
     for k in range(filled):
-        response = responses[np.uintp(int(rows[PART * WIDTH + k]))]
+        response = responses[int(rows[PART * WIDTH + k])]
         for j in range(problem.decay.shape[0]):
-            flow[np.uintp(2 * j * WIDTH + k)] = response[np.uintp(2 * j)]
-            flow[np.uintp((2 * j + 1) * WIDTH + k)] = response[np.uintp(2 * j + 1)]
+            flow[2 * j * WIDTH + k] = response[2 * j]
+            flow[(2 * j + 1) * WIDTH + k] = response[2 * j + 1]
 
 
 @fused_inlined
@@ -170,7 +176,7 @@ def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, out
 
 @fused_inlined
 def _flow_changes(columns: Columns, batch: TangentBatch, width: int, problem: CellProblem) -> None:
-    """Carry all changes over whole parts of a cell and the short time; write position and velocity of mass 1."""
+    """Carry all changes over whole parts of a cell and the short time; write position and velocity of the contact."""
     rows, flow, changes, series = batch.rows, batch.flow, batch.changes, batch.series
     frequency_squared, decay, output_row = problem.frequency_squared, problem.decay, problem.output_row
     count = len(columns)
@@ -321,6 +327,7 @@ def carry_batch(
     events: Floats,
     changes: Floats,
     elapsed: Floats,
+    restitution: Floats,
     model: LaneModel,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
@@ -337,6 +344,8 @@ def carry_batch(
         Of a single change the first column is it.
     elapsed : (LANES,)
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
+    restitution : (2 * LANES,)
+        As in `lockstep.Lanes`.
     model : LaneModel
         Its block_response must not be empty.
     """
@@ -345,17 +354,17 @@ def carry_batch(
     for k in range(width):
         rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
         rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
-        rows[VELOCITY_AT * WIDTH + k], rows[ACCELERATION_AT * WIDTH + k] = 1.0, 0.0
+        rows[VELOCITY_AT * WIDTH + k], rows[ACCELERATION_AT * WIDTH + k], rows[DRAG * WIDTH + k] = 1.0, 0.0, 0.0
     for k in range(filled):
         most = max(most, batch.impacts[k])
         rows[PASSED * WIDTH + k] = -elapsed[batch.lanes[k]]
-        one = changes[np.uintp(batch.lanes[k])]
+        one = changes[batch.lanes[k]]
         for j in range(problem.decay.shape[0]):
             for c in range(count):
-                beside[np.uintp((2 * count * j + c) * WIDTH + k)] = one[2 * j, c]
-                beside[np.uintp((2 * count * j + count + c) * WIDTH + k)] = one[2 * j + 1, c]
+                beside[(2 * count * j + c) * WIDTH + k] = one[2 * j, c]
+                beside[(2 * count * j + count + c) * WIDTH + k] = one[2 * j + 1, c]
     for index in range(max(most, 1)):
-        _set_targets(batch, filled, width, index, events, model)
+        _set_targets(batch, filled, width, index, events, restitution, model)
         _flow_changes(columns, batch, width, problem)
         if index < most:
             _strike_changes(columns, batch, width, problem)
@@ -363,8 +372,8 @@ def carry_batch(
     end = problem.step * (problem.cells // 2)
     for k in range(filled):
         elapsed[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
-        one = changes[np.uintp(batch.lanes[k])]
+        one = changes[batch.lanes[k]]
         for j in range(problem.decay.shape[0]):
             for c in range(count):
-                one[2 * j, c] = beside[np.uintp((2 * count * j + c) * WIDTH + k)]
-                one[2 * j + 1, c] = beside[np.uintp((2 * count * j + count + c) * WIDTH + k)]
+                one[2 * j, c] = beside[(2 * count * j + c) * WIDTH + k]
+                one[2 * j + 1, c] = beside[(2 * count * j + count + c) * WIDTH + k]

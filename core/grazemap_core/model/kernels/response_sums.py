@@ -1,4 +1,4 @@
-"""The impulse response of mass 1 and its periodic sums, with rigorous bounds for root isolation.
+"""The impulse response of the contact and its periodic sums, with rigorous bounds for root isolation.
 
 A block's solution is ``y(t) = e0 y(0) + e1 y'(0)``, because every function of its matrix T is a combination of the
 identity and T. With ``E = exp(T tau)`` the periodic sums are

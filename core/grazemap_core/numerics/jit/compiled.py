@@ -20,25 +20,27 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit
+from numba import njit, typeof
 from numpy.typing import NDArray
 
+from grazemap_core.numerics.jit.by_address import ApartKernel
 from grazemap_core.numerics.jit.inlining import INTERPRETED, PART_COMPILER, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 _FUSED: dict[str, Any] = {"fastmath": {"contract"}}
 
 
-def _compile(function: Function, **options: Any) -> Function:
-    options |= {"nogil": True, "error_model": "numpy"}
+def _compile(function: Function, interpreted: bool = False, **options: Any) -> Function:
+    options |= _OPTIONS
     if INTERPRETED:
         return function
     kernel: Any
     if PART_COMPILER is None:
         kernel = njit(cache=True, **options)(function)
     else:
-        kernel = Kernel(function, {**options, "_nrt": False})
+        kernel = Kernel(function, {**options, "_nrt": False}, interpreted)
     compiled: Function = kernel
     return compiled
 
@@ -46,6 +48,11 @@ def _compile(function: Function, **options: Any) -> Function:
 def kernel(function: Function) -> Function:
     """Compile a kernel; its machine code is cached."""
     return _compile(function)
+
+
+def apart_kernel(function: Callable[..., int]) -> ApartKernel:
+    """Compile a kernel that others call by its address; its machine code is cached."""
+    return ApartKernel(function, dict(_OPTIONS))
 
 
 def fused_kernel(function: Function) -> Function:
@@ -58,6 +65,14 @@ def inlined(function: Function) -> Function:
     return _compile(function, forceinline=True)
 
 
+def inlined_formula(function: Function) -> Function:
+    """Compile a function that is merged into the kernels that call it; where Python calls it, Python evaluates it.
+
+    For a choice or a sum of a few numbers a call of compiled code takes longer than all else.
+    """
+    return _compile(function, interpreted=True, forceinline=True)
+
+
 def fused_inlined(function: Function) -> Function:
     """Compile a function that is merged into the kernels that call it and may contract operations."""
     return _compile(function, forceinline=True, **_FUSED)
@@ -66,6 +81,13 @@ def fused_inlined(function: Function) -> Function:
 def any_order_kernel(function: Function) -> Function:
     """Compile a kernel whose sums may be taken in any order: for bounds with a margin, not for results."""
     return _compile(function, fastmath={"contract", "reassoc"})
+
+
+def compile_for(function: Callable[..., object], *args: Any) -> None:
+    """Compile a kernel, or load it, for arguments of these types; it is not called."""
+    if not INTERPRETED:
+        whole: Any = function.whole if isinstance(function, Kernel) else function
+        whole.compile(tuple(typeof(one) for one in args))
 
 
 @inlined

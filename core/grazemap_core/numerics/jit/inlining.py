@@ -5,7 +5,8 @@ compiles it again in every caller. For kernels that call kernels, ten deep, this
 Here a kernel that another one calls (a *part*) is compiled to LLVM's intermediate code only, and optimised together
 with the kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath` are
 optimised before they are merged into a caller; otherwise their loops would not be vectorised. Therefore a loop over all
-lanes must be in a `fused_kernel` that is not inlined.
+lanes must be in a `fused_kernel` that is not inlined. In both no index counts from the end of an array
+(`part_compiler`): `a[i]` needs i >= 0.
 
 This uses an undocumented interface of numba (`part_compiler`). With a version of numba that was not tested, or that
 lacks the interface, kernels are functions of `njit` that call one another (`compiled`), and a warning states the cost.
@@ -38,38 +39,43 @@ class InliningWarning(RuntimeWarning):
     """Kernels are compiled without parts."""
 
 
-def _part_compiler() -> Any:
-    """Return the compiler of parts, or None with a warning if numba's private interface may differ."""
+def _compilers() -> tuple[Any, Any]:
+    """Return the compilers of parts and of wholes, or None, with a warning if numba's private interface may differ."""
     if not numba.__version__.startswith(tuple(f"{version}." for version in TESTED)):
         reason = f"numba {numba.__version__} is not a tested version ({', '.join(TESTED)})"
     else:
         try:
-            from grazemap_core.numerics.jit.part_compiler import PartCompiler
+            from grazemap_core.numerics.jit.part_compiler import KernelCompiler, PartCompiler
         except (ImportError, AttributeError) as error:
             reason = f"numba {numba.__version__} lacks what is known of it ({error})"
         else:
-            return PartCompiler
+            return PartCompiler, KernelCompiler
     warnings.warn(f"{reason}: {COST}", InliningWarning, stacklevel=2)
-    return None
+    return None, None
 
 
-PART_COMPILER: Any = None if INTERPRETED else _part_compiler()
-"""Numba's compiler of parts; None where kernels are compiled by numba's public interface alone."""
+PART_COMPILER, KERNEL_COMPILER = (None, None) if INTERPRETED else _compilers()
+"""The compilers of parts and of wholes; None where kernels are compiled by numba's public interface alone."""
 
 
 class Kernel:
     """A compiled function: a part when a kernel calls it, a whole when Python calls it."""
 
-    def __init__(self, function: Callable[..., object], options: dict[str, Any]) -> None:
-        """Take the options of `njit`; compilation starts with the first call."""
+    def __init__(self, function: Callable[..., object], options: dict[str, Any], interpreted: bool = False) -> None:
+        """Take the options of `njit`, and whether there is no whole: Python evaluates what it calls.
+
+        Compilation starts with the first call.
+        """
         self.py_func = function
         self.targetoptions = options
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         self.part = _njit(pipeline_class=PART_COMPILER, **wrappers, **options)(function)
-        self.whole = _njit(cache=True, **options)(function)
+        self.whole: Any = function
+        if not interpreted:
+            self.whole = _njit(cache=True, pipeline_class=KERNEL_COMPILER, **options)(function)
 
     def __call__(self, *args: Any) -> Any:
-        """Call the compiled or cached whole."""
+        """Call the compiled or cached whole, or the function itself where there is none."""
         return self.whole(*args)
 
 

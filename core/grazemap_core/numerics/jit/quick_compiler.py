@@ -1,9 +1,11 @@
 """What makes numba compile in three quarters of the time, for processes that do nothing else.
 
 Half of numba's time goes into finding types. For a product of two numbers it tries some ten templates in turn, each
-time anew, and at every template it compares all options of compilation; and Python looks for garbage again and again,
-of which there is little. `hurry` has numba keep the types that it has found and compare the options that are set, and
-has Python look rarely. What is compiled is the same.
+time anew, and at every template it compares all options of compilation; after each pass it lists the variables of every
+instruction again; it tells listeners of each pass, which measure times that nobody reads; and Python looks for garbage
+again and again, of which there is little. `hurry` has numba keep the types that it has found, compare the options that
+are set, list variables by the types of what holds them, and tell nobody; and it has Python look rarely. What is
+compiled is the same.
 
 It changes functions of numba, so it is for `warmup`, not for a process in which a user's functions are compiled. With a
 version of numba whose private interface is not known, it does nothing.
@@ -27,6 +29,8 @@ def hurry() -> None:
     gc.set_threshold(*_GARBAGE)
     _compare_what_is_set()
     _keep_call_types()
+    _list_variables_by_type()
+    _tell_nobody()
 
 
 def _compare_what_is_set() -> None:
@@ -64,3 +68,32 @@ def _keep_call_types() -> None:
         return signature
 
     BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign, assignment]
+
+
+def _list_variables_by_type() -> None:
+    """Have the variables in an instruction found without asking what each of its strings and places in files is."""
+    from numba.core import ir
+
+    by_class: Any = ir.Inst._rec_list_vars
+    without = {str, int, float, bool, type(None), ir.Loc, ir.Scope}
+
+    def variables(instruction: Any, value: Any) -> Any:
+        kind = type(value)
+        if kind not in (dict, list, tuple):
+            return by_class(instruction, value)
+        found: list[Any] = []
+        for one in value.values() if kind is dict else value:
+            if type(one) is ir.Var:
+                found.append(one)
+            elif type(one) not in without:
+                found.extend(variables(instruction, one))
+        return found
+
+    ir.Inst._rec_list_vars = variables  # type: ignore[method-assign]
+
+
+def _tell_nobody() -> None:
+    """Have numba's events, of which some twenty accompany every pass, reach no listener."""
+    from numba.core import event
+
+    event.broadcast = lambda _: None

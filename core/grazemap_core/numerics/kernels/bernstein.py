@@ -23,7 +23,7 @@ CLEAR = 0
 CONTACT = 1
 """The distance becomes negative at the returned t."""
 GRAZE_UNDECIDED = 2
-"""No contact is certain, but somewhere the distance is zero to within its error: mass 1 may touch or pass the stop at a
+"""No contact is certain, but somewhere the distance is zero to within its error: the stop may be touched or passed at a
 speed that is zero to within round-off."""
 
 MAX_DEPTH = 60
@@ -224,7 +224,7 @@ def first_negative(
             top -= 1  # positive
             continue
         if whole and last_negative < 0 and last_positive >= 0 and last_unsure < first_positive:
-            top -= 1  # positive except at the start, which is on the stop that mass 1 has just left
+            top -= 1  # positive except at the start, which is on the stop that was just left
             continue
         if whole and last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
             # on the stop to within round-off, and moving beyond it

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 
@@ -42,14 +40,12 @@ def eliminate(system: Floats, size: int) -> float:
         for row in range(i + 1, size):
             factor = system[row, i] / system[i, i]
             for j in range(i + 1, columns):
-                c = np.uintp(j)
-                system[row, c] -= factor * system[i, c]
+                system[row, j] -= factor * system[i, j]
     for column in range(size, columns):
         for i in range(size - 1, -1, -1):
             value = system[i, column]
             for j in range(i + 1, size):
-                c = np.uintp(j)
-                value -= system[i, c] * system[c, column]
+                value -= system[i, j] * system[j, column]
             system[i, column] = value / system[i, i]
     return determinant
 
@@ -62,10 +58,10 @@ def multiply(left: Floats, right: Floats, product: Floats) -> None:
     preparations would cost several times as much as so small a product.
     """
     size = product.shape[0]
-    for top in range(0, size, 2):
-        row, lower = np.uintp(top), np.uintp(top + 1)
-        for start in range(0, size, 2):
-            column, following = np.uintp(start), np.uintp(start + 1)
+    for row in range(0, size, 2):
+        lower = row + 1
+        for column in range(0, size, 2):
+            following = column + 1
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
                 above, below, one, other = left[row, m], left[lower, m], right[m, column], right[m, following]
@@ -81,10 +77,10 @@ def multiply(left: Floats, right: Floats, product: Floats) -> None:
 def add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
     """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size."""
     size = total.shape[0]
-    for top in range(0, size, 2):
-        row, lower = np.uintp(top), np.uintp(top + 1)
-        for start in range(0, top + 1, 2):
-            column, following = np.uintp(start), np.uintp(start + 1)
+    for row in range(0, size, 2):
+        lower = row + 1
+        for column in range(0, row + 1, 2):
+            following = column + 1
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
                 above, below, one, other = left[m, row], left[m, lower], right[m, column], right[m, following]
@@ -95,7 +91,7 @@ def add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
             total[row, column] += first
             total[lower, column] += third
             total[lower, following] += fourth
-            if start < top:
+            if column < row:
                 total[row, following] += second
                 total[following, row] = total[row, following]
                 total[following, lower] = total[lower, following]

@@ -189,3 +189,14 @@ def eigenvalues(matrix: Floats, real: Floats, imaginary: Floats) -> int:
         steps += 1
         _francis_step(matrix, low, last, steps % EXCEPTIONAL_SHIFT == 0)
     return OK
+
+
+@kernel
+def spectral_radius(matrix: Floats, real: Floats, imaginary: Floats) -> float:
+    """Return the largest modulus of the eigenvalues, which are written as by `eigenvalues`; NaN where it finds none."""
+    if eigenvalues(matrix, real, imaginary) != OK:
+        return math.nan
+    largest = 0.0
+    for i in range(real.shape[0]):
+        largest = max(largest, math.hypot(real[i], imaginary[i]))
+    return largest

@@ -1,10 +1,10 @@
 """Contacts of a periodic motion with a stop between its impacts, found without sampling.
 
-The distance of mass 1 from a stop can be negative between two impacts only where it has a minimum, that is, where the
-displacement toward the stop has a maximum. All maxima that matter are found by bisection. In each cell the displacement
-and its first two derivatives in the middle, with a bound on the third derivative from the blocks' energies, decide for
-each stop whether the displacement stays below the largest maximum so far, is monotonic, is convex, or is concave; then
-Newton's method finds its maximum. A cell in which none of these is certain is halved.
+The distance of the contact from a stop can be negative between two impacts only where it has a minimum, that is, where
+the displacement toward the stop has a maximum. All maxima that matter are found by bisection. In each cell the
+displacement and its first two derivatives in the middle, with a bound on the third derivative from the blocks'
+energies, decide for each stop whether the displacement stays below the largest maximum so far, is monotonic, is convex,
+or is concave; then Newton's method finds its maximum. A cell in which none of these is certain is halved.
 """
 
 from __future__ import annotations
@@ -15,18 +15,25 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import (
+    OrbitProblem,
+    highest_order,
+    rebound_of,
+    steady_bound,
+    steady_motion,
+)
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
 
 CLEAR = 0
-"""Mass 1 has no contact with a stop other than its impacts."""
+"""The contact has no contact with a stop other than its impacts."""
 MEETS = 1
-"""It has another contact, or one of the impacts is virtual: mass 1 moves away from the stop before it."""
+"""It has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
 TOUCHES = 2
 """Round-off hides whether there is another contact."""
 GIVEN_UP = 3
@@ -38,8 +45,10 @@ _TOO_MANY: Final = -1
 
 
 @kernel
-def _state_after_first_impact(problem: OrbitProblem, phases: Floats, speeds: Floats, state: Floats) -> None:
-    """Write each block's part in displacement and velocity of mass 1 just after the first impact into state (N, 2)."""
+def _state_after_first_impact(
+    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, state: Floats
+) -> None:
+    """Write each block's part in displacement and velocity of q just after the first impact into state (N, 2)."""
     for j in range(state.shape[0]):
         state[j, 0], state[j, 1] = 0.0, 0.0
         for m in range(phases.shape[0]):
@@ -47,10 +56,10 @@ def _state_after_first_impact(problem: OrbitProblem, phases: Floats, speeds: Flo
             e11, e12, e21, e22 = block_flow(
                 problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
             )
-            strength = -problem.sign * problem.rebound * problem.omega * speeds[m]
+            strength = -problem.sign * rebound_of(gaps, stops[m]) * problem.omega * speeds[m]
             state[j, 0] += strength * (e11 * problem.periodic_impulse[j, 0] + e12 * problem.periodic_impulse[j, 1])
             state[j, 1] += strength * (e21 * problem.periodic_impulse[j, 0] + e22 * problem.periodic_impulse[j, 1])
-        strength = -problem.rebound * problem.omega * speeds[0]
+        strength = -rebound_of(gaps, stops[0]) * problem.omega * speeds[0]
         state[j, 0] += strength * problem.unit_impulse[j, 0]
         state[j, 1] += strength * problem.unit_impulse[j, 1]
 
@@ -92,16 +101,15 @@ def _evaluate(
     cosine: float,
     values: Floats,
 ) -> None:
-    """Write into values (4,) the displacement of mass 1, its first two derivatives, and the sum of its terms' moduli.
+    """Write into values (4,) the displacement q, its first two derivatives, and the sum of its terms' moduli.
 
     `state` (N, 2) is that of the blocks, `angle` after an impact at the phase `start`; sine and cosine are those of
-    the phase there, `size` is the amplitude of the steady motion.
+    the phase there, `size` is a bound of the steady motion.
     """
     omega = problem.omega
     time = angle / omega
-    value = problem.steady_real * sine + problem.steady_imag * cosine
-    slope = problem.steady_real * cosine - problem.steady_imag * sine
-    second_derivative, terms = -value, size * (1.0 + abs(start) + angle)
+    value, slope, second_derivative, _ = steady_motion(problem, sine, cosine)
+    terms = size * (1.0 + highest_order(problem) * (abs(start) + angle))
     for j in range(state.shape[0]):
         square, twice, frequency = problem.frequency_squared[j], 2.0 * problem.decay[j], problem.frequency[j]
         y, rate = state[j, 0], state[j, 1]
@@ -120,15 +128,18 @@ def _evaluate_at(problem: OrbitProblem, size: float, state: Floats, start: float
 
 
 @kernel
-def third_derivative_bound(problem: OrbitProblem, size: float, state: Floats) -> float:
-    """Return a bound on the third derivative of mass 1's displacement from `state` (N, 2) up to the next impact."""
+def third_derivative_bound(problem: OrbitProblem, steady: float, state: Floats) -> float:
+    """Return a bound on the third derivative of the contact's displacement from `state` (N, 2) up to the next impact.
+
+    `steady` is a bound of that of the steady motion.
+    """
     bound = 0.0
     for j in range(state.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
         second = -square * state[j, 0] - twice * state[j, 1]
         third = -square * state[j, 1] - twice * second
         bound += math.sqrt(square * second * second + third * third)
-    total: float = (size + bound / (problem.omega * problem.omega * problem.omega)) * BOUND_SAFETY
+    total: float = (steady + bound / (problem.omega * problem.omega * problem.omega)) * BOUND_SAFETY
     return total
 
 
@@ -138,7 +149,7 @@ class ContactScratch(NamedTuple):
     Attributes
     ----------
     states : (4, N, 2)
-        Each block's part in displacement and velocity of mass 1 after an impact, at the beginning of a cell, in its
+        Each block's part in displacement and velocity of q after an impact, at the beginning of a cell, in its
         middle, and at an arbitrary time.
     cell_flow : (N, 4)
         Each block's flow over half a cell.
@@ -181,6 +192,23 @@ class Interval(NamedTuple):
     length: float
     stop: float
     next_stop: float
+
+
+class Sizes(NamedTuple):
+    """Numbers of an orbit that are the same in all intervals.
+
+    Attributes
+    ----------
+    steady, third_derivative : float
+        Bounds of the steady motion and of its third derivative.
+    right, left : float
+        Distances of the stops from the equilibrium; infinite for an absent stop.
+    """
+
+    steady: float
+    third_derivative: float
+    right: float
+    left: float
 
 
 class Cell(NamedTuple):
@@ -251,7 +279,7 @@ def _locate_maximum(
     state, left_state, point_state = scratch.states[0], scratch.states[1], scratch.states[3]
     at_left, at_point = scratch.values[0], scratch.values[2]
     left, right, end = cell.left, cell.right, interval.length
-    # mass 1 leaves the stop of this impact, and returns to that of the next one
+    # the contact leaves the stop of this impact, and returns to that of the next one
     at_start = left == 0.0 and stop == interval.stop
     at_end = right == end and stop == interval.next_stop
     point = 0.5 * (left + right)
@@ -289,8 +317,7 @@ def _locate_maximum(
 def _search_cell(
     problem: OrbitProblem,
     interval: Interval,
-    size: float,
-    limit: float,
+    size: Sizes,
     left: float,
     right: float,
     best: Maximum,
@@ -298,16 +325,18 @@ def _search_cell(
 ) -> tuple[bool, Maximum]:
     """Return whether a cell has to be halved, and the largest excess so far.
 
-    `states[1]` and `values[1]` of the scratch hold the state at the beginning of the cell and the values in its middle;
-    `limit` is the distance of the stops.
+    `states[1]` and `values[1]` of the scratch hold the state at the beginning of the cell and the values in its middle.
     """
     at_middle, point_state, at_point = scratch.values[1], scratch.states[3], scratch.values[2]
     radius = 0.5 * (right - left)
-    third = third_derivative_bound(problem, size, scratch.states[1])
-    noise = CONTACT_ROUNDOFF * (at_middle[3] + limit)
+    third = third_derivative_bound(problem, size.third_derivative, scratch.states[1])
     halve = False
     for side in range(2):
         stop = 1.0 - 2.0 * side
+        limit = size.left if side == 1 else size.right
+        if limit == math.inf:
+            continue  # there is no such stop
+        noise = CONTACT_ROUNDOFF * (at_middle[3] + abs(limit))
         value = stop * at_middle[0] - limit
         slope, second_derivative = stop * at_middle[1], stop * at_middle[2]
         upper = second_derivative + radius * third
@@ -322,14 +351,14 @@ def _search_cell(
             halve = True
             continue
         cell = Cell(left, right, slope, second_derivative, noise)
-        point = _locate_maximum(problem, interval, size, stop, cell, concave, scratch)
+        point = _locate_maximum(problem, interval, size.steady, stop, cell, concave, scratch)
         if math.isnan(point):
             continue
         _advance(problem, scratch.states[0], point, point_state)
-        _evaluate_at(problem, size, point_state, interval.phase, point, at_point)
+        _evaluate_at(problem, size.steady, point_state, interval.phase, point, at_point)
         value = stop * at_point[0] - limit
         if value > best.excess:
-            best = Maximum(value, interval.phase + point, int(stop), CONTACT_ROUNDOFF * (at_point[3] + limit))
+            best = Maximum(value, interval.phase + point, int(stop), CONTACT_ROUNDOFF * (at_point[3] + abs(limit)))
     return halve, best
 
 
@@ -337,8 +366,7 @@ def _search_cell(
 def _search_interval(
     problem: OrbitProblem,
     interval: Interval,
-    size: float,
-    limit: float,
+    size: Sizes,
     best: Maximum,
     cells: int,
     scratch: ContactScratch,
@@ -379,8 +407,8 @@ def _search_interval(
                 _advance(problem, state, left, left_state)
                 _advance(problem, state, middle, middle_state)
                 here_sine, here_cosine = math.sin(interval.phase + middle), math.cos(interval.phase + middle)
-            _evaluate(problem, size, middle_state, interval.phase, middle, here_sine, here_cosine, at_middle)
-            halve, best = _search_cell(problem, interval, size, limit, left, right, best, scratch)
+            _evaluate(problem, size.steady, middle_state, interval.phase, middle, here_sine, here_cosine, at_middle)
+            halve, best = _search_cell(problem, interval, size, left, right, best, scratch)
             if halve:
                 if top + 2 > STACK:
                     return plain(_TOO_MANY), best
@@ -400,7 +428,7 @@ def _search_interval(
 def further_contact_from(
     problem: OrbitProblem,
     stops: Floats,
-    clearance: float,
+    gaps: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -423,29 +451,33 @@ def further_contact_from(
     status : int
         CLEAR, MEETS, TOUCHES or GIVEN_UP.
     excess : float
-        In units of length, negative where mass 1 stays inside; minus infinity when there is no maximum above `floor`.
+        In units of length, negative where the contact stays inside; minus infinity without a maximum above `floor`.
     phase : float
         Phase of that maximum.
     stop : int
         Stop of that maximum; 0 when there is none.
     """
     count = stops.shape[0]
-    limit = clearance / problem.length
     best = Maximum(floor, math.nan, plain(0), 0.0)
     cells = plain(0)
     state = scratch.states[0]
-    size = math.hypot(problem.steady_real, problem.steady_imag)
+    size = Sizes(
+        steady_bound(problem, 0),
+        steady_bound(problem, 3),
+        gaps.right / problem.length,
+        gaps.left / problem.length,
+    )
     for i in range(count):
         last = i == count - 1
         length = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
         next_stop = problem.sign * stops[0] if last else stops[i + 1]
         interval = Interval(phases[i], length, stops[i], next_stop)
-        cells, best = _search_interval(problem, interval, size, limit, best, cells, scratch)
+        cells, best = _search_interval(problem, interval, size, best, cells, scratch)
         if cells == _TOO_MANY:
             return GIVEN_UP, math.inf, math.nan, 0
         if not last:
             apply_flow(flow_between[i], state, state)
-            impulse = -problem.rebound * problem.omega * speeds[i + 1]
+            impulse = -rebound_of(gaps, stops[i + 1]) * problem.omega * speeds[i + 1]
             for j in range(state.shape[0]):
                 state[j, 0] += impulse * problem.unit_impulse[j, 0]
                 state[j, 1] += impulse * problem.unit_impulse[j, 1]
@@ -463,7 +495,7 @@ def further_contact_from(
 def further_contact(
     problem: OrbitProblem,
     stops: Floats,
-    clearance: float,
+    gaps: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -471,7 +503,7 @@ def further_contact(
     scratch: ContactScratch,
 ) -> tuple[int, float, float, int]:
     """Return the same as `further_contact_from`, from phases and speeds alone; flow_between is overwritten."""
-    chain, work = reference(problem), reference(scratch)
-    _flows_between_impacts(chain, phases, flow_between)
-    _state_after_first_impact(chain, phases, speeds, work.states[0])
-    return further_contact_from(chain, stops, clearance, phases, speeds, floor, flow_between, work)
+    structure, work = reference(problem), reference(scratch)
+    _flows_between_impacts(structure, phases, flow_between)
+    _state_after_first_impact(structure, stops, gaps, phases, speeds, work.states[0])
+    return further_contact_from(structure, stops, gaps, phases, speeds, floor, flow_between, work)

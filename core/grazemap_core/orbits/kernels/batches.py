@@ -8,16 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
 from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
 
 
 class OrbitResults(NamedTuple):
-    """The results for m orbits of k impacts, of a chain with N blocks.
+    """The results for m orbits of k impacts, of a structure with N blocks.
 
     Attributes
     ----------
@@ -27,7 +28,7 @@ class OrbitResults(NamedTuple):
     real, imaginary : (m, 2 N)
         Multipliers, in no particular order.
     before : (m, k, 3)
-        Displacement, velocity and acceleration of mass 1 before every impact.
+        Displacement, velocity and acceleration of the contact before every impact.
     """
 
     status: Integers
@@ -86,7 +87,7 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
     size = 2 * count
     newton = NewtonScratch(
         residual=np.zeros(size),
-        jacobian=np.zeros((size, size + 2)),
+        jacobian=np.zeros((size, size + 1)),
         system=np.zeros((size, 2 * size + 1)),
         step=np.zeros((2, count)),
         trial=np.zeros((2, count)),
@@ -103,10 +104,8 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
 @kernel
 def solve_orbits(
     problem: OrbitProblem,
-    stops: Floats,
-    clearances: Floats,
-    phases: Floats,
-    speeds: Floats,
+    impacts: Impacts,
+    places: Floats,
     floor: float,
     results: OrbitResults,
     scratch: OrbitScratch,
@@ -115,28 +114,47 @@ def solve_orbits(
 
     Parameters
     ----------
-    stops : (k,)
-    clearances : (m,)
-    phases, speeds : (m, k)
-        Guesses; become the solutions.
+    impacts : Impacts
+        Stops (k,); phases and speeds, (m, k), are guesses and become the solutions. The restitutions of `gaps` are
+        those of all orbits.
+    places : (m, 2)
+        Gap of the right and of the left stop of each orbit.
     floor : float
         As in `admissibility.further_contact_from`.
     """
-    chain, found, scratch = reference(problem), reference(results), reference(scratch)
+    structure, found, scratch = reference(problem), reference(results), reference(scratch)
     work = scratch.newton
-    for i in range(clearances.shape[0]):
-        status, steps, residual, terms = solve_orbit(chain, stops, clearances[i], phases[i], speeds[i], work)
+    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
+    for i in range(places.shape[0]):
+        between = Stops(
+            places[i, 0],
+            places[i, 1],
+            gaps.restitution_right,
+            gaps.restitution_left,
+            gaps.unit,
+            gaps.chatter_impacts,
+            gaps.settling_chatter,
+            gaps.symmetric,
+        )
+        status, steps, residual, terms = solve_orbit(structure, stops, between, phases[i], speeds[i], work)
         found.status[i], found.steps[i], found.residual[i] = status, steps, residual
         found.contact[i], found.stop[i] = GIVEN_UP, 0
         if status != CONVERGED:
             for j in range(found.real.shape[1]):
                 found.real[i, j], found.imaginary[i, j] = math.nan, math.nan
             continue
-        found.kantorovich[i], found.radius[i] = newton_kantorovich(chain, speeds[i], terms, work)
+        found.kantorovich[i], found.radius[i] = newton_kantorovich(structure, stops, between, speeds[i], terms, work)
         found.contact[i], found.excess[i], found.phase[i], found.stop[i] = further_contact(
-            chain, stops, clearances[i], phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
+            structure, stops, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )
-        orbit_multipliers(chain, phases[i], speeds[i], work.before, scratch.matrix, found.real[i], found.imaginary[i])
+        orbit_multipliers(
+            structure,
+            Impacts(between, stops, phases[i], speeds[i]),
+            work.before,
+            scratch.matrix,
+            found.real[i],
+            found.imaginary[i],
+        )
         for k in range(stops.shape[0]):
             for column in range(3):
                 found.before[i, k, column] = work.before[k, column]

@@ -6,8 +6,8 @@ time. Over an impact the difference changes by the saltation matrix and by terms
 Everything below holds for every difference in a ball of a norm in which the return map's derivative contracts:
 
 - each impact stays an impact: its speed squared exceeds twice the acceleration times the reach, the largest change of
-  mass 1's displacement;
-- mass 1 leaves each stop, and arrives at the next one, without another contact: the same of these speeds;
+  the contact's displacement;
+- the contact leaves each stop, and arrives at the next one, without another contact: the same of these speeds;
 - at every other extremum the distance from the stop exceeds the reach;
 - one return shortens every difference.
 
@@ -24,12 +24,20 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.stops import restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import any_order_kernel, fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import add_transposed_product, cholesky, multiply
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import third_derivative_bound
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import (
+    Impacts,
+    OrbitProblem,
+    highest_order,
+    rebound_of,
+    steady_bound,
+    steady_motion,
+)
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting
 
@@ -40,14 +48,6 @@ BORN = 3
 SECOND_ORDER = 16.0
 """The time by which an impact may move, times the stiffest block's rate, is below the inverse of this. The terms of
 third order are then a few percent of those of second order, which are enlarged by as much."""
-
-
-class Impacts(NamedTuple):
-    """The impacts of an orbit, each array (k,): stops, +1 or -1, phases and signed speeds."""
-
-    stops: Floats
-    phases: Floats
-    speeds: Floats
 
 
 class CaptureScratch(NamedTuple):
@@ -66,7 +66,7 @@ class CaptureScratch(NamedTuple):
     columns : (2 N (2 N + 3 k),)
         Differences from the orbit: the axes of the ball, and the terms of second order of every impact.
     displacement, velocity, acceleration, size : (2 N + 3 k,)
-        Of mass 1, for every column; the amplitude of a block.
+        Of the contact, for every column; the amplitude of a block.
     """
 
     arrival: Floats
@@ -158,22 +158,20 @@ def contracting_norm(matrix: Floats, rate: float, scratch: CaptureScratch) -> bo
             norm[row, c] = value / form[row, row]
         for row in range(size - 1, -1, -1):
             value = norm[row, c]
-            for below in range(row + 1, size):
-                lower = np.uintp(below)
+            for lower in range(row + 1, size):
                 value -= form[lower, row] * norm[lower, c]
             norm[row, c] = value / form[row, row]
     return _sum_over_returns(matrix, rate, 1.0 / trace, norm, scratch) and cholesky(norm)
 
 
 @fused_kernel
-def _length(columns: Floats, c: np.uintp, scratch: CaptureScratch) -> float:
+def _length(columns: Floats, c: int, scratch: CaptureScratch) -> float:
     """Return the norm of column c."""
     norm, scales = scratch.norm, scratch.scales
     total = 0.0
     for row in range(norm.shape[0]):
         value = 0.0
-        for other in range(row, norm.shape[0]):
-            m = np.uintp(other)
+        for m in range(row, norm.shape[0]):
             value += norm[m, row] * scales[m] * columns[m, c]
         total += value * value
     return math.sqrt(total)
@@ -190,8 +188,7 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
     for c in range(size):
         for row in range(c, -1, -1):  # back substitution with the transposed factor
             value = 1.0 if row == c else 0.0
-            for below in range(row + 1, c + 1):
-                m = np.uintp(below)
+            for m in range(row + 1, c + 1):
                 value -= norm[m, row] * columns[m, c]
             columns[row, c] = value / norm[row, row]
     for row in range(size):
@@ -206,12 +203,12 @@ def _largest_sum(values: Floats, axes: int, born: int) -> float:
     for c in range(axes):
         squares += values[c] * values[c]
     for c in range(axes, born):
-        others += abs(values[np.uintp(c)])  # compilers test a signed index for being negative
+        others += abs(values[c])
     return math.sqrt(squares) + others
 
 
 class _Reach(NamedTuple):
-    """Bounds of the changes of mass 1's displacement and of its first three derivatives, over the ball."""
+    """Bounds of the changes of the contact's displacement and of its first three derivatives, over the ball."""
 
     displacement: float
     velocity: float
@@ -247,7 +244,7 @@ def _reach_of(problem: OrbitProblem, columns: Floats, born: int, size: Floats) -
 
 @kernel
 def _ratio(speed: float, acceleration: float, jerk: float, reach: float, slower: float) -> float:
-    """Return the ratio up to which mass 1 moves to or from a stop as on the orbit; below 1 it does.
+    """Return the ratio up to which the contact moves to or from a stop as on the orbit; below 1 it does.
 
     Parameters
     ----------
@@ -303,8 +300,8 @@ def _time_moved(speed: float, bent: float, reach: float, faster: float) -> float
 
 @fused_kernel
 def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
-    """Return the modulus of the third derivative of mass 1's displacement at a phase, where the blocks have `state`."""
-    total = problem.steady_imag * math.sin(phase) - problem.steady_real * math.cos(phase)
+    """Return the modulus of the third derivative of q at a phase, where the blocks have `state`."""
+    _, _, _, total = steady_motion(problem, math.sin(phase), math.cos(phase))
     for j in range(problem.decay.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
         second = -square * state[j, 0] - twice * state[j, 1]
@@ -314,7 +311,14 @@ def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
 
 @fused_kernel
 def _add_second_order(
-    problem: OrbitProblem, i: int, speed: float, toward: float, jerk: float, snap: float, at: _Reach, columns: Floats
+    problem: OrbitProblem,
+    impacts: Impacts,
+    i: int,
+    toward: float,
+    jerk: float,
+    snap: float,
+    at: _Reach,
+    columns: Floats,
 ) -> float:
     """Write the terms of second order of impact i into its three columns; return the ratio up to which they are known.
 
@@ -325,13 +329,14 @@ def _add_second_order(
 
     Parameters
     ----------
-    speed, toward, jerk : float
-        Speed of impact i of the orbit, acceleration toward the stop, and modulus of its derivative, whose own
+    toward, jerk : float
+        At impact i of the orbit: acceleration toward the stop, and modulus of its derivative, whose own
         derivative is at most `snap`.
     at : _Reach
         Changes over the ball at that time; the jerk holds for all times.
     """
-    omega, rebound = problem.omega, problem.rebound
+    omega, stop = problem.omega, impacts.stops[i]
+    rebound, speed = rebound_of(impacts.gaps, stop), stop * impacts.speeds[i]
     bent = abs(toward)
     moved = _time_moved(speed, bent + jerk * at.displacement / speed, at.displacement, at.velocity)
     sharper, changed = jerk + snap * moved, at.acceleration + at.jerk * moved
@@ -358,10 +363,16 @@ def _add_second_order(
 
 @fused_kernel
 def _pass_impact(
-    problem: OrbitProblem, speed: float, acceleration: float, columns: Floats, born: int, scratch: CaptureScratch
+    problem: OrbitProblem,
+    rebound: float,
+    speed: float,
+    acceleration: float,
+    columns: Floats,
+    born: int,
+    scratch: CaptureScratch,
 ) -> None:
-    """Change the columns by the saltation matrix of an impact; `displacement` and `velocity` hold those of mass 1."""
-    omega, rebound = problem.omega, problem.rebound
+    """Change the columns by the saltation matrix of an impact; `displacement` and `velocity` hold those of q."""
+    omega = problem.omega
     displacement, velocity = scratch.displacement, scratch.velocity
     sooner = -1.0 / speed
     for c in range(born):
@@ -391,7 +402,7 @@ def _pass_flight(flow: Floats, columns: Floats, born: int) -> None:
 
 @fused_kernel
 def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: CaptureScratch) -> None:
-    """Write the displacement, velocity and acceleration of mass 1 that every column stands for."""
+    """Write the displacement, velocity and acceleration of the contact that every column stands for."""
     omega, slower = problem.omega, 1.0 / problem.omega
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
     for c in range(born):
@@ -414,14 +425,14 @@ def _pass_return(
     shooting: Shooting,
     scratch: CaptureScratch,
 ) -> tuple[float, float]:
-    """Carry the ball over one return; return the largest ratio and the largest change of mass 1's displacement."""
-    stops, phases, speeds = impacts.stops, impacts.phases, impacts.speeds
+    """Carry the ball over one return; return the largest ratio and the largest change of the contact's displacement."""
+    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
     count, blocks = stops.shape[0], problem.decay.shape[0]
-    omega, rebound, axes = problem.omega, problem.rebound, 2 * blocks
+    omega, axes = problem.omega, 2 * blocks
     born = axes
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
-    amplitude = math.hypot(problem.steady_real, problem.steady_imag)
-    ratio, farthest, stiffest = 0.0, 0.0, 1.0
+    steady = steady_bound(problem, 3)
+    ratio, farthest, stiffest = 0.0, 0.0, highest_order(problem)
     for j in range(blocks):
         stiffest = max(stiffest, (problem.frequency[j] + 2.0 * problem.decay[j]) / omega)
     for i in range(count):
@@ -434,12 +445,13 @@ def _pass_return(
         )
         speed, toward = stops[i] * speeds[i], stops[i] * shooting.before[i, 2]
         jerk = _jerk_at(problem, phases[i], shooting.state[i])
-        snap = stiffest * third_derivative_bound(problem, amplitude, shooting.state[i])
+        snap = stiffest * third_derivative_bound(problem, steady, shooting.state[i])
         sharper = jerk + 2.0 * snap * at.displacement / speed
         ratio = max(ratio, _ratio(speed, abs(toward), sharper, at.displacement, at.velocity))
-        _pass_impact(problem, speeds[i], shooting.before[i, 2], columns, born, scratch)
+        rebound = rebound_of(gaps, stops[i])
+        _pass_impact(problem, rebound, speeds[i], shooting.before[i, 2], columns, born, scratch)
         born += BORN
-        ratio = max(ratio, _add_second_order(problem, i, speed, toward, jerk, snap, at, columns))
+        ratio = max(ratio, _add_second_order(problem, impacts, i, toward, jerk, snap, at, columns))
         # the flight to the next impact
         flight = _reach_of(problem, columns, born, scratch.size)
         farthest = max(farthest, flight.displacement)
@@ -453,8 +465,8 @@ def _pass_return(
             after -= rebound * speed * third / omega
         if not ratio < 1.0:
             break
-        jerk = third_derivative_bound(problem, amplitude, scratch.after)
-        leaving = problem.restitution * speed
+        jerk = third_derivative_bound(problem, steady, scratch.after)
+        leaving = restitution_of(gaps, stops[i]) * speed
         ratio = max(ratio, _ratio(leaving, max(after, 0.0), jerk, flight.displacement, flight.velocity))
         following = i + 1 if i + 1 < count else 0
         arriving, toward = abs(speeds[following]), stops[following] * shooting.before[following, 2]
@@ -479,7 +491,7 @@ def capture_ratio(
     Parameters
     ----------
     uncertainty : float
-        Bound on the distance of the numbers from the orbit, as a displacement of mass 1.
+        Bound on the distance of the numbers from the orbit, as a displacement of the contact.
     matrix, multiplier : (2 N, 2 N), float
         The Floquet matrix before the first impact, in balanced block coordinates, and its spectral radius.
     shooting : Shooting
@@ -492,7 +504,7 @@ def capture_ratio(
     ratio : float
         Below 1: captured. Otherwise the factor, to leading order, by which its distance from the orbit is too large.
     reach : float
-        Largest change of mass 1's displacement over the ball: the orbit's other extrema have to be farther from the
+        Largest change of q over the ball: the orbit's other extrema have to be farther from the
         stops.
     share : float
         Part of the trajectory's distance that is the radius of that ball: 1 where it is captured, less where only a
@@ -500,7 +512,10 @@ def capture_ratio(
     """
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)
-    if not (orbit.restitution > 0.0 and contracting_norm(matrix, rate, scratch)):
+    for i in range(impacts.stops.shape[0]):
+        if not restitution_of(impacts.gaps, impacts.stops[i]) > 0.0:
+            return math.inf, 0.0, 1.0
+    if not contracting_norm(matrix, rate, scratch):
         return math.inf, 0.0, 1.0
     for j in range(orbit.decay.shape[0]):
         scale = block_scale(orbit, j)
@@ -515,7 +530,7 @@ def capture_ratio(
         if ratio < 1.0:
             longer = 0.0
             for c in range(size, width):
-                longer += _length(columns, np.uintp(c), scratch)
+                longer += _length(columns, c, scratch)
             ratio = max(ratio, longer / ((1.0 - rate) * share * radius))
         if ratio < 1.0:
             return max(ratio, 1.0 if share < 1.0 else 0.0), reach, share

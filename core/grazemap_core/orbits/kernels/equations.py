@@ -1,11 +1,12 @@
 """The equations of a periodic motion with impacts, analytic through grazing, and their derivatives.
 
 Between impacts the motion is linear, so it is the sum of the steady motion and the responses to all impacts, each an
-impulse on mass 1. The unknowns are the phases of the impacts and the velocities before them. An impact of velocity 0 is
-a regular point of the equations (theory, "Any impacting orbit").
+impulse on the contact. The unknowns are the phases of the impacts and the velocities before them. An impact of velocity
+0 is a regular point of the equations (theory, "Any impacting orbit").
 
 Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: the unknowns are
-the phases omega t_i and the speeds v_i/(omega length).
+the phases omega t_i and the speeds v_i/(omega length). Displacements are those of the contact coordinate from the
+static equilibrium.
 """
 
 from __future__ import annotations
@@ -14,37 +15,41 @@ import math
 from typing import NamedTuple
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined, inlined_formula, kernel
 
 
 class OrbitProblem(NamedTuple):
-    """A chain at one forcing frequency, and the time after which its motion repeats, or is mirrored.
+    """A structure at one forcing frequency, and the time after which its motion repeats, or is mirrored.
 
     Attributes
     ----------
     decay, discriminant, frequency_squared, frequency : (N,)
-        Blocks.
+        Blocks that contact sees.
     unit_impulse : (N, 2)
-        Change of each block's part in displacement and velocity of mass 1 by a unit impulse, which changes the velocity
-        by 1.
+        Change of each block's part in displacement and velocity of the contact by a unit impulse, which changes the
+        velocity by 1.
     periodic_impulse, doubled_impulse : (N, 2)
         Each block's part just after the last of infinitely many impulses, one per span, which are multiplied by `sign`,
         or by ``-sign``, from span to span.
     periodic_impulse_by_span : (N, 2)
         ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` with respect to the
         span, without the factor of the blocks' generator.
-    steady_real, steady_imag : float
-        Steady amplitude of mass 1, in lengths: its steady motion is Im((steady_real + i steady_imag) exp(i omega t)).
-    steady_real_by_omega, steady_imag_by_omega : float
-        Derivative of the steady amplitude with respect to omega.
+    orders : (H,)
+        Of the harmonics of the forces, increasing.
+    steady : (H, 2)
+        Real and imaginary part of the steady amplitudes: the steady motion of the contact is the sum of
+        Im(amplitude exp(i order omega t)).
+    steady_by_omega : (H, 2)
+        Derivatives of the steady amplitudes with respect to omega.
+    steady_unit : float
+        The steady amplitudes over this are in units of `length`.
     omega, length : float
-    restitution, rebound : float
-        R and 1 + R.
     turn : float
         Change of the phase over one span, the time after which the impacts repeat.
     sign : float
-        1 if the impacts repeat on the same stop, -1 if on the other one.
+        1 if the impacts repeat on the same stop, -1 if on the other one: for symmetric stops only.
     """
 
     decay: Floats
@@ -55,21 +60,102 @@ class OrbitProblem(NamedTuple):
     periodic_impulse: Floats
     doubled_impulse: Floats
     periodic_impulse_by_span: Floats
-    steady_real: float
-    steady_imag: float
-    steady_real_by_omega: float
-    steady_imag_by_omega: float
+    orders: Floats
+    steady: Floats
+    steady_by_omega: Floats
+    steady_unit: float
     omega: float
     length: float
-    restitution: float
-    rebound: float
     turn: float
     sign: float
 
 
+class Impacts(NamedTuple):
+    """The impacts of an orbit.
+
+    Attributes
+    ----------
+    gaps : Stops
+    stops, phases, speeds : (k,)
+        Stops, +1 or -1, phases and signed speeds.
+    """
+
+    gaps: Stops
+    stops: Floats
+    phases: Floats
+    speeds: Floats
+
+
+@inlined
+def sum_of_harmonics(
+    problem: OrbitProblem, amplitudes: Floats, sine: float, cosine: float
+) -> tuple[float, float, float, float]:
+    """Return the sum of harmonics with these amplitudes (H, 2), and its first three derivatives by the phase.
+
+    Sine and cosine are those of the phase; the result is in units of length.
+    """
+    value, slope, second, third = 0.0, 0.0, 0.0, 0.0
+    order, turned_sine, turned_cosine = 0.0, 0.0, 1.0
+    for h in range(problem.orders.shape[0]):
+        while order < problem.orders[h]:
+            order += 1.0
+            turned_sine, turned_cosine = (
+                turned_sine * cosine + turned_cosine * sine,
+                turned_cosine * cosine - turned_sine * sine,
+            )
+        real, imag = amplitudes[h, 0] / problem.steady_unit, amplitudes[h, 1] / problem.steady_unit
+        place = real * turned_sine + imag * turned_cosine
+        rate = order * (real * turned_cosine - imag * turned_sine)
+        value += place
+        slope += rate
+        second -= order * order * place
+        third -= order * order * rate
+    return value, slope, second, third
+
+
+@inlined
+def steady_motion(problem: OrbitProblem, sine: float, cosine: float) -> tuple[float, float, float, float]:
+    """Return the steady motion of the contact, and its first three derivatives by the phase."""
+    return sum_of_harmonics(problem, problem.steady, sine, cosine)
+
+
+@kernel
+def steady_bound(problem: OrbitProblem, derivative: int) -> float:
+    """Return a bound of the steady motion of the contact, or of one of its derivatives by the phase."""
+    total = 0.0
+    for h in range(problem.orders.shape[0]):
+        size = math.hypot(problem.steady[h, 0] / problem.steady_unit, problem.steady[h, 1] / problem.steady_unit)
+        for _ in range(derivative):
+            size *= problem.orders[h]
+        total += size
+    return total
+
+
+@inlined
+def highest_order(problem: OrbitProblem) -> float:
+    """Return the largest order of the harmonics."""
+    highest: float = problem.orders[problem.orders.shape[0] - 1]
+    return highest
+
+
+@inlined_formula
+def rebound_of(gaps: Stops, stop: float) -> float:
+    """Return 1 + R of a stop: the change of the velocity by an impact, in units of the velocity before it."""
+    return 1.0 + restitution_of(gaps, stop)
+
+
+@kernel
+def largest_rebound(stops: Floats, gaps: Stops) -> float:
+    """Return the largest 1 + R of the stops (k,) of an orbit."""
+    largest = 0.0
+    for i in range(stops.shape[0]):
+        largest = max(largest, rebound_of(gaps, stops[i]))
+    return largest
+
+
 @kernel
 def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float, float, float, float, float]:
-    """Return the response of mass 1 a time after an impulse that is repeated every span.
+    """Return the response of the contact a time after an impulse that is repeated every span.
 
     The results are displacement, velocity and acceleration; the derivatives of the first two with respect to the
     frequency at fixed phases, up to factors; and the sum of the terms' moduli, each times the angle in its sines.
@@ -96,7 +182,7 @@ def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float,
 def assemble(
     problem: OrbitProblem,
     stops: Floats,
-    clearance: float,
+    gaps: Stops,
     phases: Floats,
     speeds: Floats,
     residual: Floats,
@@ -112,11 +198,12 @@ def assemble(
     phases, speeds : (k,)
         Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
     residual : (2 k,)
-        Receives, at every impact, the displacement of mass 1 minus the stop's, and its velocity minus the unknown.
-    jacobian : (2 k, 2 k + 2)
-        Receives the derivatives with respect to phases, speeds, clearance, and omega at fixed phases and speeds.
+        Receives, at every impact, the displacement of the contact minus the stop's, and its velocity minus the
+        unknown.
+    jacobian : (2 k, 2 k + 1)
+        Receives the derivatives with respect to phases, speeds, and omega at fixed phases and speeds.
     before : (k, 3)
-        Receives displacement, velocity and acceleration of mass 1 just before every impact.
+        Receives displacement, velocity and acceleration of the contact just before every impact.
 
     Returns
     -------
@@ -124,22 +211,21 @@ def assemble(
         The largest sum of the terms' moduli, each times the angle in whose sine its round-off originates.
     """
     count = stops.shape[0]
-    omega, rebound = problem.omega, problem.rebound
-    size = math.hypot(problem.steady_real, problem.steady_imag)
+    omega, highest = problem.omega, highest_order(problem)
+    size = steady_bound(problem, 0)
     largest = 0.0
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
-        x = problem.steady_real * sine + problem.steady_imag * cosine
-        v = problem.steady_real * cosine - problem.steady_imag * sine
-        a = -x
-        x_by_omega = problem.steady_real_by_omega * sine + problem.steady_imag_by_omega * cosine
-        v_by_omega = problem.steady_real_by_omega * cosine - problem.steady_imag_by_omega * sine
-        terms = size * (1.0 + abs(phases[i])) + clearance / problem.length
+        x, v, a, _ = steady_motion(problem, sine, cosine)
+        x_by_omega, v_by_omega, _, _ = sum_of_harmonics(problem, problem.steady_by_omega, sine, cosine)
+        gap = gap_of(gaps, stops[i])
+        terms = size * (1.0 + highest * abs(phases[i])) + abs(gap) / problem.length
         for m in range(count):
             sign, time = 1.0, (phases[i] - phases[m]) / omega
             if m >= i:
                 sign, time = problem.sign, (phases[i] - phases[m] + problem.turn) / omega
             value, slope, second_derivative, by_time, slope_by_time, part = _impulse_response(problem, time)
+            rebound = rebound_of(gaps, stops[m])
             factor = sign * rebound
             speed = speeds[m]
             value *= factor * omega
@@ -158,11 +244,9 @@ def assemble(
         jacobian[i, i] += v
         jacobian[count + i, i] += a
         jacobian[count + i, count + i] -= 1.0
-        jacobian[i, 2 * count] = -stops[i] / problem.length
-        jacobian[count + i, 2 * count] = 0.0
-        jacobian[i, 2 * count + 1] = x_by_omega
-        jacobian[count + i, 2 * count + 1] = v_by_omega
-        residual[i] = x - stops[i] * clearance / problem.length
+        jacobian[i, 2 * count] = x_by_omega
+        jacobian[count + i, 2 * count] = v_by_omega
+        residual[i] = x - stops[i] * gap / problem.length
         residual[count + i] = v - speeds[i]
         before[i, 0], before[i, 1], before[i, 2] = x, v, a
         largest = max(largest, terms)
@@ -170,7 +254,15 @@ def assemble(
 
 
 @kernel
-def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
+def assemble_doubled(
+    problem: OrbitProblem,
+    stops: Floats,
+    gaps: Stops,
+    phases: Floats,
+    speeds: Floats,
+    before: Floats,
+    matrix: Floats,
+) -> None:
     """Write the Jacobian for perturbations that return with the opposite sign after a span.
 
     Up to sign its determinant is ``prod v_i det(I + M)/det(I + exp(A span))``, which is smooth where v_i vanishes.
@@ -185,9 +277,10 @@ def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
     omega = problem.omega
     for i in range(count):
         for m in range(count):
-            factor, time = problem.rebound, (phases[i] - phases[m]) / omega
+            rebound = rebound_of(gaps, stops[m])
+            factor, time = rebound, (phases[i] - phases[m]) / omega
             if m >= i:
-                factor, time = -problem.sign * problem.rebound, (phases[i] - phases[m] + problem.turn) / omega
+                factor, time = -problem.sign * rebound, (phases[i] - phases[m] + problem.turn) / omega
             value, slope, second_derivative = 0.0, 0.0, 0.0
             for j in range(problem.decay.shape[0]):
                 square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
@@ -207,7 +300,7 @@ def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
 
 
 @kernel
-def second_derivative_bound(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
+def second_derivative_bound(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, reach: float) -> float:
     """Return a bound on the sum of one equation's second derivatives, for speeds changed by at most `reach` each.
 
     The energy of a block never increases, so it bounds the block's response to an impulse at all later times.
@@ -228,5 +321,6 @@ def second_derivative_bound(problem: OrbitProblem, speeds: Floats, reach: float)
     others = speeds.shape[0] - 1.0
     place = total * second / omega + others * first
     rate = total * third / (omega * omega) + others * second / omega
-    bound: float = math.hypot(problem.steady_real, problem.steady_imag) + 4.0 * problem.rebound * max(place, rate)
+    steady = steady_bound(problem, 3)  # orders are at least 1, so it bounds the second derivative too
+    bound: float = steady + 4.0 * largest_rebound(stops, gaps) * max(place, rate)
     return bound

@@ -5,7 +5,7 @@ The matrix is in balanced block coordinates. A perturbation z of the state just 
     z - (1 + R) (k z_v + T k z_x - (a/v) k z_x)
 
 just after it, with k the unit impulse, T the blocks' generator, a the acceleration before the impact, and z_x and z_v
-the displacement and velocity of mass 1 in z.
+the displacement and velocity of the contact in z.
 """
 
 from __future__ import annotations
@@ -16,23 +16,31 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import OK, eigenvalues
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem, rebound_of
 
 
 @kernel
 def block_scale(problem: OrbitProblem, j: int) -> float:
-    """Return the unit of a block's coordinates in which the impulse on it and its effect on mass 1 have equal size."""
+    """Return the unit of a block's coordinates in which the impulse on it and its effect on q have equal size."""
     size = math.hypot(problem.frequency[j] * problem.unit_impulse[j, 0], problem.unit_impulse[j, 1])
     return math.sqrt(size) if size > 0.0 else 1.0
 
 
 @kernel
-def monodromy_matrix(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
+def block_scales(problem: OrbitProblem, scales: Floats) -> None:
+    """Write `block_scale` of every block into scales (N,)."""
+    for j in range(problem.decay.shape[0]):
+        scales[j] = block_scale(problem, j)
+
+
+@kernel
+def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, matrix: Floats) -> None:
     """Write the Floquet matrix over a span from before the first impact, mirrored for `sign` -1, into matrix (2N, 2N).
 
     Block j has the coordinates (frequency y, y')/scale.
     """
     blocks = problem.decay.shape[0]
+    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
     count = phases.shape[0]
     size = 2 * blocks
     for row in range(size):
@@ -41,7 +49,7 @@ def monodromy_matrix(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
     for i in range(count):
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
         time = (end - phases[i]) / problem.omega
-        pull = problem.omega * before[i, 2] / speeds[i]
+        rebound, pull = rebound_of(gaps, stops[i]), problem.omega * before[i, 2] / speeds[i]
         for column in range(size):
             place, rate = 0.0, 0.0
             for j in range(blocks):
@@ -52,8 +60,8 @@ def monodromy_matrix(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
                 scale, frequency = block_scale(problem, j), problem.frequency[j]
                 square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
                 first, second = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
-                factor = problem.rebound * (rate - pull * place)
-                drift = problem.rebound * place
+                factor = rebound * (rate - pull * place)
+                drift = rebound * place
                 y = matrix[2 * j, column] - frequency / scale * (factor * first + drift * second)
                 v = matrix[2 * j + 1, column] - (factor * second - drift * (square * first + twice * second)) / scale
                 e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
@@ -64,15 +72,14 @@ def monodromy_matrix(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
 @kernel
 def orbit_multipliers(
     problem: OrbitProblem,
-    phases: Floats,
-    speeds: Floats,
+    impacts: Impacts,
     before: Floats,
     matrix: Floats,
     real: Floats,
     imaginary: Floats,
 ) -> bool:
     """Write the multipliers into real (2N,) and imaginary (2N,); NaN, and return False, where one overflows."""
-    monodromy_matrix(problem, phases, speeds, before, matrix)
+    monodromy_matrix(problem, impacts, before, matrix)
     if eigenvalues(matrix, real, imaginary) == OK:
         return True
     for i in range(real.shape[0]):

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.dense import eliminate
@@ -38,7 +39,7 @@ class NewtonScratch(NamedTuple):
     Attributes
     ----------
     residual : (2 k,)
-    jacobian : (2 k, 2 k + 2)
+    jacobian : (2 k, 2 k + 1)
     system : (2 k, 4 k + 1)
     step : (2, k)
     trial : (2, k)
@@ -80,7 +81,7 @@ def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
 def solve_orbit(
     problem: OrbitProblem,
     stops: Floats,
-    clearance: float,
+    gaps: Stops,
     phases: Floats,
     speeds: Floats,
     work: NewtonScratch,
@@ -100,7 +101,7 @@ def solve_orbit(
     count = stops.shape[0]
     size = 2 * count
     jacobian, system, step, trial = work.jacobian, work.system, work.step, work.trial
-    terms = assemble(problem, stops, clearance, phases, speeds, work.residual, jacobian, work.before)
+    terms = assemble(problem, stops, gaps, phases, speeds, work.residual, jacobian, work.before)
     norm = _norm(work.residual)
     shortened = 0
     settled = False
@@ -130,7 +131,7 @@ def solve_orbit(
             for i in range(count):
                 trial[0, i] = phases[i] + share * step[0, i]
                 trial[1, i] = speeds[i] + share * step[1, i]
-            terms = assemble(problem, stops, clearance, trial[0], trial[1], work.residual, jacobian, work.before)
+            terms = assemble(problem, stops, gaps, trial[0], trial[1], work.residual, jacobian, work.before)
             norm = _norm(work.residual)
             if norm < before or norm <= RESPONSE_ROUNDOFF * terms:
                 break
@@ -146,7 +147,9 @@ def solve_orbit(
 
 
 @kernel
-def newton_kantorovich(problem: OrbitProblem, speeds: Floats, terms: float, work: NewtonScratch) -> tuple[float, float]:
+def newton_kantorovich(
+    problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, terms: float, work: NewtonScratch
+) -> tuple[float, float]:
     """Return the Newton-Kantorovich quantity ``b s L`` and the radius 2 s; infinity for a singular Jacobian.
 
     `work` is as `solve_orbit` or `assemble` leaves it; `terms` is what `assemble` returns.
@@ -169,4 +172,4 @@ def newton_kantorovich(problem: OrbitProblem, speeds: Floats, terms: float, work
         inverse = max(inverse, row)
         step = max(step, abs(system[i, size]))
     step += inverse * noise
-    return inverse * step * second_derivative_bound(problem, speeds, 2.0 * step), 2.0 * step
+    return inverse * step * second_derivative_bound(problem, stops, gaps, speeds, 2.0 * step), 2.0 * step

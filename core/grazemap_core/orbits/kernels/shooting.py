@@ -3,16 +3,16 @@
 The equations, their unknowns and units are those of `equations`. There, the responses to all impacts are summed at
 every impact; this is regular for impacts of velocity 0, but costs the square of the number of impacts, and solving for
 the step costs its cube. Here, the state is carried from impact to impact, and the Jacobian is reduced to a matrix of
-the size of the chain. The reduction divides by the impact velocities, so none may be 0; this holds for motions to which
-trajectories settle.
+the size of the structure. The reduction divides by the impact velocities, so none may be 0; this holds for motions to
+which trajectories settle.
 
 A perturbation d of the state just before impact i becomes, just after it,
 
     d - (1 + R) w (s' k - s p' T k/w),     p' = (r - c d)/v,    s' = c' d/w + a p' - q
 
-with p', s' the changes of phase and speed that leave residuals r and q, k the unit impulse, T the blocks' generator, c
-d and c' d the displacement and velocity of mass 1 in d, v and a the velocity and acceleration of mass 1, and w the
-frequency.
+with p', s' the changes of phase and speed that leave residuals r and q, R the restitution of the stop, k the unit
+impulse, T the blocks' generator, c d and c' d the displacement and velocity of the contact in d, v and a the velocity
+and acceleration of the contact, and w the frequency.
 """
 
 from __future__ import annotations
@@ -23,10 +23,17 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import eliminate
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import (
+    OrbitProblem,
+    highest_order,
+    rebound_of,
+    steady_bound,
+    steady_motion,
+)
 
 
 class Shooting(NamedTuple):
@@ -39,9 +46,9 @@ class Shooting(NamedTuple):
     flow : (k, N, 4)
         Each block's flow from an impact to the next one.
     state : (k, N, 2)
-        Each block's part in displacement and velocity of mass 1 just before every impact.
+        Each block's part in displacement and velocity of the contact just before every impact.
     before : (k, 3)
-        Displacement, velocity and acceleration of mass 1 just before every impact.
+        Displacement, velocity and acceleration of the contact just before every impact.
     residual, step : (k, 2)
         Residuals of displacement and speed; steps of phase and speed.
     turned : (2 N, 2 N + 1)
@@ -53,7 +60,7 @@ class Shooting(NamedTuple):
     across : (4, 2 N + 1)
         For each column of perturbations at an impact: displacement, velocity, and changes of phase and speed.
     second_derivative : (N,)
-        Response of each block's part in the acceleration of mass 1 to a unit impulse.
+        Response of each block's part in the acceleration of the contact to a unit impulse.
     places, speeds : (k, 2 N)
         Effect of a unit residual of displacement, or speed, at an impact on the state after the span.
     basis, rows, closed : (2 N, 2 N), (2 N, 2 k), (2 N, 2 k)
@@ -110,7 +117,7 @@ def shooting(count: int, blocks: int) -> Shooting:
 
 @kernel
 def shoot(
-    problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: Shooting
+    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, scratch: Shooting
 ) -> tuple[float, float]:
     """Carry the state from impact to impact over a span; write flow, state, before and residual.
 
@@ -122,7 +129,7 @@ def shoot(
         As `equations.assemble`, summed over all impacts and all earlier spans.
     """
     count, blocks = stops.shape[0], problem.decay.shape[0]
-    omega, rebound = problem.omega, problem.rebound
+    omega, highest = problem.omega, highest_order(problem)
     flow, state = scratch.flow, scratch.state
     terms_sum = 0.0
     for j in range(blocks):
@@ -134,7 +141,7 @@ def shoot(
             time = (end - phases[i]) / omega
             e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, time)
             flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3] = e11, e12, e21, e22
-            strength = -rebound * omega * speeds[i]
+            strength = -rebound_of(gaps, stops[i]) * omega * speeds[i]
             y, rate = y + strength * unit_impulse, rate + strength * drift
             summed += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
             y, rate = e11 * y + e12 * rate, e21 * y + e22 * rate
@@ -143,15 +150,13 @@ def shoot(
         terms_sum += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
         state[0, j, 0] = problem.sign * (p * y + q * rate)
         state[0, j, 1] = problem.sign * (p * rate - q * (square * y + 2.0 * decay * rate))
-    size = math.hypot(problem.steady_real, problem.steady_imag)
-    place = clearance / problem.length
+    size = steady_bound(problem, 0)
     largest, terms = 0.0, 0.0
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
-        x = problem.steady_real * sine + problem.steady_imag * cosine
-        v = problem.steady_real * cosine - problem.steady_imag * sine
-        a = -x
-        strength = -rebound * omega * speeds[i]
+        x, v, a, _ = steady_motion(problem, sine, cosine)
+        place = gap_of(gaps, stops[i]) / problem.length
+        strength = -rebound_of(gaps, stops[i]) * omega * speeds[i]
         for j in range(blocks):
             y, rate = state[i, j, 0], state[i, j, 1]
             frequency = problem.frequency[j]
@@ -168,20 +173,26 @@ def shoot(
         scratch.before[i, 0], scratch.before[i, 1], scratch.before[i, 2] = x, v, a
         scratch.residual[i, 0], scratch.residual[i, 1] = x - stops[i] * place, v - speeds[i]
         largest = max(largest, max(abs(scratch.residual[i, 0]), abs(scratch.residual[i, 1])))
-        terms = max(terms, size * (1.0 + abs(phases[i])) + place)
+        terms = max(terms, size * (1.0 + highest * abs(phases[i])) + abs(place))
     return largest, terms + terms_sum
 
 
 @fused_kernel
 def _pass_impact(
-    problem: OrbitProblem, i: int, speed: float, second_derivative: Floats, change: Floats, scratch: Shooting
+    problem: OrbitProblem,
+    i: int,
+    rebound: float,
+    speed: float,
+    second_derivative: Floats,
+    change: Floats,
+    scratch: Shooting,
 ) -> None:
     """Carry columns of perturbations (2 N, n) from just before impact i to just before the next one.
 
     Changes of phase and speed compensate for the residuals in the last column, and for none in the others.
     """
     flow, across = scratch.flow, scratch.across
-    omega, rebound = problem.omega, problem.rebound
+    omega = problem.omega
     blocks, columns = second_derivative.shape[0], change.shape[1]
     per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
     x, v, turned, faster = across[0], across[1], across[2], across[3]
@@ -209,7 +220,7 @@ def _pass_impact(
 
 
 @kernel
-def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
+def solve_step(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: Shooting) -> float:
     """Write the Newton step and the effect of perturbations after one span; return the norm of the step.
 
     `shoot` is called before. The norm is infinity where the matrix is singular.
@@ -225,7 +236,7 @@ def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> floa
         for column in range(size + 1):
             turned[row, column] = 1.0 if row == column else 0.0
     for i in range(count):
-        _pass_impact(problem, i, speeds[i], second_derivative, turned, scratch)
+        _pass_impact(problem, i, rebound_of(gaps, stops[i]), speeds[i], second_derivative, turned, scratch)
     for row in range(size):
         for column in range(size):
             system[row, column] = (problem.sign if row == column else 0.0) - turned[row, column]
@@ -236,7 +247,7 @@ def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> floa
         scratch.change[row, 0] = system[row, size]
     largest = 0.0
     for i in range(count):
-        _pass_impact(problem, i, speeds[i], second_derivative, scratch.change, scratch)
+        _pass_impact(problem, i, rebound_of(gaps, stops[i]), speeds[i], second_derivative, scratch.change, scratch)
         p, s = scratch.across[2, 0], scratch.across[3, 0]
         scratch.step[i, 0], scratch.step[i, 1] = p, s
         # NaN counts as infinite
@@ -248,7 +259,7 @@ def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> floa
 def _back_over(
     problem: OrbitProblem,
     i: int,
-    speed: float,
+    impact: tuple[float, float],
     rows: Floats,
     columns: int,
     place: Floats,
@@ -257,11 +268,11 @@ def _back_over(
 ) -> None:
     """Carry linear functionals of the state back from just before impact i + 1 to just before impact i.
 
-    They are the first `columns` columns of rows (2 N, n); place and faster receive their values for a unit residual of
-    displacement, and of speed, at impact i.
+    `impact` has 1 + R of its stop, and its speed. The functionals are the first `columns` columns of rows (2 N, n);
+    place and faster receive their values for a unit residual of displacement, and of speed, at impact i.
     """
     flow, second_derivative = scratch.flow, scratch.second_derivative
-    omega, rebound = problem.omega, problem.rebound
+    omega, rebound, speed = problem.omega, impact[0], impact[1]
     blocks = second_derivative.shape[0]
     per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
     for c in range(columns):
@@ -325,7 +336,7 @@ def _largest_sum_of_moduli(count: int, size: int, scratch: Shooting) -> float:
 
 
 @kernel
-def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
+def norm_of_inverse(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: Shooting) -> float:
     """Return the maximum norm of the inverse of the Jacobian; `solve_step` is called before.
 
     Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together, as
@@ -345,12 +356,14 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
         for c in range(size):
             basis[row, c] = 1.0 if row == c else 0.0
     for i in range(count - 1, -1, -1):
-        _back_over(problem, i, speeds[i], basis, size, scratch.places[i], scratch.speeds[i], scratch)
+        impact = rebound_of(gaps, stops[i]), speeds[i]
+        _back_over(problem, i, impact, basis, size, scratch.places[i], scratch.speeds[i], scratch)
     # each phase and speed, from its impact back to the first one
     for i in range(count - 1, -1, -1):
         of_place, of_speed = scratch.of_place[i], scratch.of_speed[i]
         phase = 2 * (count - 1 - i)
-        _back_over(problem, i, speeds[i], rows, phase, of_place, of_speed, scratch)
+        impact = rebound_of(gaps, stops[i]), speeds[i]
+        _back_over(problem, i, impact, rows, phase, of_place, of_speed, scratch)
         velocity, acceleration = scratch.before[i, 1], scratch.before[i, 2]
         for j in range(blocks):
             rows[2 * j, phase], rows[2 * j + 1, phase] = -1.0 / velocity, 0.0

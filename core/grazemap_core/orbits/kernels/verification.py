@@ -6,7 +6,7 @@ of its own equations (`shooting`), independent of the trajectory. It is verified
 numbers allow,
 
 - it is isolated: the equations have exactly one solution within a radius of the numbers (`newton`);
-- it is admissible: every impact velocity points at its stop, and mass 1 has no other contact with a stop
+- it is admissible: every impact velocity points at its stop, and the contact has no other contact with a stop
   (`admissibility.further_contact_from`), for all phases and velocities within that radius;
 - it is stable: all Floquet multipliers lie inside the unit circle;
 - its period is the minimum: two parts of the orbit count as the same only where the uniqueness of the solution implies
@@ -29,13 +29,13 @@ from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.numerics.kernels.eigenvalues import OK as EIGENVALUES_OK
-from grazemap_core.numerics.kernels.eigenvalues import eigenvalues
+from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import (
     CLEAR,
@@ -44,14 +44,20 @@ from grazemap_core.orbits.kernels.admissibility import (
     contact_scratch,
     further_contact_from,
 )
-from grazemap_core.orbits.kernels.capture import CaptureScratch, Impacts, capture_ratio, capture_scratch
-from grazemap_core.orbits.kernels.equations import OrbitProblem, second_derivative_bound
+from grazemap_core.orbits.kernels.capture import CaptureScratch, capture_ratio, capture_scratch
+from grazemap_core.orbits.kernels.equations import (
+    Impacts,
+    OrbitProblem,
+    largest_rebound,
+    rebound_of,
+    second_derivative_bound,
+)
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
 
 
 class ImpulseBlocks(NamedTuple):
-    """The blocks of a chain, with the response of mass 1 to an impulse on it.
+    """The blocks of a chain, with the response of the contact to an impulse on it.
 
     Attributes
     ----------
@@ -122,8 +128,8 @@ class Verification(NamedTuple):
     multiplier : float
         Largest modulus of the Floquet multipliers over `length` half periods.
     mean_position, mean_velocity : float
-        Mean displacement and velocity of mass 1, less the steady motion, at the beginnings of forcing periods, in units
-        of the clearance and of omega times it.
+        Mean displacement and velocity of q, less the steady motion, at the beginnings of forcing periods, in units
+        of `Stops.unit` and of omega times it.
     ratio : float
         Below 1: the trajectory is captured by the orbit (`capture.capture_ratio`). Otherwise the factor by which its
         distance from the orbit has to become smaller.
@@ -166,16 +172,16 @@ def _not_verified(reason: int) -> Verification:
 
 
 @kernel
-def unit_of_speeds(problem: CellProblem, clearance: float) -> float:
+def unit_of_speeds(problem: CellProblem, gaps: Stops) -> float:
     """Return the unit of displacements; that of velocities is omega times it."""
-    return max(problem.lasting_bound, clearance)
+    return max(problem.lasting_bound, gaps.unit)
 
 
 @kernel
 def _as_guess(
     problem: CellProblem,
     scratch: VerificationScratch,
-    clearance: float,
+    gaps: Stops,
     events: Floats,
     first: int,
     end: int,
@@ -190,7 +196,7 @@ def _as_guess(
     count = end - first
     if count > scratch.stops.shape[0]:
         return 0
-    unit = unit_of_speeds(problem, clearance)
+    unit = unit_of_speeds(problem, gaps)
     for i in range(count):
         event = events[first + i]
         if event[workspace.KIND] != workspace.IMPACT:
@@ -205,7 +211,7 @@ def _as_guess(
 def guess_from_record(
     problem: CellProblem,
     scratch: VerificationScratch,
-    clearance: float,
+    gaps: Stops,
     half: int,
     length: int,
     events: Floats,
@@ -223,12 +229,12 @@ def guess_from_record(
         first -= 1
     # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
-    return _as_guess(problem, scratch, clearance, events, first, rows, half - length, sign)
+    return _as_guess(problem, scratch, gaps, events, first, rows, half - length, sign)
 
 
 @kernel
 def guess_from_replay(
-    problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, clearance: float, half: int, length: int
+    problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, gaps: Stops, half: int, length: int
 ) -> int:
     """Simulate the next `length` half periods and write their impacts as a guess; return the number of impacts.
 
@@ -238,16 +244,16 @@ def guess_from_replay(
     work = scratch.replay
     work.cursor[workspace.ROWS] = 0
     for k in range(length):
-        if run_half(problem, held, scratch.start, clearance, half + k, work) != workspace.OK:
+        if run_half(problem, held, gaps, scratch.start, half + k, work) != workspace.OK:
             return 0
         if work.cursor[workspace.ROWS] > scratch.stops.shape[0]:
             return 0
-    return _as_guess(problem, scratch, clearance, work.events, plain(0), work.cursor[workspace.ROWS], half, 1.0)
+    return _as_guess(problem, scratch, gaps, work.events, plain(0), work.cursor[workspace.ROWS], half, 1.0)
 
 
 @kernel
-def _reach(problem: OrbitProblem, speeds: Floats, radius: float) -> float:
-    """Return a bound on the change of mass 1's displacement when every phase and speed changes by at most `radius`."""
+def _reach(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, radius: float) -> float:
+    """Return a bound on the change of q when every phase and speed changes by at most `radius`."""
     by_speed, by_phase = 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         y, rate = problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1]
@@ -257,7 +263,8 @@ def _reach(problem: OrbitProblem, speeds: Floats, radius: float) -> float:
     total = 0.0
     for i in range(speeds.shape[0]):
         total += abs(speeds[i])
-    reach: float = radius * problem.rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
+    rebound = largest_rebound(stops, gaps)
+    reach: float = radius * rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
     return reach
 
 
@@ -279,7 +286,7 @@ def _repeats(
 
 
 @kernel
-def apparent_length(scratch: VerificationScratch, count: int, length: int, away: float) -> int:
+def apparent_length(scratch: VerificationScratch, gaps: Stops, count: int, length: int, away: float) -> int:
     """Return the smallest number of half periods after which the impacts of the guess repeat, to a distance `away`.
 
     A trajectory that converges to a motion is often closer to where it was several returns ago than to where it was one
@@ -289,7 +296,7 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
     if count == 0:
         return length
     for part in range(1, length // 2 + 1):
-        if length % part != 0 or (count * part) % length != 0:
+        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not gaps.symmetric):
             continue
         shift, sign = count * part // length, -1.0 if part % 2 == 1 else 1.0
         agree = True
@@ -308,7 +315,14 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
 
 @kernel
 def _least_length(
-    stops: Floats, phases: Floats, speeds: Floats, turn: float, length: int, radius: float, uniqueness_radius: float
+    stops: Floats,
+    gaps: Stops,
+    phases: Floats,
+    speeds: Floats,
+    turn: float,
+    length: int,
+    radius: float,
+    uniqueness_radius: float,
 ) -> int:
     """Return the minimum number of half periods after which the motion repeats; 0 if round-off hides it.
 
@@ -319,7 +333,7 @@ def _least_length(
     """
     count = stops.shape[0]
     for part in range(1, length // 2 + 1):
-        if length % part != 0 or (count * part) % length != 0:
+        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not gaps.symmetric):
             continue
         sign = -1.0 if part % 2 == 1 else 1.0
         agree, away = _repeats(stops, phases, speeds, count * part // length, turn * part / length, sign)
@@ -331,10 +345,12 @@ def _least_length(
 
 
 @kernel
-def _state_after_first_impact(problem: OrbitProblem, speeds: Floats, scratch: VerificationScratch) -> None:
+def _state_after_first_impact(
+    problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: VerificationScratch
+) -> None:
     """Write the state just after the first impact into `contact.states[0]`; `shoot` has written the state before it."""
     after = scratch.contact.states[0]
-    strength = -problem.rebound * problem.omega * speeds[0]
+    strength = -rebound_of(gaps, stops[0]) * problem.omega * speeds[0]
     for j in range(problem.decay.shape[0]):
         for c in range(2):
             after[j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
@@ -342,9 +358,16 @@ def _state_after_first_impact(problem: OrbitProblem, speeds: Floats, scratch: Ve
 
 @kernel
 def _means(
-    problem: OrbitProblem, length: int, phases: Floats, speeds: Floats, flow_between: Floats, state: Floats
+    problem: OrbitProblem,
+    stops: Floats,
+    gaps: Stops,
+    length: int,
+    phases: Floats,
+    speeds: Floats,
+    flow_between: Floats,
+    state: Floats,
 ) -> tuple[float, float]:
-    """Return the means of mass 1's displacement and velocity, less the steady motion, at multiples of the phase 2 pi.
+    """Return the means of displacement and velocity of q, less the steady motion, at multiples of the phase 2 pi.
 
     The means are in units of length, and of omega times length. For a symmetric motion they are taken over both halves,
     so its mirror image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is
@@ -374,7 +397,8 @@ def _means(
                 sign *= problem.sign
             speed = sign * speeds[(i + 1) % count]
             apply_flow(flow_between[i], state, state)
-            strength = -problem.rebound * problem.omega * speed
+            # a motion whose halves are mirror images is one between symmetric stops
+            strength = -rebound_of(gaps, stops[(i + 1) % count]) * problem.omega * speed
             for j in range(state.shape[0]):
                 state[j, 0] += strength * problem.unit_impulse[j, 0]
                 state[j, 1] += strength * problem.unit_impulse[j, 1]
@@ -383,7 +407,7 @@ def _means(
 
 @kernel
 def _solve(
-    problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: VerificationScratch
+    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, scratch: VerificationScratch
 ) -> tuple[float, float]:
     """Solve for the orbit near phases and speeds by Newton's method, in place.
 
@@ -393,14 +417,14 @@ def _solve(
     count = stops.shape[0]
     settled = False
     for _ in range(tolerances.VERIFICATION_STEPS):
-        residual, terms = shoot(problem, stops, clearance, phases, speeds, scratch.shooting)
-        step = solve_step(problem, speeds, scratch.shooting)
+        residual, terms = shoot(problem, stops, gaps, phases, speeds, scratch.shooting)
+        step = solve_step(problem, stops, gaps, speeds, scratch.shooting)
         if not step < math.inf or (settled and not residual <= tolerances.ORBIT_RESIDUAL * terms):
             return math.inf, math.inf
         if settled:
-            inverse = norm_of_inverse(problem, speeds, scratch.shooting)
+            inverse = norm_of_inverse(problem, stops, gaps, speeds, scratch.shooting)
             step += inverse * RESPONSE_ROUNDOFF * terms
-            return inverse * step * second_derivative_bound(problem, speeds, 2.0 * step), 2.0 * step
+            return inverse * step * second_derivative_bound(problem, stops, gaps, speeds, 2.0 * step), 2.0 * step
         for i in range(count):
             phases[i] += scratch.shooting.step[i, 0]
             speeds[i] += scratch.shooting.step[i, 1]
@@ -430,19 +454,6 @@ def _write_floquet_matrix(problem: OrbitProblem, scratch: VerificationScratch) -
 
 
 @kernel
-def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> float:
-    """Return the largest modulus of the Floquet multipliers; infinity where the eigenvalues are not found."""
-    size = scratch.matrix.shape[0]
-    _write_floquet_matrix(problem, scratch)
-    if eigenvalues(scratch.matrix, scratch.real, scratch.imaginary) != EIGENVALUES_OK:
-        return math.inf
-    largest = 0.0
-    for i in range(size):
-        largest = max(largest, math.hypot(scratch.real[i], scratch.imaginary[i]))
-    return largest
-
-
-@kernel
 def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, scratch: VerificationScratch) -> None:
     """Write the sums over all earlier spans of `length` half periods into scratch.
 
@@ -461,13 +472,13 @@ def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, 
 
 @kernel
 def _orbit_problem(
-    problem: CellProblem, chain: ImpulseBlocks, clearance: float, length: int, scratch: VerificationScratch
+    problem: CellProblem, chain: ImpulseBlocks, gaps: Stops, length: int, scratch: VerificationScratch
 ) -> OrbitProblem:
     """Return the equations of motions that repeat, or are mirrored, after `length` half periods.
 
     Without `doubled_impulse` and `periodic_impulse_by_span`, which verification does not use.
     """
-    unit = unit_of_speeds(problem, clearance)
+    unit = unit_of_speeds(problem, gaps)
     return OrbitProblem(  # by position: numba takes at most fifteen keyword arguments
         chain.decay,
         chain.discriminant,
@@ -477,14 +488,12 @@ def _orbit_problem(
         scratch.periodic_impulse,
         scratch.unused,
         scratch.unused,
-        problem.lasting_steady.real / unit,
-        problem.lasting_steady.imag / unit,
-        0.0,
-        0.0,
+        problem.orders,
+        problem.lasting_steady,
+        problem.lasting_steady,  # in place of its derivative, which verification does not use
+        unit,
         problem.omega,
         unit,
-        problem.restitution,
-        1.0 + problem.restitution,
         length * math.pi,
         1.0 if length % 2 == 0 else -1.0,
     )
@@ -513,7 +522,7 @@ def _slowest(stops: Floats, speeds: Floats) -> float:
 def _smallest_gap(
     problem: OrbitProblem,
     stops: Floats,
-    clearance: float,
+    gaps: Stops,
     phases: Floats,
     speeds: Floats,
     radius: float,
@@ -526,12 +535,12 @@ def _smallest_gap(
     """
     if not _slowest(stops, speeds) > radius:
         return -math.inf
-    _state_after_first_impact(problem, speeds, scratch)
+    _state_after_first_impact(problem, stops, gaps, speeds, scratch)
     flow_between = scratch.shooting.flow[: phases.shape[0]]
     status, excess, _, _ = further_contact_from(
-        problem, stops, clearance, phases, speeds, -floor, flow_between, scratch.contact
+        problem, stops, gaps, phases, speeds, -floor, flow_between, scratch.contact
     )
-    return -excess - _reach(problem, speeds, radius) if status == CLEAR else -math.inf
+    return -excess - _reach(problem, stops, gaps, speeds, radius) if status == CLEAR else -math.inf
 
 
 @kernel
@@ -568,7 +577,7 @@ def verify(
     problem: CellProblem,
     chain: ImpulseBlocks,
     scratch: VerificationScratch,
-    clearance: float,
+    gaps: Stops,
     count: int,
     length: int,
     distance: float,
@@ -584,49 +593,50 @@ def verify(
     count : int
         The number of impacts that they return.
     length : int
-        Half periods after which the trajectory nearly returns.
+        Half periods after which the trajectory nearly returns; even, unless the stops are symmetric.
     distance : float
-        Expected distance of the orbit from the trajectory, in units of the clearance.
+        Expected distance of the orbit from the trajectory, in units of `Stops.unit`.
     error : float
-        Distance up to which the trajectory is known, in displacement of mass 1.
+        Distance up to which the trajectory is known, in displacement of the contact.
     """
     if not chain.verifiable:
         return _not_verified(codes.NOT_VERIFIED)
-    if count == 0:
+    if count == 0 or (length % 2 == 1 and not gaps.symmetric):
         return _not_verified(codes.SEQUENCE_UNKNOWN)
     _repeated_impulses(problem, chain, length, scratch)
-    record = _orbit_problem(problem, chain, clearance, length, scratch)
+    record = _orbit_problem(problem, chain, gaps, length, scratch)
     orbit = reference(record)
     stops, phases, speeds = scratch.stops[:count], scratch.found[0, :count], scratch.found[1, :count]
     for i in range(count):
         phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
-    kantorovich, radius = _solve(orbit, stops, clearance, phases, speeds, scratch)
+    kantorovich, radius = _solve(orbit, stops, gaps, phases, speeds, scratch)
     if not kantorovich < math.inf:
         return _not_verified(codes.NOT_SOLVED)
-    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * clearance:
+    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * gaps.unit:
         return _not_verified(codes.NOT_SOLVED)
     if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
-    multiplier = _largest_multiplier(orbit, scratch)
+    _write_floquet_matrix(orbit, scratch)
+    multiplier = spectral_radius(scratch.matrix, scratch.real, scratch.imaginary)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
-    uncertainty = _reach(orbit, speeds, radius)
-    impacts = Impacts(stops, phases, speeds)
+    uncertainty = _reach(orbit, stops, gaps, speeds, radius)
+    impacts = Impacts(gaps, stops, phases, speeds)
     ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
-    gap = _smallest_gap(orbit, stops, clearance, phases, speeds, radius, floor, scratch)
+    gap = _smallest_gap(orbit, stops, gaps, phases, speeds, radius, floor, scratch)
     if not gap > 0.0:
         return _not_verified(codes.GRAZE_UNRESOLVED)
     if not stable:
         return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
-    least_length = _least_length(stops, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
+    least_length = _least_length(stops, gaps, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
     if least_length == 0:
         return _not_verified(codes.NOT_DISTINCT)
     parts = length // least_length
     right, left = _impacts_by_stop(stops, count // parts)
-    _state_after_first_impact(orbit, speeds, scratch)
-    x, v = _means(orbit, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
+    _state_after_first_impact(orbit, stops, gaps, speeds, scratch)
+    x, v = _means(orbit, stops, gaps, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
     unit = orbit.length
     return Verification(
         codes.RESOLVED,
@@ -635,7 +645,7 @@ def verify(
         left,
         _slowest(stops, speeds) * unit * problem.omega,
         multiplier ** (1.0 / parts),
-        x * unit / clearance,
-        v * unit / clearance,
+        x * unit / gaps.unit,
+        v * unit / gaps.unit,
         max(ratio, reach / gap) / share,
     )

@@ -2,8 +2,8 @@
 
 The kernels do not allocate, so that a map can call them at every point; all scratch is in `Tangents`:
 
-    begin_matrix, the linearised flow over the period, leading_multiplier      for a periodic motion
-    begin_growth, run_growth, classify_growth                                  for an unresolved motion
+    begin_matrix, the linearised flow over the period, leading_multiplier           for a periodic motion
+    begin_first, begin_second, orthonormalise every half period, classify_growth    for an unresolved motion
 
 The growth of two perturbations is measured over every half period in the energy norm of the blocks, the sum of
 w^2 u^2 + u'^2, and they are made orthonormal after it (Benettin et al. 1980). The mean over n periods differs from the
@@ -28,13 +28,10 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import OK, Workspace
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
+from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.simulation import tolerances
 from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
-from grazemap_core.simulation.kernels.tangent import run_half_linearised
 
 MIN_SAFE_SQUARE = 1e-280
 """Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow."""
@@ -94,24 +91,15 @@ def begin_matrix(scratch: Tangents) -> None:
 
 
 @kernel
-def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents) -> tuple[int, float, float]:
-    """Return the multiplier of largest modulus of a periodic motion of n forcing periods, over these.
+def leading_multiplier(problem: CellProblem, scratch: Tangents) -> float:
+    """Return the largest modulus of the multipliers of a periodic motion; NaN where they could not be computed.
 
     Parameters
     ----------
-    symmetric : bool
-        Whether the motion is its own mirror image. Its multipliers are then the squares of those of half the motion
-        followed by the mirror image.
     scratch : Tangents
-        Its matrix is that of `begin_matrix` after the linearised flow (`run_half_linearised`) over n half periods of a
-        symmetric motion, or 2 n of any other.
-
-    Returns
-    -------
-    status : OK or NOT_CONVERGED.
-    real, imaginary : float
-        The multiplier; of a complex pair the one with positive imaginary part. Both 0 if all perturbations vanish
-        within the period (as for a single mass that rests on a stop), NaN unless OK.
+        Its matrix is that of `begin_matrix` after the linearised flow (`run_half_linearised`) over the time after which
+        the motion repeats, or is mirrored. The result is 0 if all perturbations vanish in it (as for a single mass that
+        rests on a stop).
     """
     size = scratch.full.shape[0]
     # in the energy norm, in which all entries have the same unit
@@ -120,18 +108,7 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
         for j in range(size):
             column = problem.frequency[j // 2] if j % 2 == 0 else 1.0
             scratch.eigen[i, j] = scratch.full[i, j] * row / column
-    if eigenvalues(scratch.eigen, scratch.real, scratch.imaginary) != OK:
-        return NOT_CONVERGED, np.nan, np.nan
-    largest = 0
-    for i in range(size):
-        if math.hypot(scratch.real[i], scratch.imaginary[i]) > math.hypot(
-            scratch.real[largest], scratch.imaginary[largest]
-        ):
-            largest = i
-    real, imaginary = scratch.real[largest], abs(scratch.imaginary[largest])
-    if symmetric:
-        real, imaginary = (real - imaginary) * (real + imaginary), 2.0 * real * imaginary
-    return OK, real, abs(imaginary)
+    return spectral_radius(scratch.eigen, scratch.real, scratch.imaginary)
 
 
 @kernel
@@ -190,63 +167,6 @@ def begin_second(frequency: Floats, columns: Floats) -> None:
     """Set the second column to another one."""
     for i in range(columns.shape[0]):
         columns[i, 1] = -1.0 / frequency[i // 2] if i % 2 == 0 else 1.0
-
-
-@kernel
-def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
-    """Set the two columns to initial perturbations, and reset the moments."""
-    begin_first(problem.frequency, scratch.pair)
-    begin_second(problem.frequency, scratch.pair)
-    orthonormalise(problem.frequency, scratch.pair, scratch.growth[0])
-    scratch.moments[:] = 0.0
-
-
-@kernel
-def run_growth(
-    problem: CellProblem,
-    held: HeldProblem,
-    u: Floats,
-    clearance: float,
-    done: int,
-    skipped: int,
-    work: Workspace,
-    scratch: Tangents,
-) -> tuple[int, int]:
-    """Advance a state and the two perturbations scratch.pair in place, made orthonormal after every half period.
-
-    Growth factors go into scratch.growth, which has a row for each half period of the run, and the orbit into
-    scratch.moments.
-
-    Parameters
-    ----------
-    u : (N, 2)
-    done : int
-        Half periods already completed: 0, or the number returned with RECORD_FULL.
-    skipped : int
-        Half periods at the beginning that do not contribute to the moments.
-    work : Workspace
-        Its cursor and near (and held.state and held.since if mass 1 rests) are those of the trajectory that led to u.
-
-    Returns
-    -------
-    status : OK, or as `run_half_linearised`; after RECORD_FULL the run may continue with a larger record.
-    done : int
-        Half periods of the run that are completed.
-    """
-    halves = scratch.growth.shape[0]
-    for k in range(done, halves):
-        status = run_half_linearised(problem, held, u, clearance, k, work, scratch.pair, scratch.began)
-        if status != OK:
-            return status, k
-        orthonormalise(problem.frequency, scratch.pair, scratch.growth[k])
-        if k >= skipped:
-            part = 0 if 2 * (k - skipped) < halves - skipped else 1
-            sign = 1.0 if k % 2 == 0 else -1.0
-            for i in range(2 * u.shape[0]):
-                z = sign * u[i // 2, i % 2]
-                scratch.moments[part, i, 0] += z
-                scratch.moments[part, i, 1] += z * z
-    return OK, halves
 
 
 @kernel
@@ -344,24 +264,26 @@ def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> f
 
 @kernel
 def classify_growth(
-    problem: CellProblem, clearance: float, skipped: int, second_skipped: int, scratch: Tangents
-) -> tuple[int, float, float, float, float]:
-    """Return the kind of a motion that its exponents imply, and the exponents.
+    problem: CellProblem, unit: float, skipped: int, second_skipped: int, scratch: Tangents
+) -> tuple[int, float, float]:
+    """Return the kind of a motion that its exponents imply, and the largest one.
 
     Parameters
     ----------
+    unit : float
+        That of the stops.
     skipped, second_skipped : int
         Even numbers of half periods at the beginning, in which the first and the second perturbation align; they do not
         count.
     scratch : Tangents
-        From `run_growth`.
+        Growth and moments of the whole run.
 
     Returns
     -------
     kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both kinds refer to the time of the run: a longer chaotic
         transient is not distinguished from chaos, nor a spiral that shrinks by less than ORBIT_EXTENT from a torus.
-    first, first_error, second, second_error : float
-        The two largest exponents per unit of time, with their standard errors.
+    first, first_error : float
+        The largest exponent per unit of time, with its standard error.
     """
     half_time = problem.step * (problem.cells // 2)
     first, first_error = exponent(scratch, 0, skipped, half_time)
@@ -369,7 +291,7 @@ def classify_growth(
     halves = scratch.growth.shape[0]
     middle = skipped + (halves - skipped) // 2
     if not (np.isfinite(first) and np.isfinite(first_error)):
-        return GROWTH_UNDECIDED, first, first_error, second, second_error
+        return GROWTH_UNDECIDED, first, first_error
     early, late = 0.0, 0.0
     for k in range(skipped, halves):
         if k < middle:
@@ -379,9 +301,9 @@ def classify_growth(
     least = min(early / (middle - skipped), late / (halves - middle)) / half_time
     positive = first > tolerances.EXPONENT_MARGIN * first_error
     if (positive and least > tolerances.EXPONENT_MARGIN * first_error) or min(early, late) > tolerances.GROWTH_SURE:
-        return CHAOTIC, first, first_error, second, second_error
+        return CHAOTIC, first, first_error
     if positive:
-        return GROWTH_UNDECIDED, first, first_error, second, second_error
+        return GROWTH_UNDECIDED, first, first_error
     # a bounded sum has the same range over an eighth of the run as over the run; a random walk a far smaller one
     counted = halves - skipped
     whole, least = _range(scratch, skipped, halves), np.inf
@@ -392,7 +314,7 @@ def classify_growth(
     early_extent = _extent(problem, scratch, 0, middle - skipped)
     late_extent = _extent(problem, scratch, 1, halves - middle)
     persists = abs(late_extent - early_extent) <= tolerances.ORBIT_EXTENT * early_extent
-    wide = early_extent > tolerances.MIN_ORBIT_EXTENT * clearance
+    wide = early_extent > tolerances.MIN_ORBIT_EXTENT * unit
     attracts = second < -tolerances.EXPONENT_MARGIN * (first_error + second_error)
     kind = QUASI_PERIODIC if bounded and not drifts and persists and wide and attracts else GROWTH_UNDECIDED
-    return kind, first, first_error, second, second_error
+    return kind, first, first_error

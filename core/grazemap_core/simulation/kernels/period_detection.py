@@ -5,6 +5,9 @@ it is the orbit of one autonomous map, the half-period map followed by the mirro
 determines that of the motion: an odd m is a symmetric motion of m forcing periods, an even m a motion of m/2 forcing
 periods that is not its own mirror image.
 
+Without this symmetry (`Stops.symmetric`) only even m are considered: that a state is near the mirror image of an
+earlier one then means nothing.
+
 A period is accepted only if (1) the orbit returns to within CLOSING_GOAL after m half periods and no fewer, (2) the
 returns contract over three windows of m half periods, and the distance to the limit extrapolated from the slower
 contraction is below LIMIT_DISTANCE, (3) the distances of returns after fewer half periods exceed SEPARATION times the
@@ -27,6 +30,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.codes import INFINITE, NEAR_GRAZING, NOT_CLOSED, RESOLVED, SLOW_CONVERGENCE
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation import tolerances
@@ -39,7 +43,7 @@ class StroboscopicHistory(NamedTuple):
     ----------
     states : (ring, 2 N, lanes)
     impacts, held : (ring, 2, lanes)
-        For each half period and stop: number of impacts, and 1 if mass 1 has rested.
+        For each half period and stop: number of impacts, and 1 if the contact has rested.
     min_speed, min_unpressed_speed : (ring, lanes)
         Minimum speed of all impacts, and of those without acceleration toward the stop.
     """
@@ -84,48 +88,48 @@ def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Works
 
 @kernel
 def separation(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, clearance: float, relevant: float
+    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float, relevant: float
 ) -> float:
-    """Return the distance of z_k and z_(k-m) in units of the clearance, or a lower bound of it above `relevant`."""
+    """Return the distance of z_k and z_(k-m) in units of the stops, or a lower bound of it above `relevant`."""
     size = ring.min_speed.shape[0]
     now, then = k % size, (k - m) % size
-    relevant *= clearance
+    relevant *= unit
     largest = 0.0
     for i in range(2 * problem.decay.shape[0]):
         change = abs(ring.states[now, i, lane] - ring.states[then, i, lane])
         largest = max(largest, change * problem.displacement_scale[i // 2, i % 2])
         if largest > relevant:
             break
-    return largest / clearance
+    return largest / unit
 
 
 @kernel
 def _first_return(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, longest: int, clearance: float, goal: float
+    problem: CellProblem, stops: Stops, ring: StroboscopicHistory, lane: int, k: int, longest: int, goal: float
 ) -> int:
-    """Return the smallest m <= longest with z_k within `goal` of z_(k-m), in units of the clearance, or 0."""
+    """Return the smallest m <= longest with z_k within `goal` of z_(k-m), in units of the stops, or 0."""
     size = ring.min_speed.shape[0]
     row = k % size
     here = ring.states[row, 0, lane]
-    near = goal * clearance / problem.displacement_scale[0, 0]
+    near = goal * stops.unit / problem.displacement_scale[0, 0]
     for m in range(1, longest + 1):
         row = row - 1 if row > 0 else size - 1
+        if m % 2 == 1 and not stops.symmetric:
+            continue
         # one coordinate excludes most returns
         if abs(ring.states[row, 0, lane] - here) <= near and (
-            separation(problem, ring, lane, k, m, clearance, goal) <= goal
+            separation(problem, ring, lane, k, m, stops.unit, goal) <= goal
         ):
             return m
     return 0
 
 
 @kernel
-def _largest_return(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, clearance: float
-) -> float:
+def _largest_return(problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float) -> float:
     """Return the largest distance of returns after m half periods, in the window of m half periods that ends with k."""
     largest = 0.0
     for i in range(m):
-        largest = max(largest, separation(problem, ring, lane, k - i, m, clearance, np.inf))
+        largest = max(largest, separation(problem, ring, lane, k - i, m, unit, np.inf))
     return largest
 
 
@@ -165,6 +169,8 @@ class ReturnSearch(NamedTuple):
         Distance above which `nearest` need not be accurate.
     known : (lanes,)
         Half periods of the lane in the ring. A return after m half periods needs 4 m of them.
+    mirrored : (lanes,)
+        1 if odd numbers of half periods are returns, too (`Stops.symmetric`), else 0.
     length : (lanes,)
         Receives the smallest number of half periods after which the lane has returned, 0 if it has not.
     nearest : (lanes,)
@@ -176,6 +182,7 @@ class ReturnSearch(NamedTuple):
     bound: Floats
     relevant: Floats
     known: Floats
+    mirrored: Floats
     length: Floats
     nearest: Floats
     distance: Floats
@@ -194,7 +201,7 @@ def nearest_returns(
     used : int
         Number of lanes that are searched.
     """
-    bound, relevant, known, length, nearest, distance = search
+    bound, relevant, known, mirrored, length, nearest, distance = search
     size = ring.min_speed.shape[0]
     row = k % size
     now = ring.states[row]
@@ -221,9 +228,9 @@ def nearest_returns(
                 break
         if near == 0:
             continue
-        number = float(m)
+        number, even = float(m), m % 2 == 0
         for lane in range(min(used, distance.shape[0])):
-            away = distance[lane] if 4.0 * number <= known[lane] else np.inf
+            away = distance[lane] if (4.0 * number <= known[lane]) & (even | (mirrored[lane] > 0.0)) else np.inf
             length[lane] = number if (away <= bound[lane]) & (length[lane] == 0.0) else length[lane]
             nearest[lane] = min(nearest[lane], away)
             bound[lane] = min(bound[lane], relevant[lane] if length[lane] > 0.0 else bound[lane])
@@ -231,7 +238,7 @@ def nearest_returns(
 
 @kernel
 def orbit_nearby(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, known: bool, clearance: float
+    problem: CellProblem, stops: Stops, ring: StroboscopicHistory, lane: int, k: int, m: int, known: bool
 ) -> float:
     """Return the distance of a lane, one return ago, from the periodic orbit that it converges to; infinite if none.
 
@@ -245,19 +252,20 @@ def orbit_nearby(
     Returns
     -------
     distance : float
-        Extrapolated from three windows of returns, in units of the clearance.
+        Extrapolated from three windows of returns, in units of the stops.
     """
     slowest = 1.0 if known else tolerances.APPROACH_RATE
-    now = _largest_return(problem, ring, lane, k, m, clearance)
-    before = _largest_return(problem, ring, lane, k - m, m, clearance)
+    unit = stops.unit
+    now = _largest_return(problem, ring, lane, k, m, unit)
+    before = _largest_return(problem, ring, lane, k - m, m, unit)
     if not now / before < slowest:
         return np.inf
-    rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
+    rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
     if not rate < slowest:
         return np.inf
     repeats, _, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
     distance = now * rate / (1.0 - rate)
-    speed = min_unpressed_speed / (problem.omega * clearance)
+    speed = min_unpressed_speed / (problem.omega * unit)
     decided = known or speed * speed > tolerances.GRAZE_SPEED_RATIO * distance
     return now + distance if repeats and decided else np.inf
 
@@ -266,7 +274,7 @@ def orbit_nearby(
 def mean_section(
     problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, period: int
 ) -> tuple[float, float]:
-    """Return the mean position and velocity of mass 1, minus its steady motion, at phase 0 of the forcing.
+    """Return the mean of q and q', minus its steady motion, at phase 0 of the forcing.
 
     The steady motion is that of all modes but undamped resonant ones.
 
@@ -278,9 +286,9 @@ def mean_section(
         row = (k - i) % size
         for j in range(problem.output_row.shape[0]):
             a, b = ring.states[row, 2 * j, lane], ring.states[row, 2 * j + 1, lane]
-            if problem.resonant_steady.shape[0] > 0:
-                a -= problem.resonant_steady[j, 0]
-                b -= problem.resonant_steady[j, 1]
+            if problem.resonant_steady.shape[1] > 0:
+                a -= problem.resonant_steady[0, j, 0]
+                b -= problem.resonant_steady[0, j, 1]
             x += problem.output_row[j, 0] * a + problem.output_row[j, 1] * b
             v += problem.output_row[j, 2] * a + problem.output_row[j, 3] * b
     return x / period, v / period
@@ -315,11 +323,11 @@ def _impacts_of_period(ring: StroboscopicHistory, lane: int, k: int, m: int) -> 
 @kernel
 def detect_period(
     problem: CellProblem,
+    stops: Stops,
     ring: StroboscopicHistory,
     lane: int,
     k: int,
     max_period: int,
-    clearance: float,
     entered: int,
     reach: float,
 ) -> tuple[int, int, int, int, bool, float, bool]:
@@ -330,34 +338,35 @@ def detect_period(
     entered : int
         Half periods of the lane's trajectory that are in the ring: k, or fewer if it began later.
     reach : float
-        Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
+        Bound of |q| without stops (`cells.bounds`): round-off is relative to it, not to the gaps.
 
     Returns
     -------
     reason : RESOLVED, NOT_CLOSED, SLOW_CONVERGENCE or NEAR_GRAZING.
     period, impacts_right, impacts_left : int
         The motion n-p_r-q_l; impacts are -1 for a stop that is not touched, INFINITE with a complete chatter, 0 for a
-        stop that mass 1 rests on without an impact. All 0 unless RESOLVED.
+        stop that the contact rests on without an impact. All 0 unless RESOLVED.
     symmetric : bool
     min_speed : float
         Minimum impact speed over the last two periods of z; infinite without impacts, 0 with a complete chatter.
     sticking : bool
-        Whether mass 1 rests on a stop during a part of the period.
+        Whether the contact rests on a stop during a part of the period.
     """
-    m = _first_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, tolerances.CLOSING_GOAL)
+    unit = stops.unit
+    m = _first_return(problem, stops, ring, lane, k, min(2 * max_period, entered // 4), tolerances.CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
-    now = _largest_return(problem, ring, lane, k, m, clearance)
+    now = _largest_return(problem, ring, lane, k, m, unit)
     repeats, min_speed, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
     if not repeats:
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
-    speed = min_unpressed_speed / (problem.omega * clearance)
+    speed = min_unpressed_speed / (problem.omega * unit)
     # a slow impact amplifies round-off by one over its speed
-    floor = min(tolerances.CLOSING_GOAL, tolerances.CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
+    floor = min(tolerances.CLOSING_GOAL, tolerances.CLOSING_FLOOR * max(1.0, reach / unit) / min(1.0, speed))
     limit = floor
     if now > floor:
-        before = _largest_return(problem, ring, lane, k - m, m, clearance)
-        rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
+        before = _largest_return(problem, ring, lane, k - m, m, unit)
+        rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
         if not rate <= tolerances.SLOWEST_RATE or now > tolerances.CLOSING_GOAL:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
         limit = max(limit, now * rate / (1.0 - rate))
@@ -365,13 +374,13 @@ def detect_period(
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
     away = tolerances.SEPARATION * tolerances.LIMIT_DISTANCE
     for smaller in range(1, m):
-        if separation(problem, ring, lane, k, smaller, clearance, away) <= away:
+        if (smaller % 2 == 0 or stops.symmetric) and separation(problem, ring, lane, k, smaller, unit, away) <= away:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
     if speed * speed <= tolerances.SEPARATION * limit:
         return NEAR_GRAZING, 0, 0, 0, False, np.inf, False
     right, left, held_right, held_left = _impacts_of_period(ring, lane, k, m)
     if right + left == 0.0 and held_right + held_left > 0.0:
-        # mass 1 rests for the whole period, but the springs release it later
+        # the contact rests for the whole period, but the springs release it later
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     symmetric = m % 2 == 1
     if symmetric:  # the other m half periods are the mirror image of these

@@ -11,6 +11,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, UNDECIDED, Workspace
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
@@ -69,8 +70,8 @@ def restore_start(began: HalfPeriod, held: HeldProblem, u: Floats, work: Workspa
 def run_recorded(
     problem: CellProblem,
     held: HeldProblem,
+    stops: Stops,
     u: Floats,
-    clearance: float,
     halves_done: int,
     halves: int,
     ring: StroboscopicHistory,
@@ -89,7 +90,7 @@ def run_recorded(
     began = HalfPeriod(np.empty_like(u), np.empty_like(held.state), np.empty_like(work.cursor), np.empty(6))
     for half in range(halves_done, halves):
         save_start(began, held, u, work)
-        status = run_half(problem, held, u, clearance, half, work)
+        status = run_half(problem, held, stops, u, half, work)
         if work.cursor[ROWS] > work.events.shape[0]:
             restore_start(began, held, u, work)
             return RECORD_FULL, half

@@ -10,7 +10,8 @@ from numba import njit
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem, flow_state, forced_part
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion, rotated_entry
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion, turn_to
+from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
 
@@ -87,21 +88,21 @@ def sample_motion(
     shape: Floats,
     steady: Complexes,
     rows: Floats,
-    clearance: float,
+    stops: Stops,
     moments: Moments,
 ) -> tuple[Floats, Floats]:
-    """Return displacement and velocity of all masses, each (N, n), at given times.
+    """Return displacements from the static equilibrium and velocities, each (N, n), at given times.
 
     Parameters
     ----------
     shape : (N, N, 2)
         As in `ModalModel`.
-    steady : complex (2, N)
+    steady : complex (H, 2, N + 1)
         From `reference_response`, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
         The start of the record, then every event, with the states after them; increasing in time. After an event of a
-        kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest; the summed impacts of a chatter count as rest.
-    clearance : float
+        kind other than IMPACT, GRAZE and RELEASE the contact is at rest; the summed impacts of a chatter count as rest.
+    stops : Stops
     moments : Moments
     """
     row, half, within, angle = moments
@@ -111,30 +112,34 @@ def sample_motion(
     v = np.empty((count, row.shape[0]))
     u = np.empty((count, 2))
     held = np.empty((count - 1, 2))
-    physical = np.empty(2 * count)
     for n in range(row.shape[0]):
         event = rows[row[n]]
         passed = (half[n] - event[HALF]) * half_time + (within[n] - event[TIME])
-        c, s = math.cos(angle[n]), math.sin(angle[n])
         if event[KIND] != IMPACT and event[KIND] != RELEASE and event[KIND] != GRAZE:
             for j in range(count - 1):
                 held[j, 0] = event[EVENT_COLUMNS + 2 * j]
                 held[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
             flow_state(held_problem, held, passed)
-            cosine, sine = rotated_entry(held_problem.phase_factors, 0, angle[n])
-            held_motion(held_problem, held, event[STOP] * clearance, problem.omega, cosine, sine, physical)
+            turn_to(held_problem, 0, angle[n])
+            held_motion(held_problem, held, event[STOP] * gap_of(stops, event[STOP]), problem.omega)
             for i in range(count):
-                x[i, n] = physical[i]
-                v[i, n] = physical[count + i]
+                x[i, n] = held_problem.physical[i]
+                v[i, n] = held_problem.physical[count + i]
             continue
         for j in range(count):
             u[j, 0] = event[EVENT_COLUMNS + 2 * j]
             u[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
         flow_state(problem, u, passed)
         forced_part(problem, u, int(event[HALF]), passed + event[TIME], 1.0)
+        x[:, n] = 0.0
+        v[:, n] = 0.0
+        for h in range(problem.orders.shape[0]):
+            order = problem.orders[h]
+            c, s = math.cos(order * angle[n]), math.sin(order * angle[n])
+            for i in range(count):
+                x[i, n] += steady[h, 0, i].imag * c + steady[h, 0, i].real * s
+                v[i, n] += order * problem.omega * (steady[h, 1, i].real * c - steady[h, 1, i].imag * s)
         for i in range(count):
-            x[i, n] = steady[0, i].imag * c + steady[0, i].real * s
-            v[i, n] = problem.omega * (steady[1, i].real * c - steady[1, i].imag * s)
             for j in range(count):
                 a, b = shape[i, j, 0], shape[i, j, 1]
                 second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]

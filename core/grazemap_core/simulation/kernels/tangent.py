@@ -2,14 +2,14 @@
 
 The columns of a matrix are perturbations of the state at one time, with the phase of the forcing unchanged. Between the
 events of half a forcing period blocks are advanced in closed form; at an impact a saltation matrix is applied, because
-the perturbed trajectory meets the stop earlier or later. With x1, v1 of a perturbation u before an impact at velocity v
-and acceleration a, T the generator of the blocks and k the change of the blocks by a unit velocity of mass 1,
+the perturbed trajectory meets the stop earlier or later. With q, q' of a perturbation u before an impact at velocity v
+and acceleration a, T the generator of the blocks and k the change of the blocks by a unit of q',
 
-    u+ = u - (1 + R) (k (v1 - (a/v) x1) + T k x1)
+    u+ = u - (1 + R) (k (q' - (a/v) q) + T k q)
 
-which has the determinant R^2. At the last impact of a complete chatter, or at an impact with R = 0 after which mass 1
-rests, the perturbation of masses 2 .. N is that of u - T k x1, and that of mass 1 vanishes. A release changes nothing,
-since mass 1 starts without acceleration.
+which has the determinant R^2. At the last impact of a complete chatter, or at an impact with R = 0 after which the
+contact rests, the perturbation is that of u - T k q, without its part of q and q' in the direction of the jump. A
+release changes nothing, since the contact starts without acceleration.
 
 References
 ----------
@@ -21,9 +21,10 @@ from __future__ import annotations
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, reference_at
+from grazemap_core.contact.kernels.cells import CellProblem, contact_acceleration_of, reference_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
@@ -46,7 +47,7 @@ def flow_tangent(decay: Floats, discriminant: Floats, frequency_squared: Floats,
 
 @kernel
 def _add_impulse(problem: CellProblem, tangent: Floats, column: int, velocity: float, displacement: float) -> None:
-    """Add k times a velocity and T k times a displacement of mass 1 to one column, in place."""
+    """Add k times a velocity and T k times a displacement of the contact to one column, in place."""
     for j in range(problem.decay.shape[0]):
         k0, k1 = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         tangent[2 * j, column] += velocity * k0 + displacement * k1
@@ -56,8 +57,8 @@ def _add_impulse(problem: CellProblem, tangent: Floats, column: int, velocity: f
 
 
 @kernel
-def _of_first_mass(problem: CellProblem, tangent: Floats, column: int) -> tuple[float, float]:
-    """Return x1 and v1 of one column."""
+def _of_contact(problem: CellProblem, tangent: Floats, column: int) -> tuple[float, float]:
+    """Return q and q' of one column."""
     x, v = 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         first, second = tangent[2 * j, column], tangent[2 * j + 1, column]
@@ -67,25 +68,27 @@ def _of_first_mass(problem: CellProblem, tangent: Floats, column: int) -> tuple[
 
 
 @kernel
-def apply_saltation(problem: CellProblem, velocity: float, acceleration: float, tangent: Floats) -> None:
+def apply_saltation(
+    problem: CellProblem, restitution: float, velocity: float, acceleration: float, tangent: Floats
+) -> None:
     """Apply the saltation matrix of an impact to tangent, in place.
 
     Parameters
     ----------
     velocity, acceleration : float
-        Velocity and acceleration of mass 1 before the impact; the velocity is not zero.
+        Those of q before the impact; the velocity is not zero.
     tangent : (2 N, k)
     """
-    factor = 1.0 + problem.restitution
+    factor = 1.0 + restitution
     ratio = acceleration / velocity
     for c in range(tangent.shape[1]):
-        x, v = _of_first_mass(problem, tangent, c)
+        x, v = _of_contact(problem, tangent, c)
         _add_impulse(problem, tangent, c, -factor * (v - ratio * x), -factor * x)
 
 
 @kernel
 def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> None:
-    """Convert perturbations of the free state before mass 1 comes to rest into those of the held state, in place.
+    """Convert perturbations of the free state before the contact comes to rest into those of the held state, in place.
 
     The latter are the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero.
     """
@@ -93,18 +96,15 @@ def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> N
     rest = count - 1
     physical = held.physical
     for c in range(tangent.shape[1]):
-        x, _ = _of_first_mass(problem, tangent, c)
+        x, _ = _of_contact(problem, tangent, c)
         _add_impulse(problem, tangent, c, 0.0, -x)
-        for i in range(rest):
-            displacement, velocity = 0.0, 0.0
+        for i in range(2 * count):
+            physical[i] = 0.0
             for row in range(2 * count):
-                displacement += held.from_free[1 + i, row] * tangent[row, c]
-                velocity += held.from_free[count + 1 + i, row] * tangent[row, c]
-            physical[i] = displacement
-            physical[rest + i] = velocity
+                physical[i] += held.from_free[i, row] * tangent[row, c]
         for row in range(2 * rest):
             value = 0.0
-            for i in range(2 * rest):
+            for i in range(2 * count):
                 value += held.to_blocks[row, i] * physical[i]
             tangent[row, c] = value
         tangent[2 * rest, c] = 0.0
@@ -118,21 +118,26 @@ def release_tangent(held: HeldProblem, tangent: Floats) -> None:
     count = rest + 1
     physical = held.physical
     for c in range(tangent.shape[1]):
-        for i in range(2 * rest):
-            value = 0.0
+        for i in range(2 * count):
+            physical[i] = 0.0
             for row in range(2 * rest):
-                value += held.from_blocks[i, row] * tangent[row, c]
-            physical[i] = value
+                physical[i] += held.from_blocks[i, row] * tangent[row, c]
         for row in range(2 * count):
             value = 0.0
-            for i in range(rest):
-                value += held.to_free[row, 1 + i] * physical[i] + held.to_free[row, count + 1 + i] * physical[rest + i]
+            for i in range(count):
+                value += held.to_free[row, i] * physical[i] + held.to_free[row, count + i] * physical[count + i]
             tangent[row, c] = value
 
 
 @kernel
 def carry_tangent(
-    problem: CellProblem, held: HeldProblem, half: int, resting: bool, work: Workspace, tangent: Floats
+    problem: CellProblem,
+    held: HeldProblem,
+    stops: Stops,
+    half: int,
+    resting: bool,
+    work: Workspace,
+    tangent: Floats,
 ) -> int:
     """Apply the linearised flow over the half period whose events are in work.events to tangent, in place.
 
@@ -141,12 +146,12 @@ def carry_tangent(
     half : int
         Index of the half period.
     resting : bool
-        Whether mass 1 rests on a stop at its start.
+        Whether the contact rests on a stop at its start.
     work : Workspace
         Not changed.
     tangent : (2 N, k)
         Perturbations of the free state in block coordinates, at the start and, on return, at the end of the half
-        period; while mass 1 rests, those that keep it at rest.
+        period; while the contact rests, those that keep it at rest.
 
     Returns
     -------
@@ -156,7 +161,7 @@ def carry_tangent(
     blocks = problem.decay.shape[0]
     passed = 0.0
     if resting:
-        # a displaced mass 1 returns to the stop at once; only the effect of the first damper on mass 2 remains
+        # a displaced contact returns to the stop at once; only the effect of dampers that it moves remains
         stick_tangent(problem, held, tangent)
     for row in range(work.cursor[workspace.ROWS] + 1):
         last = row == work.cursor[workspace.ROWS]
@@ -181,11 +186,11 @@ def carry_tangent(
                 (blocks, 2)
             )
             _, _, acceleration = reference_at(problem, first_cell, time)
-            acceleration = first_acceleration(problem, after, acceleration)
-            acceleration -= (
-                held.viscous_term * (1.0 + problem.restitution) * velocity
-            )  # the viscous term before the impact
-            apply_saltation(problem, velocity, acceleration, tangent)
+            acceleration = contact_acceleration_of(problem, after, acceleration)
+            restitution = restitution_of(stops, work.events[row, workspace.STOP])
+            # the viscous term before the impact
+            acceleration -= held.viscous_term * (1.0 + restitution) * velocity
+            apply_saltation(problem, restitution, velocity, acceleration, tangent)
         else:
             stick_tangent(problem, held, tangent)
             resting = True
@@ -198,8 +203,8 @@ def carry_tangent(
 def run_half_linearised(
     problem: CellProblem,
     held: HeldProblem,
+    stops: Stops,
     u: Floats,
-    clearance: float,
     half: int,
     work: Workspace,
     tangent: Floats,
@@ -226,10 +231,10 @@ def run_half_linearised(
     """
     save_start(began, held, u, work)
     work.cursor[workspace.ROWS] = 0
-    status = run_half(problem, held, u, clearance, half, work)
+    status = run_half(problem, held, stops, u, half, work)
     if work.cursor[workspace.ROWS] > work.events.shape[0]:
         restore_start(began, held, u, work)
         return workspace.RECORD_FULL
     if status != workspace.OK:
         return status
-    return carry_tangent(problem, held, half, began.cursor[workspace.HELD] != 0, work, tangent)
+    return carry_tangent(problem, held, stops, half, began.cursor[workspace.HELD] != 0, work, tangent)

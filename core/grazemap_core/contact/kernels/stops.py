@@ -1,0 +1,61 @@
+"""The stops of a trajectory: their gaps from the equilibrium, and their restitutions.
+
+The contact coordinate q is measured from the static equilibrium, so a bias needs no place in the kernels: it changes
+the gaps alone.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from grazemap_core.numerics.jit.compiled import inlined_formula
+
+
+class Stops(NamedTuple):
+    """The stops of a trajectory: -left <= q <= right.
+
+    Attributes
+    ----------
+    right, left : float
+        Gaps of stop A and stop C from the equilibrium. An absent stop has an infinite gap, a preloaded one a gap of 0
+        or less; their sum is positive.
+    restitution_right, restitution_left : float
+        R of each stop.
+    unit : float
+        Length to which distances between states are relative: half the distance between the stops, of one stop its
+        gap or the amplitude of the steady motion, whichever is larger. It is the gap where both are equal.
+    chatter_impacts : float
+        Maximum number of impacts of complete chatter in half a period.
+    settling_chatter : float
+        Those of them that do not count toward the impacts in which a motion has to settle.
+    symmetric : bool
+        Whether the mirror image of a motion, half a period later, is a motion too: both gaps and both restitutions are
+        equal, and so are the forces.
+    """
+
+    right: float
+    left: float
+    restitution_right: float
+    restitution_left: float
+    unit: float
+    chatter_impacts: float
+    settling_chatter: float
+    symmetric: bool
+
+
+@inlined_formula
+def gap_of(stops: Stops, stop: float) -> float:
+    """Return the gap of a stop, +1 A or -1 C, from the equilibrium."""
+    return stops.right if stop > 0 else stops.left
+
+
+@inlined_formula
+def restitution_of(stops: Stops, stop: float) -> float:
+    """Return the restitution of a stop, +1 A or -1 C."""
+    return stops.restitution_right if stop > 0 else stops.restitution_left
+
+
+@inlined_formula
+def nearest_gap(stops: Stops) -> float:
+    """Return the smaller gap, below which a bound of |q| excludes contacts with both stops."""
+    return min(stops.right, stops.left)

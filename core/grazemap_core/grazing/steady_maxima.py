@@ -1,0 +1,126 @@
+"""The maxima of the steady motion without contact: where it comes closest to a stop, and how fast it turns back.
+
+About the equilibrium the contact coordinate is ``q = sum_k Im(X_k e^{i k omega t})``. The right stop is grazed at the
+largest q, the left one at the largest -q (theory, "Several harmonics"). With one harmonic these are its amplitude.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.peaks import Coefficients, derivatives, highest_of_cells, highest_peaks, roundoff
+from grazemap_core.model.drive import fundamental, is_half_wave_symmetric
+from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope
+from grazemap_core.model.oscillator import Oscillator
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMaxima:
+    """The largest displacement from the equilibrium toward one stop, at n frequencies; arrays of shape (n,).
+
+    Attributes
+    ----------
+    amplitude : ndarray
+        A, this displacement.
+    phase : ndarray
+        omega t there, in (-pi, pi].
+    curvature : ndarray
+        Acceleration away from the stop there, over omega^2; A of the first harmonic alone.
+    slope : ndarray
+        d A/d omega; that of one of the maxima where two are equal.
+    """
+
+    amplitude: Floats
+    phase: Floats
+    curvature: Floats
+    slope: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMotion:
+    """The steady motion of the contact coordinate at n frequencies, in H harmonics.
+
+    Attributes
+    ----------
+    orders : ndarray of shape (H,)
+        k, increasing, without a common divisor.
+    response, slopes : ndarray of complex, shape (n, H)
+        X_k and d X_k/d omega; NaN where the slopes were not asked for.
+    """
+
+    orders: Floats
+    response: Complexes
+    slopes: Complexes
+
+    @property
+    def roundoff(self) -> Floats:
+        """Bound of the round-off of a displacement, shape (n,)."""
+        return roundoff(self.orders, self.response)
+
+    def toward(self, stop: int) -> SteadyMaxima:
+        """Return the maxima toward the right stop (+1) or the left one (-1).
+
+        Raises
+        ------
+        ParameterError
+            There are several harmonics, and at one of the frequencies their amplitudes overflow or underflow.
+        """
+        return self._of_one_harmonic(stop) if len(self.orders) == 1 else self._of_several(stop)
+
+    def _of_one_harmonic(self, stop: int) -> SteadyMaxima:
+        response = self.response[:, 0]
+        amplitude = np.abs(response)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (np.conj(response) * self.slopes[:, 0]).real / amplitude
+        # q = stop A where the argument of the response is stop pi/2
+        return SteadyMaxima(amplitude, wrapped(stop * 0.5 * np.pi - np.angle(response)), amplitude, slope)
+
+    def _of_several(self, stop: int) -> SteadyMaxima:
+        response = stop * self.response
+        fixed = np.zeros_like(response)
+        peaks = highest_peaks(Coefficients(self.orders, response, fixed, fixed.real, np.zeros(len(response))))
+        peaks = peaks.of(highest_of_cells(peaks))
+        slope, _, _ = derivatives(self.orders, stop * self.slopes, peaks.phase)
+        return SteadyMaxima(peaks.height, wrapped(peaks.phase), peaks.curvature, slope)
+
+
+def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -> SteadyMotion:
+    """Return the steady motion at frequencies (n,), with its slopes if asked for. Raises as `contact_response`."""
+    orders = np.array([one.order for one in oscillator.drive], dtype=np.float64)
+    if slopes:
+        return SteadyMotion(orders, *contact_response_and_slope(oscillator, omega))
+    response = contact_response(oscillator, omega)
+    return SteadyMotion(orders, response, np.full_like(response, np.nan))
+
+
+def at_own_period(oscillator: Oscillator) -> tuple[Oscillator, int]:
+    """Return the oscillator with orders without a common divisor p, and p.
+
+    Forces whose orders are all multiples of p have the period 2 pi/(p omega): they are those of the returned oscillator
+    at p omega.
+    """
+    times = fundamental(oscillator.drive)
+    if times == 1:
+        return oscillator, 1
+    drive = tuple(replace(one, order=one.order // times) for one in oscillator.drive)
+    return replace(oscillator, drive=drive), times
+
+
+def require_alike(oscillator: Oscillator) -> None:
+    """Raise ParameterError unless the forces change their sign after half of their period, so that A_R = A_L."""
+    if not is_half_wave_symmetric(oscillator.drive):
+        raise ParameterError("forcing", "has even and odd harmonics, so that equal stops are not grazed at once")
+
+
+def wrapped(phase: Floats) -> Floats:
+    """Return phases between -3 pi and 3 pi in (-pi, pi]."""
+    return np.where(phase > np.pi, phase - 2.0 * np.pi, np.where(phase <= -np.pi, phase + 2.0 * np.pi, phase))
+
+
+def first_phase(phase: Floats, times: int) -> Floats:
+    """Return the smallest of the phases ``(phase + 2 pi j)/times`` in (-pi, pi], for phases in (-pi, pi]."""
+    return phase / times - 2.0 * np.pi / times * ((times - 1) // 2 + (times % 2 == 0) * (phase > 0.0))

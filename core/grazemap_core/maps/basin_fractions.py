@@ -1,0 +1,320 @@
+"""Basin fractions: the shares of random initial states that lead to each attractor, along one parameter.
+
+The same states are run at every value of the parameter. `fraction_tile` finds their motions, value by value;
+`basin_fractions` identifies the attractors and follows them along the parameter.
+
+An attractor keeps its number from value to value while it keeps its name: the kind of the motion, its period, its
+impacts, whether it is symmetric and whether it rests on a stop. Several attractors of one name are matched with those
+seen before, each where it was found last, such that the sum of the squared distances between their means is minimal
+(Datseris, Rossi & Wagemakers match by distances). The means are those of the contact coordinate and of its rate at the
+initial phase of the forcing, in units of the clearance and of omega times the clearance. An attractor without a match
+has a new number. So a period doubling begins new numbers, and a number does not say that two motions are on one branch:
+that is a question for continuation.
+
+References
+----------
+P. J. Menck, J. Heitzig, N. Marwan, J. Kurths, How basin stability complements the linear-stability paradigm, Nature
+Physics 9 (2013) 89-92.
+G. Datseris, K. L. Rossi, A. Wagemakers, Framework for global stability analysis of dynamical systems, Chaos 33 (2023)
+073151.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.checks import checked_order
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
+from grazemap_core.maps.planes import Line
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.tolerances import MOST_DRAWS
+from grazemap_core.model.equilibrium import equilibrium
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
+
+NAME: Final = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+"""The attributes of an attractor that it keeps with its number."""
+
+
+class Point(NamedTuple):
+    """What is simulated at one value of a parameter."""
+
+    oscillator: Oscillator
+    omega: float
+    clearance: Clearance
+
+
+class Ranges(NamedTuple):
+    """The ranges of initial states.
+
+    Attributes
+    ----------
+    displacement, velocity : (N, 2)
+        The smallest and the largest value of each degree of freedom.
+    """
+
+    displacement: Floats
+    velocity: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class BasinFractions:
+    """The attractors along a parameter with n values, a of them, in the order in which they are met.
+
+    Attributes
+    ----------
+    attractors : list of Attractor
+        Each as it is at the first value where it was found.
+    states : (a, n) int64
+        Number of initial states that lead to it at each value; 0 where it was not found.
+    share, share_error : (a, n)
+        states/s, and its binomial standard error ``sqrt(share (1 - share)/s)``, for s initial states.
+    mean_position, mean_velocity, multiplier, lyapunov : (a, n)
+        As of an `Attractor`; NaN where it was not found, or where they are not known.
+    verified : (a, n) bool
+        Whether it is verified from every state that leads to it.
+    unresolved, unresolved_error, sensitive : (n,)
+        Share of the states whose motion is unresolved, with its standard error, and of those that are sensitive.
+    """
+
+    attractors: list[Attractor]
+    states: Integers
+    share: Floats
+    share_error: Floats
+    mean_position: Floats
+    mean_velocity: Floats
+    multiplier: Floats
+    lyapunov: Floats
+    verified: Booleans
+    unresolved: Floats
+    unresolved_error: Floats
+    sensitive: Floats
+
+
+def points_along(line: Line) -> list[Point]:
+    """Return what is simulated at each value of a line."""
+    return [Point(*line.point(index)) for index in range(len(line.axis.values))]
+
+
+def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> Ranges:
+    """Return the ranges of initial states, with those that are left out.
+
+    Parameters
+    ----------
+    points : sequence of Point
+    displacement, velocity : (N, 2)
+        Left out: the equilibrium (without stops, at the first point) plus or minus c/max |h|, and plus or minus omega
+        times as much: h is the contact row, omega the smallest one, and c the smallest distance of a stop from the
+        middle between both, or of a single stop from the equilibrium.
+
+    Raises
+    ------
+    ParameterError
+        There are not N pairs of increasing or equal finite numbers, or a single stop touches the structure in its
+        equilibrium, and the ranges are left out.
+    """
+    first = points[0].oscillator
+    given = (("displacement", displacement), ("velocity", velocity))
+    half = 0.0 if all(value is not None for _, value in given) else _half_range(points)
+    omega, at_rest = min(point.omega for point in points), equilibrium(first)[:, None]
+    others = (at_rest + np.array([-half, half]), np.tile(omega * np.array([-half, half]), (first.size, 1)))
+    return Ranges(*(_range(*one, first.size, other) for one, other in zip(given, others, strict=True)))
+
+
+def random_states(points: Sequence[Point], ranges: Ranges, count: int, seed: int) -> Floats:
+    """Return initial states (count, 2, N), displacements and velocities, uniform in the ranges.
+
+    Of those only such states whose contact is between the stops, and not on them, at every point.
+
+    Raises
+    ------
+    ParameterError
+        Less than about one state in MOST_DRAWS is between the stops.
+    """
+    checked_order("states", count, 1)
+    right, left = np.min([both_clearances(point.clearance) for point in points], axis=0)
+    rows = {id(point.oscillator): point.oscillator.contact for point in points}.values()
+    low, high = (np.stack([ranges.displacement[:, end], ranges.velocity[:, end]]) for end in (0, 1))
+    random, tried, found, kept = np.random.default_rng(seed), 0, 0, []
+    while found < count:
+        drawn = random.uniform(low, high, (count, *low.shape))
+        place = np.stack([drawn[:, 0] @ row for row in rows])
+        kept.append(drawn[np.all((-left < place) & (place < right), axis=0)])
+        tried, found = tried + count, found + len(kept[-1])
+        if tried > MOST_DRAWS * (found + 1):
+            raise ParameterError("displacement", "the ranges hardly have a state with the contact between the stops")
+    return np.concatenate(kept)[:count]
+
+
+def fraction_tile(
+    points: Sequence[Point], states: Floats, phase: float = 0.0, max_periods: int = 1000, max_period: int = 32
+) -> dict[str, NDArray[Any]]:
+    """Find the motion that trajectories settle to from every state, at every point.
+
+    Points and states are computed independently, so tiles of either have the bytes of the whole.
+
+    Parameters
+    ----------
+    points : sequence of n Point
+    states : (s, 2, N)
+        From `random_states`.
+    phase : float
+        Phase of the forcing at the start, radians.
+    max_periods, max_period : int
+        As in `unfolding.unfolding_map_tile`.
+
+    Returns
+    -------
+    dict of arrays of shape (n, s)
+        Those of `basins.basin_tile`.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range.
+    """
+    check_limits(phase, max_periods, max_period)
+    found, settlers = [], Settlers(Settling(max_periods, max_period))
+    for point in points:
+        forced = forced_oscillator(*point)
+        found.append(motions_from(settlers.of(point.oscillator), forced, *from_rest(forced, states), phase))
+    return {name: np.stack([one[name] for one in found]) for name in found[0]}
+
+
+def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]:
+    """Return the state at rest (2, N), and what states (s, 2, N) add to it."""
+    rest = np.stack([forced.rest, np.zeros_like(forced.rest)])
+    return rest, states - rest
+
+
+class Settlers:
+    """The `Settler` of the oscillator that was asked for last."""
+
+    def __init__(self, task: Settling) -> None:
+        self._task = task
+        self._last: tuple[Oscillator, Settler] | None = None
+
+    def of(self, oscillator: Oscillator) -> Settler:
+        """Return the settler of an oscillator, the same one for the same object."""
+        if self._last is None or self._last[0] is not oscillator:
+            self._last = oscillator, Settler(oscillator, self._task)
+        return self._last[1]
+
+
+def basin_fractions(arrays: dict[str, NDArray[Any]]) -> BasinFractions:
+    """Return the attractors along a parameter, and the shares of the states that lead to them.
+
+    Parameters
+    ----------
+    arrays : dict of arrays of shape (n, s)
+        From `fraction_tile`, of all values and states, the values in order.
+    """
+    every: list[Attractor] = []
+    last: list[Attractor] = []
+    rows: list[dict[int, Attractor]] = []
+    for k in range(len(arrays["kind"])):
+        found = attractors({name: values[k] for name, values in arrays.items()})[1]
+        numbers = matched(found, last)
+        last += [one for one, number in zip(found, numbers, strict=True) if number >= len(last)]
+        every += last[len(every) :]
+        rows.append(dict(zip(numbers, found, strict=True)))
+        for number, one in rows[-1].items():
+            last[number] = one
+    values, states = arrays["kind"].shape
+    count = np.zeros((len(every), values), dtype=np.int64)
+    verified = np.zeros(count.shape, dtype=np.bool_)
+    names = ("mean_position", "mean_velocity", "multiplier", "lyapunov")
+    figures = {name: np.full(count.shape, np.nan) for name in names}
+    for k, row in enumerate(rows):
+        for number, one in row.items():
+            count[number, k], verified[number, k] = one.states, one.verified
+            for name, array in figures.items():
+                figure = getattr(one, name)
+                array[number, k] = np.nan if figure is None else figure
+    share, unresolved = count / states, np.mean(arrays["kind"] == KINDS.index("unresolved"), axis=1)
+    return BasinFractions(
+        attractors=every,
+        states=count,
+        share=share,
+        share_error=binomial_error(share, states),
+        **figures,
+        verified=verified,
+        unresolved=unresolved,
+        unresolved_error=binomial_error(unresolved, states),
+        sensitive=np.mean(arrays["sensitive"], axis=1),
+    )
+
+
+def binomial_error(share: Floats, sampled: int) -> Floats:
+    """Return the standard errors of shares of independent states."""
+    return np.asarray(np.sqrt(share * (1.0 - share) / sampled))
+
+
+def matched(found: Sequence[Attractor], known: Sequence[Attractor]) -> list[int]:
+    """Return the number of each attractor found at a value: its position among the known ones, or a new one.
+
+    Parameters
+    ----------
+    found : sequence of Attractor
+    known : sequence of Attractor
+        Those found before, each where it was found last.
+    """
+    numbers, new = [-1] * len(found), len(known)
+    for name in {_name(one): None for one in found}:
+        ours = [i for i, one in enumerate(found) if _name(one) == name]
+        theirs = [j for j, one in enumerate(known) if _name(one) == name]
+        between = np.array([[_squared(found[i], known[j]) for j in theirs] for i in ours]).reshape(len(ours), -1)
+        for i, j in zip(*linear_sum_assignment(between), strict=True):
+            numbers[ours[i]] = theirs[j]
+    for i, number in enumerate(numbers):
+        if number < 0:
+            numbers[i], new = new, new + 1
+    return numbers
+
+
+def _name(one: Attractor) -> tuple[Any, ...]:
+    return tuple(getattr(one, name) for name in NAME)
+
+
+def _squared(one: Attractor, other: Attractor) -> float:
+    """Return the squared distance between the means of two attractors of one name; 0 unless they are periodic."""
+    if one.mean_position is None or one.mean_velocity is None:
+        return 0.0
+    assert other.mean_position is not None  # as they have one name
+    assert other.mean_velocity is not None
+    return (one.mean_position - other.mean_position) ** 2 + (one.mean_velocity - other.mean_velocity) ** 2
+
+
+def _half_range(points: Sequence[Point]) -> float:
+    """Return half the width of the ranges of displacements that are left out."""
+    halves = []
+    for oscillator, _, clearance in points:
+        right, left = both_clearances(clearance)
+        half = 0.5 * (right + left)
+        if not np.isfinite(half):
+            place = float(oscillator.contact @ equilibrium(oscillator))
+            half = min(abs(right - place), abs(left + place))
+        halves.append(half / np.max(np.abs(oscillator.contact)))
+    half = min(halves)
+    if not half > 0.0:
+        raise ParameterError("displacement", "must be given where the only stop touches the structure at rest")
+    return float(half)
+
+
+def _range(name: str, given: ArrayLike | None, size: int, otherwise: Floats) -> Floats:
+    if given is None:
+        return otherwise
+    array = np.array(given, dtype=np.float64)
+    if array.shape != (size, 2) or not np.all(np.isfinite(array)) or np.any(array[:, 1] < array[:, 0]):
+        raise ParameterError(name, "must be a pair of numbers per mass, the second not below the first")
+    return array

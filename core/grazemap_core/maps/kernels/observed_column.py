@@ -1,0 +1,165 @@
+"""Observables of all trajectories of a column, after the motions are known.
+
+A verified orbit is computed from its impacts. Other periodic motions are followed from the final state of the
+trajectory until they close; others are averaged from there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels.cells import CellProblem, contact_motion, reference_at_half
+from grazemap_core.contact.kernels.sticking import put_between_stops, start_on_stop
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.kernels.workspace import Workspace
+from grazemap_core.maps.kernels.final_states import FinalStates
+from grazemap_core.maps.kernels.lane_state import stops_in_row
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
+from grazemap_core.simulation.kernels.observed_motion import (
+    ObservedOutputs,
+    Totals,
+    clear_totals,
+    close_motion,
+    observe_periods,
+    observe_rows,
+    write_orbit,
+)
+from grazemap_core.simulation.kernels.output_rows import OutputScratch
+from grazemap_core.simulation.tolerances import CLOSING_RETURNS
+
+UNKNOWN, OF_ORBIT, STEADY, CLOSING, AVERAGED = 0, 1, 2, 3, 4
+"""What is read off: nothing; a verified orbit; the steady motion; a motion that closes; a mean over many periods."""
+
+
+class ObservedColumn(NamedTuple):
+    """Trajectories of a column whose motions are known.
+
+    Attributes
+    ----------
+    kinds, periods : (n,)
+        What is read off, and over how many forcing periods.
+    stops : (m, fields of Stops)
+        Trajectory i has the row ``i m // n``.
+    final : FinalStates
+    contacts, outputs : (n, 5, 2) and (n, R, 4)
+        Receive the totals.
+    totals : Totals
+    scratch : OutputScratch
+    rows : (MOST_IMPACTS, EVENT_COLUMNS + 2 N)
+    u, before : (N, 2)
+        Scratch.
+    """
+
+    kinds: Integers
+    periods: Integers
+    stops: Floats
+    final: FinalStates
+    contacts: Floats
+    outputs: Floats
+    totals: Totals
+    scratch: OutputScratch
+    rows: Floats
+    u: Floats
+    before: Floats
+
+
+@kernel
+def observe_column(
+    problem: CellProblem,
+    held: HeldProblem,
+    whole: ObservedOutputs,
+    partial: ObservedOutputs,
+    column: ObservedColumn,
+    work: Workspace,
+    first: int,
+) -> int:
+    """Write the totals of the trajectories from `first` on.
+
+    Parameters
+    ----------
+    whole, partial : ObservedOutputs
+        Of states less the steady motion, and less the reference motion.
+
+    Returns
+    -------
+    next : int
+        The number of trajectories; or the one whose half periods have more events than `work`, from which to go on.
+    """
+    column = reference(column)
+    count = int(column.kinds.shape[0])
+    each = count // column.stops.shape[0]
+    for i in range(first, count):
+        kind = column.kinds[i]
+        stops = stops_in_row(column.stops, i // each)
+        clear_totals(column.totals)
+        status = workspace.OK
+        if kind in (OF_ORBIT, STEADY):
+            rows = _write_orbit(problem, stops, column, i, kind)
+            end = (column.rows[0, workspace.HALF] + 2.0 * column.periods[i], column.rows[0, workspace.TIME])
+            observe_rows(problem, whole, stops, column.rows[:rows], end, column.totals, column.scratch)
+        elif kind != UNKNOWN:
+            status = _simulate(problem, held, partial, stops, column, i, work)
+        if status == workspace.RECORD_FULL:
+            return i
+        if status != workspace.OK:
+            column.periods[i] = 0
+        copy_matrix(column.contacts[i], column.totals.contacts)
+        copy_matrix(column.outputs[i], column.totals.outputs)
+    return count
+
+
+@kernel
+def _write_orbit(problem: CellProblem, stops: Stops, column: ObservedColumn, i: int, kind: int) -> int:
+    """Write the rows of one period of an orbit, or of the steady motion, and return their number."""
+    if kind == STEADY:
+        column.rows[0, :] = 0.0
+        return 1
+    count, duration = int(column.final.counts[i]), column.periods[i] * problem.cells * problem.step
+    write_orbit(problem, stops, column.final.impacts[i][:, :count], duration, column.rows)
+    return count
+
+
+@kernel
+def _simulate(
+    problem: CellProblem,
+    held: HeldProblem,
+    observed: ObservedOutputs,
+    stops: Stops,
+    column: ObservedColumn,
+    i: int,
+    work: Workspace,
+) -> int:
+    """Add a motion that is simulated from the final state of a trajectory to the totals; return a status."""
+    u, final = column.u, column.final
+    for j in range(u.shape[0]):
+        u[j, 0], u[j, 1] = final.states[i, 2 * j], final.states[i, 2 * j + 1]
+    status = _begin(problem, held, stops, u, int(final.rests[i]), work)
+    if status == workspace.OK and column.kinds[i] == CLOSING:
+        period = column.periods[i]
+        status = close_motion(problem, held, stops, u, period, CLOSING_RETURNS, work, column.before)
+    if status != workspace.OK:
+        return status
+    watched = (observed, column.totals, column.scratch)
+    return observe_periods(problem, held, stops, u, column.periods[i], work, watched)
+
+
+@kernel
+def _begin(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, rests: int, work: Workspace) -> int:
+    """Begin a trajectory at a state u (N, 2), at phase 0; a contact that is beyond a stop is put on it."""
+    work.cursor[:] = 0
+    work.near[:] = 0.0
+    if rests != 0:
+        return start_on_stop(problem, held, stops, u, rests, work)
+    stop = put_between_stops(problem, stops, u, rests != 0)
+    if stop == 0:
+        return workspace.OK
+    _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
+    if v == 0.0:
+        return start_on_stop(problem, held, stops, u, stop, work)
+    work.cursor[workspace.ANCHOR], work.cursor[workspace.ROOTS] = stop, 1
+    work.near[1] = abs(v)
+    return workspace.OK

@@ -1,0 +1,94 @@
+"""Observables of the trajectories of a column of a map, once their motions are known.
+
+Of a verified periodic orbit they are computed from its impacts, over its period. Other periodic motions are followed
+from the final state of the trajectory until they close to round-off, then over one period. Those of chaotic and
+quasi-periodic motions are means over AVERAGED_PERIODS from the final state of the trajectory on. There are none of
+unresolved motions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grazemap_core import codes as reasons
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.contact.held_problem import HeldModel
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, workspace
+from grazemap_core.maps.kernels import lane_state, observed_column
+from grazemap_core.maps.kernels.final_states import MOST_IMPACTS
+from grazemap_core.maps.kernels.lane_state import TrajectoryResults
+from grazemap_core.maps.kernels.observed_column import ObservedColumn, observe_column
+from grazemap_core.simulation.motion import KINDS, kinds_of
+from grazemap_core.simulation.observables import Observables, observed_outputs, whole_steady
+from grazemap_core.simulation.start import EVENTS, longer_record
+from grazemap_core.simulation.tolerances import AVERAGED_PERIODS
+
+_OF_ORBIT = (reasons.RESOLVED, reasons.NOT_CAPTURED, reasons.ROUNDING_DECIDES)
+
+
+def figures_of_column(
+    wanted: Observables,
+    models: HeldModel,
+    problems: tuple[CellProblem, HeldProblem],
+    steady: Complexes,
+    stops: Floats,
+    results: TrajectoryResults,
+) -> Floats:
+    """Return the figures (n, count) of n trajectories.
+
+    Parameters
+    ----------
+    problems : CellProblem, HeldProblem
+        At phase 0.
+    steady : complex (H, 2, N + 1)
+        From `reference_response`.
+    stops : (m, fields of Stops)
+        Trajectory i has the row ``i m // n``.
+    results : TrajectoryResults
+        With the final states.
+    """
+    problem, held = problems
+    size, count = models.oscillator.size, len(results.codes)
+    partial = observed_outputs(wanted, models, problem, held, steady[:, :, :-1])
+    whole = partial
+    if problem.resonant_forcing.shape[1] > 0:
+        amplitudes = whole_steady(models.oscillator, problem.omega)
+        whole = observed_outputs(wanted, models, problem, held, amplitudes, whole=True)
+    kinds, periods = _tasks(results.codes)
+    found, work = wanted.totals(), workspace(size, EVENTS)
+    column = ObservedColumn(
+        kinds=kinds,
+        periods=periods,
+        stops=stops,
+        final=results.final,
+        contacts=np.zeros((count, *found.contacts.shape)),
+        outputs=np.zeros((count, *found.outputs.shape)),
+        totals=found,
+        scratch=wanted.scratch(size),
+        rows=np.empty((MOST_IMPACTS, EVENT_COLUMNS + 2 * size)),
+        u=np.zeros((size, 2)),
+        before=np.zeros((size, 2)),
+    )
+    done = 0
+    while True:
+        done = observe_column(problem, held, whole, partial, column, work, done)
+        if done == count:
+            return wanted.figures(column.contacts, column.outputs, problem.omega, column.periods)
+        work = longer_record(work)
+
+
+def _tasks(codes: Integers) -> tuple[Integers, Integers]:
+    """Return the kinds of `observed_column`, and the forcing periods that are observed, (n,) each."""
+    reason, period, right, left, unverified = codes[:, [0, 1, 2, 3, lane_state.UNVERIFIED]].T
+    kind, _ = kinds_of(reason, codes[:, lane_state.GROWTH], unverified)
+    periodic, known = kind == KINDS.index("periodic"), np.isin(unverified, _OF_ORBIT)
+    apart = (right == -1) & (left == -1)
+    kinds = np.select(
+        [kind == KINDS.index("unresolved"), ~periodic, known & apart, known],
+        [observed_column.UNKNOWN, observed_column.AVERAGED, observed_column.STEADY, observed_column.OF_ORBIT],
+        observed_column.CLOSING,
+    )
+    periods = np.select([kinds == observed_column.UNKNOWN, periodic], [0, period], AVERAGED_PERIODS)
+    return kinds.astype(np.int64), periods.astype(np.int64)

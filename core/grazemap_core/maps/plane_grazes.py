@@ -1,0 +1,200 @@
+"""The grazing curves of a plane of any two parameters, on which the steady motion touches a stop.
+
+A clearance, the factor of the forces and that of the bias are explicit: the margin of a stop is linear in them. Over
+other parameters the curves pass between points of the plane at which a margin has different signs; every point of a
+curve is a zero of the margin on a side of the grid, to round-off. A curve that enters and leaves between two
+neighbouring points of the grid is not found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from grazemap_core.arrays import Booleans, Floats
+from grazemap_core.continuation.parameters import PARAMETERS
+from grazemap_core.maps.margins import SteadyContact, grazing_margins, steady_on
+from grazemap_core.maps.planes import Axis, Plane
+from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.tolerances import EPSILON
+
+_SAMPLES = 4
+"""Samples of a grazing curve per step of a map."""
+_SIDES = {1: "right", -1: "left"}
+
+Side = tuple[int, int, int]
+"""A side of the grid: row and column of its first point, and the axis along which it runs, 0 vertical."""
+
+
+class GrazeLine(NamedTuple):
+    """A grazing curve, (m,) each.
+
+    Attributes
+    ----------
+    stop : int
+        The stop that is touched: +1 right, -1 left.
+    horizontal, vertical : (m,)
+    admissible : bool (m,)
+        Whether the steady motion does not reach beyond the other stop.
+    """
+
+    stop: int
+    horizontal: Floats
+    vertical: Floats
+    admissible: Booleans
+
+
+def graze_lines(plane: Plane) -> Iterator[GrazeLine]:
+    """Yield the grazing curves of each stop; those of symmetric stops are one, of the right stop."""
+    for stop in (1,) if plane.mirrors else (1, -1):
+        if np.isinf(plane.conditions(*(np.zeros(1, dtype=np.int64),) * 2).clearance[0, 0 if stop > 0 else 1]):
+            continue
+        place = _explicit_axis(plane, stop)
+        if place is None:
+            yield from _between_points(plane, stop)
+        else:
+            yield from _explicit(plane, stop, place)
+
+
+def _explicit_axis(plane: Plane, stop: int) -> int | None:
+    """Return the axis, 0 the horizontal one, in whose parameter the margin of a stop is linear."""
+    names = ["clearance", f"clearance_{_SIDES[stop]}"]
+    names += ["forcing"] if plane.oscillator.drive else []
+    names += ["bias"] if contact_equilibrium(plane.oscillator) != 0.0 else []
+    return next((place for place in (1, 0) if plane.names[place] in names), None)
+
+
+def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
+    """Yield the curve of a stop with the parameter of an axis as a function of that of the other one.
+
+    It is interrupted where there is no steady motion, or none that reaches the stop.
+    """
+    other_axis = _finer(plane.axes[1 - place])
+    one, fine = plane.axes[place]._replace(values=plane.axes[place].values[:1]), other_axis.values
+    line = _with_axes(plane, place, one, other_axis)
+    extent = steady_on(line)
+    found = _solved(extent, stop, one.name)
+    there = extent.conditions
+    if one.name in ("forcing", "bias"):
+        there = there._replace(**{one.name: found})
+    else:
+        clearance = there.clearance.copy()
+        clearance[:, [0, 1] if one.name == "clearance" else [0 if stop > 0 else 1]] = found[:, None]
+        there = there._replace(clearance=clearance)
+    other = extent._replace(conditions=there).margins()[:, 1 if stop > 0 else 0]
+    admissible = ~(other < 0.0) | plane.mirrors
+    exists = np.isfinite(found)
+    for run in np.split(np.arange(len(found)), np.flatnonzero(np.diff(exists)) + 1):
+        if exists[run[0]]:
+            sides = (fine[run], found[run]) if place == 1 else (found[run], fine[run])
+            yield GrazeLine(stop, *sides, admissible[run])
+
+
+def _solved(extent: SteadyContact, stop: int, name: str) -> Floats:
+    """Return the values (k,) of a parameter at which the margin of a stop is 0."""
+    found, side = extent.conditions, 0 if stop > 0 else 1
+    amplitude, place = extent.amplitude[:, side], stop * extent.place
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if name == "forcing":
+            return np.asarray((found.clearance[:, side] - found.bias * place) / amplitude)
+        if name == "bias":
+            return np.asarray((found.clearance[:, side] - found.forcing * amplitude) / place)
+        return np.asarray(found.forcing * amplitude + found.bias * place)
+
+
+def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
+    """Yield the curves of a stop between points of the plane with margins of different signs."""
+    # a structure takes longer than all else
+    fine = _with_axes(plane, 0, *(axis if axis.name not in PARAMETERS else _finer(axis) for axis in plane.axes))
+    own, other = (0, 1) if stop > 0 else (1, 0)
+    idle = ("restitution", f"clearance_{_SIDES[-stop]}")
+    moves = [not axis.name.startswith(idle) for axis in plane.axes]
+    known: dict[tuple[int | None, int | None, int], float] = {}
+
+    def solved(side: Side) -> list[float]:
+        row, column, along = side
+        at = [float(fine.horizontal.values[column]), float(fine.vertical.values[row])]
+        key = column if moves[0] else None, row if moves[1] else None, along
+        if key not in known:
+            varied, place = 1 - along, column if along else row
+
+            def margin(value: float) -> float:
+                return float(_margins_at(plane, *(value if k == varied else at[k] for k in (0, 1)))[own])
+
+            ends = fine.axes[varied].values[place : place + 2].tolist()
+            found = [margin(end) for end in ends]
+            if found[0] * found[1] >= 0.0:  # one of them is 0 within rounding
+                known[key] = ends[int(np.argmin(np.abs(found)))]
+            else:
+                least = EPSILON * max(map(abs, ends))
+                known[key] = float(brentq(margin, *ends, xtol=least, rtol=4.0 * EPSILON))
+        at[1 - along] = known[key]
+        return at
+
+    for path in _paths(grazing_margins(fine)[own]):
+        points = np.array([solved(side) for side in path])
+        beside = np.array([_margins_at(plane, *point)[other] for point in points.tolist()])
+        yield GrazeLine(stop, points[:, 0].copy(), points[:, 1].copy(), ~(beside < 0.0) | plane.mirrors)
+
+
+def _margins_at(plane: Plane, horizontal: float, vertical: float) -> Floats:
+    """Return the margins of the right and of the left stop at any values of the two parameters."""
+    values = (np.array([horizontal]), np.array([vertical]))
+    axes = (axis._replace(values=one) for axis, one in zip(plane.axes, values, strict=True))
+    return np.asarray(steady_on(_with_axes(plane, 0, *axes)).margins()[0])
+
+
+def _paths(values: Floats) -> list[list[Side]]:
+    """Return the sides of a grid that the zero lines of a function cross, in the order of each line."""
+    links: dict[Side, list[Side]] = {}
+    positive = values > 0.0
+    known = np.isfinite(values)
+    for row, column in np.argwhere(_mixed(positive, known)).tolist():
+        corners = positive[row, column], positive[row, column + 1], positive[row + 1, column + 1]
+        sides = [(row, column, 1), (row, column + 1, 0), (row + 1, column, 1), (row, column, 0)]
+        ends = [corners[0], corners[1], corners[2], positive[row + 1, column]]
+        crossed = [side for k, side in enumerate(sides) if ends[k] != ends[(k + 1) % 4]]
+        if len(crossed) == 4 and (np.mean(values[row : row + 2, column : column + 2]) > 0.0) != corners[0]:
+            crossed = crossed[-1:] + crossed[:-1]  # the first corner is alone
+        for one, other in zip(crossed[::2], crossed[1::2], strict=True):
+            links.setdefault(one, []).append(other)
+            links.setdefault(other, []).append(one)
+    # lines with ends first, then those that are closed
+    return [_walk(links, start) for start in sorted(links, key=lambda side: len(links[side])) if start in links]
+
+
+def _mixed(positive: Booleans, known: Booleans) -> Booleans:
+    """Return which cells have corners of both signs, and no unknown one."""
+
+    def corners(of: Booleans) -> Booleans:
+        return np.stack([of[:-1, :-1], of[:-1, 1:], of[1:, :-1], of[1:, 1:]])
+
+    signs = corners(positive)
+    return np.asarray(np.any(signs, axis=0) & ~np.all(signs, axis=0) & np.all(corners(known), axis=0))
+
+
+def _walk(links: dict[Side, list[Side]], start: Side) -> list[Side]:
+    """Return the sides of a line from its start, and remove them from `links`; a closed one ends where it starts."""
+    path, last = [start], links.pop(start)
+    ahead = last[:1]
+    while ahead:
+        path += ahead
+        ahead = [side for side in links.pop(path[-1]) if side in links]
+    return [*path, start] if len(last) == 2 and path[-1] == last[1] else path
+
+
+def _with_axes(plane: Plane, place: int, one: Axis, other: Axis) -> Plane:
+    """Return a plane with other axes: `one` is that at a place, 0 the horizontal one."""
+    across, up = (one, other) if place == 0 else (other, one)
+    return replace(plane, horizontal=across, vertical=up)
+
+
+def _finer(axis: Axis) -> Axis:
+    """Return an axis with `_SAMPLES` times as many values between the same ends."""
+    size = len(axis.values)
+    shares = np.linspace(0.0, 1.0, _SAMPLES * size)
+    return axis._replace(values=np.interp(shares, np.linspace(0.0, 1.0, size), axis.values))

@@ -1,0 +1,344 @@
+"""The plane of two parameters, and the runs of trajectories at its points.
+
+Trajectories that differ in the clearances, the restitutions, the bias or the size of the forces share the tables of
+their structure at a forcing frequency, so they run side by side. A plane is cut into such groups: columns, rows or
+single points.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.continuation.parameters import (
+    PARAMETERS,
+    Parameter,
+    ParameterPoint,
+    check_domain,
+    keeps_symmetry,
+    symmetric_stops,
+)
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lane_errors import LaneErrors
+from grazemap_core.maps.settling import Conditions, Settler, Settling
+from grazemap_core.model.oscillator import Oscillator
+
+_OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
+"""What a kernel changes from one trajectory of a sweep to the next one."""
+_LAST_SETTLERS: Final = 8
+"""Number of structures for which scratch is kept."""
+
+Indices = Integers
+Number = TypeVar("Number", bound=np.generic)
+
+
+class Axis(NamedTuple):
+    """A parameter that varies, and its increasing values (n,).
+
+    A name that is not in `parameters.PARAMETERS` is that of a parameter of the structure (`Oscillator.variants`).
+    """
+
+    name: str
+    values: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The values of one parameter, at fixed values of the others; attributes as of `Plane`."""
+
+    oscillator: Oscillator
+    at: ParameterPoint
+    axis: Axis
+
+    def check(self) -> None:
+        """Raise ParameterError where the values are not increasing numbers within the domain of the parameter."""
+        values = self.axis.values
+        if values.ndim != 1 or np.any(np.diff(values) <= 0.0):
+            raise ParameterError(self.axis.name, "must be an increasing list of numbers")
+        check_domain(*self.axis)
+        for index in (0, len(values) - 1):
+            _check_point(*self.point(index))
+
+    def point(self, index: int) -> tuple[Oscillator, float, Clearance]:
+        """Return the oscillator with all its values at one of the values, the frequency, the clearance of the stops."""
+        return _point(self.at.varied(self.axis.name, float(self.axis.values[index])), self.oscillator)
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A rectangle of two parameters; arrays of its points are [vertical, horizontal].
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+        With the values of the structure that do not vary.
+    at : ParameterPoint
+        The values of the other parameters; those that vary count for nothing.
+    horizontal, vertical : Axis
+    """
+
+    oscillator: Oscillator
+    at: ParameterPoint
+    horizontal: Axis
+    vertical: Axis
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, omega: Floats, clearance: Floats) -> Plane:
+        """Return the plane of frequencies (m,) and clearances, (n,) of both stops or (n, 2) of the right and the left.
+
+        The clearance of an absent stop is infinite. Raises ParameterError where both vary and differ.
+        """
+        name, values = varied_clearance(clearance)
+        first = tuple(np.broadcast_to(clearance[0], 2).tolist())
+        return cls(oscillator, ParameterPoint.of(oscillator, 1.0, first), Axis("omega", omega), Axis(name, values))
+
+    @property
+    def axes(self) -> tuple[Axis, Axis]:
+        """The horizontal, and the vertical one."""
+        return self.horizontal, self.vertical
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """The names of the parameters that vary."""
+        return self.horizontal.name, self.vertical.name
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of values of the vertical and of the horizontal parameter."""
+        return len(self.vertical.values), len(self.horizontal.values)
+
+    def part(self, rows: slice, columns: slice) -> Plane:
+        """Return a rectangle of the plane."""
+        across, up = self.horizontal, self.vertical
+        return replace(
+            self,
+            horizontal=across._replace(values=across.values[columns]),
+            vertical=up._replace(values=up.values[rows]),
+        )
+
+    def check(self) -> None:
+        """Raise ParameterError where a value is not within the domain of its parameter."""
+        if self.horizontal.name == self.vertical.name:
+            raise ParameterError("vertical", "must be another parameter than the horizontal one")
+        for axis in self.axes:
+            check_domain(*axis)
+        for row, column in itertools.product((0, self.shape[0] - 1), (0, self.shape[1] - 1)):
+            _check_point(*self.at_point(row, column))
+
+    @cached_property
+    def mirrors(self) -> bool:
+        """Whether the stops are symmetric at all points, so that the mirror images of motions are motions."""
+        keeps = all(keeps_symmetry(self.oscillator, name) for name in self.names)
+        return keeps and symmetric_stops(self.oscillator, self.values_at(0, 0))
+
+    @property
+    def grid(self) -> tuple[Indices, Indices]:
+        """Rows and columns of all points, column by column."""
+        rows, columns = self.shape
+        return np.tile(np.arange(rows), columns), np.repeat(np.arange(columns), rows)
+
+    def values(self, name: str, rows: Indices, columns: Indices) -> Floats:
+        """Return the values (k,) of a parameter of a single number at points."""
+        if name == self.horizontal.name:
+            return self.horizontal.values[columns]
+        if name == self.vertical.name:
+            return self.vertical.values[rows]
+        fixed = getattr(self.at, name) if name in ("omega", "bias", "forcing") else np.nan
+        return np.full(len(rows), fixed, dtype=np.float64)
+
+    def conditions(self, rows: Indices, columns: Indices) -> Conditions:
+        """Return the conditions of the trajectories at points (k,)."""
+        pairs = {}
+        for both in ("clearance", "restitution"):
+            sides = [np.full(len(rows), getattr(self.at, f"{both}_{side}")) for side in ("right", "left")]
+            for k, name in enumerate((f"{both}_right", f"{both}_left")):
+                for varied in (both, name):
+                    if varied in self.names:
+                        sides[k] = self.values(varied, rows, columns)
+            pairs[both] = np.stack(sides, axis=1)
+        return Conditions(
+            **pairs, bias=self.values("bias", rows, columns), forcing=self.values("forcing", rows, columns)
+        )
+
+    def values_at(self, row: int, column: int) -> ParameterPoint:
+        """Return the values of all parameters at a point."""
+        across, up = self.horizontal, self.vertical
+        return self.at.varied(across.name, float(across.values[column])).varied(up.name, float(up.values[row]))
+
+    def at_point(self, row: int, column: int) -> tuple[Oscillator, float, Clearance]:
+        """Return the oscillator with all values at a point, the frequency, and the clearance of the stops."""
+        return _point(self.values_at(row, column), self.oscillator)
+
+    @cached_property
+    def _structural(self) -> tuple[bool, bool]:
+        """Whether the horizontal, and the vertical parameter is one of the structure."""
+        return self.horizontal.name not in PARAMETERS, self.vertical.name not in PARAMETERS
+
+    def structure(self, row: int, column: int) -> Oscillator:
+        """Return the oscillator with the structure at a point; all else is that of `oscillator`."""
+        across, up = self._structural
+        changes = {self.horizontal.name: float(self.horizontal.values[column])} if across else {}
+        changes |= {self.vertical.name: float(self.vertical.values[row])} if up else {}
+        return self.oscillator.with_structure(changes)
+
+    def structure_keys(self, rows: Indices, columns: Indices) -> tuple[Indices, Indices]:
+        """Return numbers (k,) that are equal for points of one structure: row and column, or 0."""
+        across, up = self._structural
+        return rows if up else np.zeros_like(rows), columns if across else np.zeros_like(columns)
+
+    def groups(self, rows: Indices, columns: Indices, names: tuple[str, ...]) -> Iterator[Indices]:
+        """Yield the positions of points (k,) with one structure and equal values of the parameters named."""
+        keys: list[Floats] = [self.values(name, rows, columns) for name in names]
+        keys += [number.astype(np.float64) for number in self.structure_keys(rows, columns)]
+        order = np.lexsort([rows, columns, *keys])
+        table = np.stack(keys)[:, order]
+        yield from np.split(order, np.flatnonzero(np.any(np.diff(table, axis=1) != 0, axis=0)) + 1)
+
+    @property
+    def omegas(self) -> Floats:
+        """The forcing frequencies of the plane."""
+        for axis in self.axes:
+            if axis.name == "omega":
+                return axis.values
+        return np.array([self.at.omega])
+
+    @property
+    def is_swept_by_kernels(self) -> bool:
+        """Whether a column shares tables, bias and forces, so that a kernel runs a sweep along it."""
+        return self.vertical.name in _OF_STOPS
+
+
+class PlaneSettler:
+    """Runs of trajectories at the points of a plane, until their motions can be named."""
+
+    def __init__(self, plane: Plane, task: Settling) -> None:
+        """Allocate scratch for one structure at a time; nothing is run."""
+        self.plane, self._task = plane, task
+        # what is observed is of the motion itself, not of it over the factor of the forces
+        self._scaled = () if task.observed is None else tuple({"bias", "forcing"} & {*plane.names})
+        self._starts = np.zeros((1, 2, plane.oscillator.size)) if task.starts is None else task.starts
+        self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
+
+    def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
+        """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
+        codes = np.empty((len(rows), len(self._starts), lane_state.CODES), dtype=np.int64)
+        more = 0 if self._task.observed is None else self._task.observed.count
+        figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
+        # random initial states do not scale with the forces and the bias
+        varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
+        for group in self.plane.groups(rows, columns, varied):
+            codes[group], figures[group] = self._run(rows[group], columns[group])
+        return codes, figures
+
+    def sweep(self, rows: Indices, column: int) -> tuple[Integers, Floats]:
+        """Return codes (k, 1, CODES) and figures of points of a column, each from the final state of the one before."""
+        columns = np.full(len(rows), column)
+        if self.plane.is_swept_by_kernels:
+            return self._run(rows, columns)
+        state: Floats | None = None
+        inherits, errors, found = False, None, []
+        for k in range(len(rows)):
+            here, only = rows[k : k + 1], columns[k : k + 1]
+            settler, omega, steady = self._settler(int(here[0]), column, errors)
+            conditions = self._conditions(here, only)
+            if k > 0:
+                before = self._conditions(rows[k - 1 : k], only).forcing[0]
+                settler.errors.square[0] *= (before / conditions.forcing[0]) ** 2
+            start = None if state is None else settler.within(conditions, state)
+            found.append(settler.run(omega, steady, conditions, start, self._starts, inherits=inherits))
+            state, errors = settler.final_state(omega, steady, conditions), settler.errors
+            inherits = state is not None and not _is_captured(found[-1][0][0, 0])
+        codes, figures = zip(*found, strict=True)
+        return np.concatenate(codes), np.concatenate(figures)
+
+    def grid(self, down: bool = False) -> tuple[Integers, Floats]:
+        """Return codes (CODES, n, m, s) and figures (FIGURES, n, m, s) of all points; of a sweep, which may go down."""
+        n, m = self.plane.shape
+        if not self._task.follow:
+            codes, figures = self.points(*self.plane.grid)
+        else:
+            rows = np.arange(n)[:: -1 if down else 1]
+            columns = [self.sweep(rows, column) for column in range(m)]
+            codes = np.concatenate([found[rows] for found, _ in columns])
+            figures = np.concatenate([found[rows] for _, found in columns])
+        codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
+        return _of_map(codes), _of_map(figures)
+
+    def _run(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
+        """Run the trajectories of points that share their tables."""
+        settler, omega, steady = self._settler(int(rows[0]), int(columns[0]))
+        scaled = self._starts * np.array([1.0, omega])[:, None]
+        return settler.run(omega, steady, self._conditions(rows, columns), settler.origin, scaled)
+
+    def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
+        """Return the conditions of points for the settler of their oscillator."""
+        found = self.plane.conditions(rows, columns)
+        return found._replace(**{name: np.ones(len(rows)) for name in self._scaled})
+
+    def _oscillator(self, row: int, column: int) -> Oscillator:
+        """Return the oscillator of a point with what its conditions do not say."""
+        return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
+
+    def _settler(self, row: int, column: int, errors: LaneErrors | None = None) -> tuple[Settler, float, Complexes]:
+        """Return the settler of a point's structure, the frequency and the reference motion there."""
+        only = np.array([row]), np.array([column])
+        keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
+        key = tuple(float(value) for (value,) in keys)
+        if key not in self._settlers:
+            while len(self._settlers) >= _LAST_SETTLERS:
+                del self._settlers[next(iter(self._settlers))]
+            settler, omegas = Settler(self._oscillator(row, column), self._task), self.plane.omegas
+            self._settlers[key] = settler, dict(zip(omegas.tolist(), settler.steady(omegas), strict=True))
+        settler, steady = self._settlers[key]
+        if errors is not None:
+            settler.take_errors(errors)
+        omega = float(self.plane.values("omega", *only)[0])
+        return settler, omega, steady[omega]
+
+
+def _of_map(parts: NDArray[Number]) -> NDArray[Number]:
+    """Return an array (m, n, s, k) of the points of a map as (k, n, m, s)."""
+    return np.ascontiguousarray(np.transpose(parts, (3, 1, 0, 2)))
+
+
+def varied_clearance(clearance: Floats) -> tuple[Parameter, Floats]:
+    """Return which clearance varies along the rows, and its values, from those of both stops or of each."""
+    if clearance.ndim == 1:
+        return "clearance", clearance
+    right, left = clearance.T
+    if np.array_equal(right, left):
+        return "clearance", right
+    right_varies, left_varies = (bool(np.any(one != one[0])) for one in (right, left))
+    if right_varies and left_varies:
+        raise ParameterError("clearance", "must be that of both stops, or vary for one of them")
+    left_alone = left_varies or np.isinf(right[0])
+    return ("clearance_left", left) if left_alone else ("clearance_right", right)
+
+
+def _check_point(oscillator: Oscillator, omega: float, clearance: Clearance) -> None:
+    """Raise ParameterError where a frequency, or the clearances of the stops, are out of their domains."""
+    check_domain("omega", np.array([omega]))
+    right, left = both_clearances(clearance)
+    if not (right + left > 0.0 and math.isfinite(min(right, left))):
+        raise ParameterError("clearance", "the sum of the two must be greater than 0, and one of them finite")
+
+
+def _point(values: ParameterPoint, oscillator: Oscillator) -> tuple[Oscillator, float, Clearance]:
+    """Return an oscillator with all values at a point, the frequency, and the clearance of the stops."""
+    return values.applied(oscillator), values.omega, values.clearance
+
+
+def _is_captured(code: Integers) -> bool:
+    """Return whether an orbit captured a trajectory, so that its end has no error; as in the kernels."""
+    return bool(code[lane_state.REASON] == RESOLVED and code[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES))

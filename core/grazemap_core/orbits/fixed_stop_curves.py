@@ -1,0 +1,165 @@
+"""Curves of motions that strike a fixed stop, in the plane of the frequency and the clearance of the other stop.
+
+Where a motion strikes the fixed stop alone, the other one does not change it: its bifurcations, and the graze of the
+fixed stop, are lines of constant frequency. They are those of a motion as long as the other stop is beyond its reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
+from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.explicit_curves import (
+    SpecialOrbit,
+    StopFamily,
+    StopMotions,
+    explicit_curves,
+    joined,
+    nearest_special,
+    turning_frame,
+)
+from grazemap_core.orbits.one_impact_curves import OneImpactCurve
+from grazemap_core.tolerances import EPSILON
+
+
+@dataclass(frozen=True, eq=False)
+class FixedStop:
+    """Orbits with one impact on a stop that is fixed at a gap; the other stop is absent in `of`."""
+
+    of: StopFamily
+    gap: float
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of constant frequency.
+
+    Attributes
+    ----------
+    type : {"SN", "PD", "GR"}
+    omega : float
+    speed : float
+        Of the impact on the fixed stop; 0 for its graze by the steady motion.
+    admissible : bool
+        There is no further contact with the fixed stop.
+    stop : int
+        GR only, else 0: the fixed stop.
+    reach : float
+        Clearance of the other stop above which it is not touched.
+    """
+
+    type: str
+    omega: float
+    speed: float
+    admissible: bool
+    stop: int
+    reach: float
+
+    def moved(self, offset: float) -> Line:
+        """Return the line with `reach` changed from a gap to a clearance."""
+        return replace(self, reach=self.reach + offset)
+
+
+def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Line]:
+    """Yield the lines of motions with one impact on the fixed stop; `reach` is a gap.
+
+    Parameters
+    ----------
+    fixed : FixedStop
+    omega : (m,)
+        Increasing; two lines of one curve between two of them are missed.
+    steady : (m, H, N + 1)
+        From `OrbitFamily.steady_at`.
+    """
+    family = fixed.of.family
+
+    def at(frequency: float) -> StopMotions:
+        return fixed.of.at(frequency, family.steady(frequency))
+
+    for kind, curves in explicit_curves(fixed.of, omega, steady).items():
+        for curve in curves:
+            apart = curve.clearance - fixed.gap
+            for i in np.flatnonzero(apart[1:] * apart[:-1] <= 0.0).tolist():
+                start, end = (fixed.of.at(float(omega[k]), steady[k]) for k in (i, i + 1))
+                begins, ends = (
+                    nearest_special(here, kind, float(curve.clearance[k])) for here, k in ((start, i), (end, i + 1))
+                )
+                found = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
+                if found is not None:
+                    here, one = found
+                    reach = float(here.reach(np.array([one.phase]))[0])
+                    yield Line(kind, here.orbits.omega, one.speed, one.admissible, one.stop, reach)
+
+
+def _between(
+    kind: str,
+    at: Callable[[float], StopMotions],
+    gap: float,
+    start: tuple[float, SpecialOrbit],
+    end: tuple[float, SpecialOrbit],
+) -> tuple[StopMotions, SpecialOrbit] | None:
+    """Return the special orbit with a gap between two frequencies; None where the curve is not one there."""
+    (low, first), (high, last) = start, end
+
+    def special(frequency: float) -> tuple[StopMotions, SpecialOrbit]:
+        share = (frequency - low) / (high - low)
+        here = at(frequency)
+        return here, nearest_special(here, kind, first.gap + share * (last.gap - first.gap))
+
+    try:
+        place = brentq(lambda one: special(one)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
+    except ValueError:
+        return None
+    return special(float(place))
+
+
+def contacts_with_varied(fixed: FixedStop, omega: Floats, steady: Complexes) -> list[OneImpactCurve]:
+    """Return the curves on which motions that strike the fixed stop touch the other one; with its gaps."""
+    found: list[list[SpecialOrbit]] = []
+    for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
+        here = fixed.of.at(frequency, amplitudes)
+        phases = here.orbits.phases(fixed.gap)
+        reach = here.reach(np.array(phases)) if phases else np.zeros(0)
+        each = zip(here.orbits_at(phases), reach.tolist(), strict=True)
+        found.append([one._replace(gap=far, stop=-fixed.of.stop) for one, far in each if np.isfinite(far)])
+    return joined(found, turning_frame(fixed.of.family, steady))
+
+
+def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> OneImpactCurve | None:
+    """Return the grazing curve of a stop, by its clearance; None where the equilibrium is beyond the fixed stop."""
+    try:
+        grazes = stop_grazes(oscillator, omega, varied, 1)
+    except ParameterError as error:
+        if error.name != "clearance":
+            raise
+        return None
+    size = len(omega)
+    return OneImpactCurve(grazes.clearance, np.zeros(size), ~grazes.virtual, np.full(size, varied.stop))
+
+
+def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[Line]:
+    """Yield the lines on which the steady motion touches the fixed stop; `reach` is a clearance."""
+    assert varied.other is not None
+    other, gap = VariedStop(-varied.stop), varied.other
+
+    def apart(frequencies: Floats) -> Floats:
+        return stop_grazes(oscillator, frequencies, other, 1).clearance - gap
+
+    values = apart(omega)
+    for i, (before, after) in enumerate(pairwise(values.tolist())):
+        if before * after > 0.0:
+            continue
+        place = float(brentq(lambda one: apart(np.array([one]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
+        reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
+        reach += varied.stop * contact_equilibrium(oscillator)
+        yield Line("GR", place, 0.0, True, -varied.stop, float(reach))

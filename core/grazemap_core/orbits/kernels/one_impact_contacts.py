@@ -1,0 +1,148 @@
+"""Further contacts of orbits with one impact in a span, which are functions of the phase of that impact.
+
+The speed of the impact and the gap of its stop are trigonometric polynomials of the phase (`orbits.explicit_orbits`),
+so an orbit is decided by `admissibility` without being solved for.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, further_contact
+from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
+from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE
+
+_HALVINGS = 64
+"""Maximum number of bisection steps between two phases: 53 reach round-off."""
+
+
+class OneImpactMotions(NamedTuple):
+    """Orbits with one impact in a span, as functions of its phase.
+
+    Attributes
+    ----------
+    speed, gap : (H, 2)
+        Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length, and of the gap.
+    stop : float
+        The stop of the impact, +1 or -1.
+    own, own_by_gap, other, other_by_gap : float
+        Contacts are looked for with stops at the gaps ``own + own_by_gap gap`` and ``other + other_by_gap gap``, of the
+        stop of the impact and of the other one; infinite for none.
+    restitution : float
+        Of the stop of the impact.
+    """
+
+    speed: Floats
+    gap: Floats
+    stop: float
+    own: float
+    own_by_gap: float
+    other: float
+    other_by_gap: float
+    restitution: float
+
+
+class MotionScratch(NamedTuple):
+    """Scratch for orbits with one impact and N blocks.
+
+    Attributes
+    ----------
+    stops, phases, speeds : (1,)
+    flow_between : (1, N, 4)
+    contact : ContactScratch
+    """
+
+    stops: Floats
+    phases: Floats
+    speeds: Floats
+    flow_between: Floats
+    contact: ContactScratch
+
+
+class Contacts(NamedTuple):
+    """Contacts of m orbits.
+
+    Attributes
+    ----------
+    status : int (m,)
+        As of `admissibility.further_contact`.
+    excess : (m,)
+        Largest excess over a stop at a maximum between the impacts, in units of the problem's length.
+    stop : int (m,)
+        The stop there, +1 or -1; 0 without one.
+    """
+
+    status: Integers
+    excess: Floats
+    stop: Integers
+
+
+@kernel
+def _contact_at(
+    problem: OrbitProblem, motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
+) -> tuple[int, float, int]:
+    """Return status, excess and stop of `Contacts` for the orbit at a phase."""
+    sine, cosine = math.sin(phase), math.cos(phase)
+    speed, _, _, _ = sum_of_harmonics(problem, motions.speed, sine, cosine)
+    gap, _, _, _ = sum_of_harmonics(problem, motions.gap, sine, cosine)
+    own, other = motions.own + motions.own_by_gap * gap, motions.other + motions.other_by_gap * gap
+    stop, restitution = motions.stop, motions.restitution
+    right, left = (own, other) if stop > 0.0 else (other, own)
+    gaps = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
+    stops, phases, speeds = scratch.stops, scratch.phases, scratch.speeds
+    stops[0], phases[0], speeds[0] = stop, phase, stop * speed
+    status, excess, _, touched = further_contact(
+        problem, stops, gaps, phases, speeds, floor, scratch.flow_between, scratch.contact
+    )
+    return status, excess, touched
+
+
+@kernel
+def contacts_at(
+    problem: OrbitProblem,
+    motions: OneImpactMotions,
+    phases: Floats,
+    floor: float,
+    found: Contacts,
+    scratch: MotionScratch,
+) -> None:
+    """Write the contacts of the orbits at phases (m,) into `found`; `floor` is that of `further_contact`."""
+    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    for i in range(phases.shape[0]):
+        found.status[i], found.excess[i], found.stop[i] = _contact_at(structure, family, phases[i], floor, work)
+
+
+@kernel
+def contacts_begin(
+    problem: OrbitProblem,
+    motions: OneImpactMotions,
+    clear: Floats,
+    met: Floats,
+    floor: float,
+    found: Contacts,
+    scratch: MotionScratch,
+) -> None:
+    """Move phases `clear` (m,), of admissible orbits, to those at which a contact begins, on the way to `met` (m,).
+
+    The contact itself is written into `found`.
+    """
+    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    for i in range(clear.shape[0]):
+        inside, outside = clear[i], met[i]
+        status, excess, touched = _contact_at(structure, family, outside, floor, work)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (inside + outside)
+            if abs(outside - inside) <= MAXIMUM_ANGLE * (1.0 + abs(middle)):
+                break
+            here, there, on = _contact_at(structure, family, middle, floor, work)
+            if here == plain(CLEAR):
+                inside = middle
+            else:
+                outside, status, excess, touched = middle, here, there, on
+        clear[i] = inside
+        found.status[i], found.excess[i], found.stop[i] = status, excess, touched

@@ -1,0 +1,99 @@
+"""How a parameter that varies changes the gaps of the stops: a clearance, the factor of the forces, or of the bias.
+
+The motions under forces of the factor F are F times those under the factor 1, whose gaps are those of the stops over F
+(theory, "Other planes"). The bias moves the equilibrium: one gap grows by what the other one loses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop
+
+
+@dataclass(frozen=True)
+class VariedFactor:
+    """The factor of the forces, or of the bias, varies.
+
+    Attributes
+    ----------
+    name : {"forcing", "bias"}
+    right, left : float
+        The clearances of the stops; infinite for an absent one.
+    """
+
+    name: Literal["forcing", "bias"]
+    right: float
+    left: float
+
+    def clearance(self, stop: int) -> float:
+        """Return the clearance of a stop."""
+        return self.right if stop > 0 else self.left
+
+
+Varied = VariedStop | VariedFactor
+
+
+class Gaps(NamedTuple):
+    """The gaps of the stops as functions of that of one of them, under forces of the factor 1.
+
+    Attributes
+    ----------
+    other : SecondStop
+        The gap of the other stop.
+    value : callable
+        Returns the values (m,) of the parameter at gaps (m,) of the stop.
+    forces : bool
+        Whether it is the factor of the forces: speeds are proportional to it.
+    """
+
+    other: SecondStop
+    value: Callable[[Floats], Floats]
+    forces: bool = False
+
+
+def varied_gaps(oscillator: Oscillator, varied: Varied, stop: int) -> Gaps | None:
+    """Return the gaps of a stop that the parameter moves; None where it moves the other stop alone.
+
+    Raises
+    ------
+    ParameterError
+        The bias varies, and does not move the contact; the forces vary, and the equilibrium is at the stop.
+    """
+    place = contact_equilibrium(oscillator)
+    if isinstance(varied, VariedFactor):
+        return _of_factor(varied, stop, place)
+    offset = stop * place
+    if varied.together:
+        other = SecondStop(2.0 * offset, 1.0)
+    elif stop == varied.stop:
+        other = ABSENT if varied.other is None else SecondStop(varied.other + offset)
+    else:
+        return None
+    return Gaps(other, lambda gap: gap + offset)
+
+
+def _of_factor(varied: VariedFactor, stop: int, place: float) -> Gaps:
+    own, beside = varied.clearance(stop), varied.clearance(-stop)
+    if varied.name == "bias":
+        if place == 0.0:
+            raise ParameterError("bias", "does not move the contact, so the motions do not depend on it")
+        return Gaps(SecondStop(own + beside, -1.0), lambda gap: (own - gap) / (stop * place))
+    gap, other = own - stop * place, beside + stop * place
+    if gap == 0.0:
+        raise ParameterError("clearance", "leaves no gap to the equilibrium, which no force changes")
+
+    def value(gaps: Floats) -> Floats:
+        with np.errstate(divide="ignore"):
+            return np.asarray(gap / gaps)
+
+    return Gaps(ABSENT if np.isinf(other) else SecondStop(0.0, other / gap), value, forces=True)
