@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from grazemap.local_stack import local
     from grazemap.plots.engineering import engineering_units
     from grazemap.results import (
+        BasinFractions,
         Basins,
         BifurcationCurves,
         BifurcationDiagram,
@@ -58,6 +59,7 @@ _HOME = {
 __all__ = [
     "AsyncClient",
     "AsyncJobHandle",
+    "BasinFractions",
     "Basins",
     "BifurcationCurves",
     "BifurcationDiagram",

@@ -16,10 +16,11 @@ from grazemap.checker.theorems import prove_attraction, prove_bifurcation, prove
 
 __all__ = ["Verdict", "check"]
 
-FORMAT = "grazemap-certificate-1"
+FORMATS = ("grazemap-certificate-1", "grazemap-certificate-2")
+"""The second one has a bias, harmonics with their laws, one gap or two, and the stop of a codimension-two point."""
 MOST_BITS = 20_000
 """Precision above which a certificate is not verified."""
-GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "type", "order", "range")
+GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "type", "order", "range", "stop")
 """Names in a statement that its theorem must have too, digit for digit."""
 CLAIMS = ("stable", "period", "symmetric", "impacts_right", "impacts_left", "stops")
 """Names in a statement that may turn out to be false."""
@@ -44,7 +45,7 @@ class Verdict(NamedTuple):
 def check(certificate: dict[str, Any]) -> Verdict:
     """Verify a certificate: its theorem, and that the theorem proves or disproves the statement."""
     try:
-        require(certificate["format"] == FORMAT, f"its format is not {FORMAT}")
+        require(certificate["format"] in FORMATS, f"its format is not {' or '.join(FORMATS)}")
         theorem, bits = certificate["theorem"], certificate["bits"]
         require(theorem is not None, "it contains no theorem")
         require(64 <= bits <= MOST_BITS, "its precision is out of range")
@@ -66,7 +67,8 @@ def _compare(statement: dict[str, Any], verdict: str, theorem: dict[str, Any], f
         if name in statement:
             require(theorem[name] == statement[name], f"the theorem's {name} is not that of the statement")
     if "clearance" in statement:
-        gaps = [statement["clearance"]] * 2
+        both = statement["clearance"]
+        gaps = [both["right"], both["left"]] if isinstance(both, dict) else [both] * 2
         require(theorem["gaps"] == gaps, "the theorem's gaps are not the statement's clearance")
     false = [name for name in CLAIMS if name in statement and not _same(name, statement[name], found)]
     if verdict == "proven":

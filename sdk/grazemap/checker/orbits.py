@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from flint import arb
 
 from grazemap.checker.arithmetic import column, exact, identity, rational, require
-from grazemap.checker.system import System
+from grazemap.checker.system import System, alike
 
 
 class Run(NamedTuple):
@@ -32,8 +32,8 @@ def carry(
     the motion without the impact's stop, at one time for all of them.
     """
     (now, end), middle, left = span, column(states).mid(), ends and ends[0]
-    box = column([*(column(states) - middle).entries(), 0, 0])
-    centre, error, total = system.with_phase(middle.entries(), now), box * 0, identity(len(states) + 2)
+    box = column([*(column(states) - middle).entries(), *system.still])
+    centre, error, total = system.with_phase(middle.entries(), now), box * 0, identity(len(box.entries()))
     after, begun, times, velocities = centre + box, now, [], []
     for i, (stop, text) in enumerate(impacts):
         name, time = f"impact {i + 1}", exact(text)
@@ -75,6 +75,7 @@ class BoundaryProblem:
         sides = [theorem["gaps"], theorem["restitutions"]]
         same = all(None not in pair and rational(pair[0]) == rational(pair[1]) for pair in sides)
         require(same or not self.symmetric, "a symmetric orbit needs two equal gaps and two equal restitutions")
+        require(alike(data) or not self.symmetric, "a symmetric orbit needs odd harmonics and no bias")
         require(all(stop in (1, -1) for stop in [*self.stops, self.graze or 1]), "a stop is not 1 or -1")
         self.sign = -1 if self.symmetric else 1
         self.critical = self.sign if point.get("type") == "SN" else -self.sign

@@ -8,7 +8,7 @@ from flint import acb, acb_mat, arb, arb_mat
 
 from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, identity, newton, require
 from grazemap.checker.orbits import BoundaryProblem, Run, carry
-from grazemap.checker.system import System
+from grazemap.checker.system import PARAMETERS, System, alike
 
 
 def multipliers(run: Run, sign: int) -> list[acb]:
@@ -64,12 +64,12 @@ def prove_attraction(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str,
     norm, size = arb_mat([[exact(x) for x in row] for row in theorem["norm"]]), exact(theorem["size"])
     require(contracts(problem, orbit, norm, size), "the return map is not shown to contract on the ball")
     system, transient = run.system, theorem["transient"]
-    places, rates = ([exact(x) for x in theorem[name]] for name in ("displacement", "velocity"))
+    start = system.from_equilibrium(theorem["displacement"], theorem["velocity"])
     turns = transient["turns"]
     require(type(turns) is int, "the number of returns is not an integer")
     span = exact(theorem["phase"]) / system.omega, exact(theorem["section"]) + problem.turn(system) * turns
     impacts = list(zip(transient["stops"], transient["times"], strict=True))
-    final = carry(system, span, places + [v / system.scale for v in rates], impacts, (0, 0))
+    final = carry(system, span, start, impacts, (0, 0))
     away = final.state * problem.sign**turns - column(orbit)
     require((away.transpose() * norm * away)[0, 0] < size**2, "the trajectory is not shown to enter the ball")
     return problem.motion(run) | {"stable": True}
@@ -78,7 +78,7 @@ def prove_attraction(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str,
 def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
     """Show that a bifurcation of an orbit lies in an interval of a parameter, nondegenerate and transversal."""
     kind, known = theorem["type"], ("SN", "GR", "SB" if theorem["symmetric"] else "PD")
-    require(theorem["parameter"] in ("omega", "clearance", "restitution"), "there is no such parameter")
+    require(theorem["parameter"] in (*PARAMETERS, "clearance", "restitution"), "there is no such parameter")
     require(kind in known, f"a {kind} of this orbit is not a bifurcation that can be shown")
     require((kind == "GR") == (theorem.get("graze", 0) != 0), "a GR, and only a GR, begins on a stop")
     problem, found, run = solved(data, theorem)
@@ -107,24 +107,34 @@ def impulse(data: dict[str, Any], theorem: dict[str, Any], omega: Any, order: in
     flow = system.flow(arb.pi() * order / omega)
     kick, twist = column(system.kick.entries()[: system.size]), TWISTS[theorem["type"]]
     state = system.free(flow) * (identity(system.size) - system.free(flow) * twist).inv() * kick
-    return (system.rows * column([*state.entries(), 0, 0]))[0, 0]
+    return (system.rows * column([*state.entries(), *system.still]))[0, 0]
 
 
 def prove_codimension_two(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
-    """Show that a function has one zero in an interval of omega, a simple one, and that the steady motion grazes."""
-    order = theorem["order"]
+    """Show that a function has one zero in an interval of omega, a simple one, and that the steady motion grazes.
+
+    It grazes both stops, after half periods, or the stop that the theorem names, after whole periods.
+    """
+    order, stop = theorem["order"], theorem.get("stop", 0)
     require(type(order) is int and order >= 1, "the order is not a number of half periods")
+    require(stop in (1, -1, 0) and (order % 2 == 0 if stop else alike(data)), "the stops are not grazed so")
     centre, radius = [exact(theorem["value"])], exact(theorem["radius"])
     omega = newton(lambda unknowns: [impulse(data, theorem, unknowns[0], order)], centre, radius)[0]
     in_range(theorem, omega)
     system = System(data, theorem, "omega", omega)
     free, n = system.free(system.matrix), system.size
-    push = acb_mat([[row[n] + row[n + 1] * acb(0, 1)] for row in system.matrix.tolist()[:n]]) * system.forced
-    steady = (acb_mat(identity(n)) * acb(0, omega) - acb_mat(free)).solve(push)
-    amplitude = abs((acb_mat(system.rows) * acb_mat([*steady.tolist(), [0], [0]]))[0, 0])
-    require(amplitude > 0, "the steady amplitude may vanish")
-    shorter = range(1, order if theorem["type"] == "g" else 1)
+    amplitudes = []
+    for i, k in enumerate(system.orders):
+        pairs = [row[n + 2 * i : n + 2 * i + 2] for row in system.matrix.tolist()[:n]]
+        push = acb_mat([[sine + cosine * acb(0, 1)] for sine, cosine in pairs]) * system.forced
+        steady = (acb_mat(identity(n)) * acb(0, k * omega) - acb_mat(free)).solve(push)
+        amplitudes.append(abs((acb_mat(system.rows) * acb_mat([*steady.tolist(), *([x] for x in system.still)]))[0, 0]))
+    require(any(amplitude > 0 for amplitude in amplitudes), "the steady amplitude may vanish")
+    shorter = range(2 if stop else 1, order if theorem["type"] == "g" else 1, 2 if stop else 1)
     earlier = [(-1) ** m * impulse(data, theorem, omega, m) for m in shorter]
     active = all(x > 0 for x in earlier)
     require(active or any(x < 0 for x in earlier), "whether an impact recurs earlier is undecided")
-    return {"omega": str(omega), "clearance": str(amplitude), "active": active}
+    found: dict[str, Any] = {"omega": str(omega)}
+    if len(amplitudes) == 1:  # the largest displacement of several harmonics is not enclosed
+        found["clearance"] = str(amplitudes[0] + stop * system.place if stop else amplitudes[0])
+    return found | {"active": active}

@@ -115,8 +115,13 @@ class CommandRequest:
     def _quantity_of(self, flag: Flag) -> str:
         """Return the field that has the quantity of a flag: a range is one of another field, which a field names."""
         *above, name = flag.place
-        named = {"range": "vary", "values": "quantity"}.get(name)
-        return name if named is None else str(self._given((*above, named)))
+        if name == "values":
+            named = "vary" if any(one.place == (*above, "vary") for one in self._flags) else "quantity"
+        elif name == "range":
+            named = "vary"
+        else:
+            return flag.field
+        return str(self._given((*above, named)))
 
     def _given(self, place: tuple[str, ...]) -> Any:
         """Return the value at a place: of its flag, of --json, or else the default of the request."""

@@ -48,6 +48,11 @@ class Flag:
         return "/".join(("", *self.place))
 
     @property
+    def field(self) -> str:
+        """The name of the field that has the quantity: that above the two stops, else its own."""
+        return self.place[-2] if self.place[-1] in ("right", "left") else self.place[-1]
+
+    @property
     def forms(self) -> list[str]:
         """How a value is written; nothing for a switch."""
         return [] if self.switch else list(map(_form, self.alternatives))
@@ -118,8 +123,8 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _Offered(flag.choices) or None}
         description = flag.description.replace("%", "%%")
-        if units.quantity(flag.place[-1]):
-            description += f" In SI also as {units.example(flag.place[-1])}."
+        if units.quantity(flag.field):
+            description += f" In SI also as {units.example(flag.field)}."
         group.add_argument(flag.name, dest=flag.pointer, default=argparse.SUPPRESS, help=description, **keywords)
 
 
@@ -182,7 +187,8 @@ def _form(schema: Schema) -> str:
         return f"{{{','.join(map(str, schema['enum']))}}}"
     kind = schema.get("type", "")
     if kind == "array":
-        item = _form(schema["items"]) if schema["items"].get("type") not in ("array", "object") else ""
+        named, kind = "enum" in schema["items"], schema["items"].get("type")
+        item = "NAME" if named and kind == "string" else "" if kind in ("array", "object") else _form(schema["items"])
         return item and f"{item},{item},..."
     if kind == "object":
         names = tuple(schema.get("properties", ()))

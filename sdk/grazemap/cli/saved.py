@@ -11,12 +11,24 @@ from typing import Any
 from grazemap.cli import files
 from grazemap.cli.outcome import DONE, InvalidCommand
 from grazemap.plots import save_picture
-from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, Result, UnfoldingMap, load
+from grazemap.results import (
+    BifurcationCurves,
+    BifurcationDiagram,
+    CodimensionTwoPoints,
+    GrazingCurve,
+    OrbitBranch,
+    Result,
+    UnfoldingMap,
+    load,
+)
+from grazemap.results.diagrams import QUANTITIES
+from grazemap.results.observables import variables_of
 from grazemap.results.tables import columns, tables, text
 from grazemap.wire import PROCESSES
 
 # Rows of each table that are printed, and the width of its lines.
 _ROWS, _WIDTH = 8, 160
+_WITH_QUANTITY = (UnfoldingMap, BifurcationDiagram, OrbitBranch)
 
 
 def add_commands(commands: Any) -> None:
@@ -34,6 +46,9 @@ def add_commands(commands: Any) -> None:
         default=[],
         metavar="FILE",
         help="a grazing curve, its points or bifurcation curves, drawn over a map; may be given again",
+    )
+    plot.add_argument(
+        "--quantity", metavar="NAME", help="an observable, or an output such as spring_rms; of maps, diagrams, branches"
     )
     plot.set_defaults(command=_plot)
 
@@ -67,11 +82,22 @@ def _plot(options: argparse.Namespace) -> int:
     files.check_drawn(result.process)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
-    over = _drawn_over(result, options.over)
+    over = _drawn_over(result, options.over) | _quantity(result, options.quantity)
     with files.named("the picture", output):
         save_picture(result, output, options.engineering_units, **over)
     print(output)
     return DONE
+
+
+def _quantity(result: Result, name: str | None) -> dict[str, Any]:
+    """Return the quantity that is drawn as an argument of `plot`."""
+    if name is None:
+        return {}
+    found = [one.name for one, _ in variables_of(result)] if isinstance(result, _WITH_QUANTITY) else []
+    own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
+    if name not in (*own, *found):
+        raise InvalidCommand(f"--quantity names what this result does not have (allowed: {', '.join(found) or 'none'})")
+    return {"quantity": name}
 
 
 def _drawn_over(result: Result, paths: Sequence[Path]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]+)")
 
 def quantity(name: str) -> str:
     """Return "frequency" or "length", the quantity of a field, "" for any other one."""
-    return _QUANTITIES.get(name, "")
+    return _QUANTITIES.get(name.removesuffix("_right").removesuffix("_left"), "")
 
 
 def example(name: str) -> str:

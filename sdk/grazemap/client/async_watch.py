@@ -9,7 +9,7 @@ import httpx2
 
 from grazemap import constants
 from grazemap.client.async_connection import AsyncConnection, lines_of
-from grazemap.client.events import Event, EventDecoder
+from grazemap.client.events import Event, EventDecoder, last_events
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
@@ -94,7 +94,7 @@ class AsyncFollower:
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))
         if not self._done:
-            for event in _last_events(job):
+            for event in last_events(job):
                 yield event
 
     async def _look(self) -> Job:
@@ -149,7 +149,7 @@ class AsyncFollower:
             await self._connection.sleep(seconds)
             seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
             job = await self._look()
-        for event in _last_events(job):
+        for event in last_events(job):
             yield event
 
     def _waiting(self, job: Job) -> list[Event]:
@@ -158,7 +158,3 @@ class AsyncFollower:
             return []
         self._waiting_for = job.waiting_for
         return [Event("", "waiting", {"waiting_for": job.waiting_for})]
-
-
-def _last_events(job: Job) -> list[Event]:
-    return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

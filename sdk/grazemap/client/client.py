@@ -4,23 +4,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import Any, Self, Unpack, overload
+from collections.abc import Generator, Iterable, Mapping
+from typing import Any, Self
 
 import httpx2
-import numpy as np
-from numpy.typing import NDArray
 
 from grazemap import constants
-from grazemap.client import arguments, jobs
-from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated, validated_each
+from grazemap.client import jobs
+from grazemap.client.arguments import (
+    validated,
+    validated_each,
+)
 from grazemap.client.connection import Connection
 from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.methods import Blocking, ProcessMethods
-from grazemap.results import Trajectories, Trajectory, html
+from grazemap.results import html
 from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
-from grazemap.wire.base import plain
 
 
 class Client(ProcessMethods, Blocking):
@@ -177,64 +177,3 @@ class Client(ProcessMethods, Blocking):
             selected["small"] = str(small).lower()
         found = jobs.list_jobs(self._connection, selected, limit)
         return [JobHandle(self._connection, job) for job in found]
-
-    @overload
-    def trajectory(
-        self, oscillator: OscillatorLike = None, *, initial: StateLike | None = None, **options: Unpack[PathOptions]
-    ) -> Trajectory: ...
-
-    @overload
-    def trajectory(
-        self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
-    ) -> Trajectories: ...
-
-    @arguments.naming_arguments
-    def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: StateLike | Sequence[StateLike] | None = None,
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
-    ) -> Trajectory | Trajectories:
-        """Compute one trajectory with every impact, or one from each of several states.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : float
-        initial : State, InitialState or mapping, or a sequence of up to 1000 of them, optional
-            Displacement and velocity of all masses and the phase of the forcing, for example the `final` of another
-            trajectory; left out: at rest in the middle.
-        periods, transient_periods : int
-            Forcing periods that are recorded, and those of the transient before.
-        samples_per_period : int, optional
-            200 unless `times` are given.
-        times : increasing list or array, optional
-            Times of the samples in the record, instead of samples_per_period; s in SI.
-        progress : bool
-
-        Returns
-        -------
-        Trajectory, or Trajectories for a sequence of states
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        states = arguments.as_states(initial)
-        body = {"omega": omega, "clearance": clearance, "periods": periods, "transient_periods": transient_periods}
-        optional = {
-            "oscillator": oscillator,
-            "initial": states,
-            "samples_per_period": samples_per_period,
-            "times": times,
-        }
-        body |= {name: plain(value) for name, value in optional.items() if value is not None}
-        kind: type[Trajectory | Trajectories] = Trajectories if isinstance(states, list) else Trajectory
-        return jobs.answer(self._connection, kind, validated("trajectories", body), progress)

@@ -8,6 +8,7 @@ from typing import Any
 from grazemap.client.http import json_object
 from grazemap.constants import LONGEST_EVENT
 from grazemap.errors import ProtocolError
+from grazemap.wire import Job
 
 
 @dataclass(frozen=True)
@@ -72,3 +73,8 @@ class EventDecoder:
         if not data:
             return None
         return Event(self.last_id, name, json_object(data, "an event of the job"))
+
+
+def last_events(job: Job) -> list[Event]:
+    """Return the events with which a finished job ends."""
+    return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

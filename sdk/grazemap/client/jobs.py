@@ -4,28 +4,25 @@
 from __future__ import annotations
 
 import json
-import re
 from base64 import b64decode
-from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from typing import Any, TypeVar, cast
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
-from pydantic import ValidationError
 
+from grazemap.client import messages
 from grazemap.client.connection import Connection
 from grazemap.client.events import Event
-from grazemap.client.http import JOB_ID, failure_of, job_path, json_object, pause, problem_of
+from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
+from grazemap.client.job_state import JobState
 from grazemap.client.progress import Listener
 from grazemap.client.request_warnings import warn_of
 from grazemap.client.watch import Follower
 from grazemap.constants import (
     API_PREFIX,
     BATCH_SILENCE,
-    BYTES_OF_BATCH,
-    MOST_OF_BATCH,
     MOST_OF_LINE,
     PREFER_WAIT,
     RETRIED_STATUSES,
@@ -33,24 +30,16 @@ from grazemap.constants import (
 from grazemap.errors import (
     ConnectionFailed,
     GrazemapError,
-    JobDismissed,
     JobError,
-    JobFailed,
     ProtocolError,
     ServiceProblem,
-    problem_exception,
-    problem_text,
 )
-from grazemap.results import Result, decode_result, html
+from grazemap.results import Result, decode_result
 from grazemap.wire import (
     Forecast,
     Job,
     JobList,
-    Note,
-    Problem,
     ProcessRequest,
-    Progress,
-    Status,
     canonical,
     notes_on,
     unstated,
@@ -61,64 +50,12 @@ _JSON = {"content-type": "application/json"}
 _NPZ_TYPE = "application/x-npz"
 
 
-class JobHandle:
+class JobHandle(JobState):
     """A job of an `Client`, in its last known state; `refresh` and `wait` update it."""
 
     def __init__(self, connection: Connection, job: Job) -> None:
+        super().__init__(job)
         self._connection = connection
-        self._job = job
-
-    @property
-    def id(self) -> str:
-        """The content-addressed id: equal requests have the same id."""
-        return self._job.id
-
-    @property
-    def process(self) -> str:
-        """Name of the process, for example "unfolding-maps"."""
-        return self._job.process
-
-    @property
-    def request(self) -> dict[str, Any] | None:
-        """The canonical request, with all defaults; None for a long request in a list of jobs, until `refresh`."""
-        return self._job.request
-
-    @property
-    def status(self) -> Status:
-        """Status as last seen: accepted, running, successful, failed or dismissed."""
-        return self._job.status
-
-    @property
-    def progress(self) -> Progress:
-        """Progress as last seen."""
-        return self._job.progress
-
-    @property
-    def problem(self) -> Problem | None:
-        """Why the job failed, if it did."""
-        return self._job.problem
-
-    @property
-    def job(self) -> Job:
-        """The whole job as last seen."""
-        return self._job
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
-
-    def _repr_html_(self) -> str:
-        job, progress = self._job, self._job.progress
-        rows = {
-            "process": job.process,
-            "status": job.status,
-            "progress": f"{progress.done} of {progress.total} {progress.unit}",
-            "waiting for": job.waiting_for,
-            "estimate": f"{job.estimate.seconds:.3g} s of one core",
-            "core": job.core_version,
-            "note": "; ".join(note.detail for note in job.notes),
-            "problem": problem_text(job.problem) if job.problem else None,
-        }
-        return html.table(f"Job {job.id[:12]}", rows)
 
     def refresh(self) -> JobHandle:
         """Update the handle from the service, and return it."""
@@ -153,7 +90,7 @@ class JobHandle:
         """
         with Listener(self.process, progress) as listener:
             self._job = Follower(self._connection, job_path(self.id), timeout).run(listener)
-        _require_success(self._job)
+        messages.require_success(self._job)
         return self
 
     def result(self) -> Result:
@@ -176,7 +113,7 @@ class JobHandle:
 
 def submit(connection: Connection, request: ProcessRequest) -> Job:
     """Submit a request and return its job, a new one or that of an earlier equal request."""
-    job = _job_of(_post(connection, request))
+    job = messages.job_of(_post(connection, request))
     warn_of([*job.notes, *unstated(request)])
     return job
 
@@ -184,13 +121,6 @@ def submit(connection: Connection, request: ProcessRequest) -> Job:
 def _post(connection: Connection, request: ProcessRequest, **headers: str) -> httpx2.Response:
     path = f"{API_PREFIX}/{request.operation.process}"
     return connection.send("POST", path, headers=_JSON | headers, content=_body(request))
-
-
-def _job_of(response: httpx2.Response) -> Job:
-    job = Job.read(response.content)
-    if not JOB_ID.fullmatch(job.id):
-        raise ProtocolError("the service answered with an invalid job id")
-    return job
 
 
 def forecast(connection: Connection, request: ProcessRequest) -> Forecast:
@@ -204,6 +134,11 @@ def forecast(connection: Connection, request: ProcessRequest) -> Forecast:
 
 def _body(request: ProcessRequest) -> bytes:
     return json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
+
+
+def _member(request: ProcessRequest) -> bytes:
+    """Return a request as a member of a batch."""
+    return b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
 
 
 def look(connection: Connection, job_id: str) -> Job:
@@ -238,11 +173,11 @@ def answer(connection: Connection, kind: type[R], request: ProcessRequest, progr
         if response.headers.get("content-type") == _NPZ_TYPE:
             warn_of([*notes_on(request), *unstated(request)])
             result = decode_result(response.content)
-            _keep(connection, response.headers.get("location", "").rpartition("/")[2], response)
+            messages.keep(connection.settings, response.headers.get("location", "").rpartition("/")[2], response)
         else:
-            job = _job_of(response)
+            job = messages.job_of(response)
             warn_of([*job.notes, *unstated(request)])
-            _require_success(Follower(connection, job_path(job.id), job=job).run(listener))
+            messages.require_success(Follower(connection, job_path(job.id), job=job).run(listener))
             result = fetch(connection, job.id, listener)
     if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
@@ -261,9 +196,9 @@ def answers(
     QueueFull, ServiceUnavailable, ConnectionFailed
         After the last attempt.
     """
-    warn_of(_once([note for request in asked for note in (*notes_on(request), *unstated(request))]))
+    warn_of(messages.once([note for request in asked for note in (*notes_on(request), *unstated(request))]))
     before = 0
-    for bodies in _batches(asked):
+    for bodies in messages.batches(map(_member, asked)):
         lines: dict[int, dict[str, Any]] = {}
         given = attempt = 0
         while given < len(bodies):
@@ -272,11 +207,11 @@ def answers(
             try:
                 with closing(_lines(connection, [bodies[index] for index in missing])) as arriving:
                     for line in arriving:
-                        refused = _refused(line)
+                        refused = messages.refusal_of(line)
                         if refused is not None and refused.problem.status in RETRIED_STATUSES:
                             failure = refused
                         else:
-                            lines[missing[_place(line, missing)]], attempt = line, 0
+                            lines[missing[messages.place_of(line, missing)]], attempt = line, 0
                         while given in lines:
                             outcome = _outcome(connection, lines.pop(given), return_exceptions)
                             given += 1
@@ -285,7 +220,7 @@ def answers(
                 failure = error
             except ServiceProblem as error:
                 if error.problem.status not in RETRIED_STATUSES:
-                    raise _placed(error, [before + index for index in missing]) from None
+                    raise messages.placed(error, [before + index for index in missing]) from None
                 failure = error
             if given < len(bodies):
                 if attempt >= connection.settings.retries:
@@ -293,42 +228,6 @@ def answers(
                 connection.sleep(pause(attempt))
                 attempt += 1
         before += len(bodies)
-
-
-def _once(notes: Sequence[Note]) -> list[Note]:
-    """Return one note of each code, which says how many there are."""
-    counts = Counter(note.code for note in notes)
-    first = {note.code: note for note in reversed(notes)}
-    return [
-        note
-        if counts[code] == 1
-        else note.model_copy(update={"detail": f"{note.detail} ({counts[code]} requests have this note)"})
-        for code, note in first.items()
-    ]
-
-
-def _placed(error: ServiceProblem, places: Sequence[int]) -> ServiceProblem:
-    """Return the problem of a batch with the places of its requests among all."""
-    errors = []
-    for one in error.problem.errors:
-        pointer = re.sub(r"^/requests/(\d+)", lambda found: f"/requests/{places[int(found[1])]}", one.pointer)
-        errors.append(one.model_copy(update={"pointer": pointer}))
-    return problem_exception(error.problem.model_copy(update={"errors": errors}))
-
-
-def _batches(asked: Sequence[ProcessRequest]) -> Iterator[list[bytes]]:
-    """Yield the requests as members of a batch, in parts that the service takes."""
-    part: list[bytes] = []
-    size = 0
-    for request in asked:
-        body = b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
-        if part and (len(part) == MOST_OF_BATCH or size + len(body) > BYTES_OF_BATCH):
-            yield part
-            part, size = [], 0
-        part.append(body)
-        size += len(body)
-    if part:
-        yield part
 
 
 def _lines(connection: Connection, bodies: Sequence[bytes]) -> Generator[dict[str, Any]]:
@@ -351,23 +250,6 @@ def _lines(connection: Connection, bodies: Sequence[bytes]) -> Generator[dict[st
         raise failure_of(error) from None
 
 
-def _place(line: dict[str, Any], missing: Sequence[int]) -> int:
-    index = line.get("index")
-    if not isinstance(index, int) or not 0 <= index < len(missing):
-        raise ProtocolError("a line of the answer belongs to no request")
-    return index
-
-
-def _refused(line: dict[str, Any]) -> ServiceProblem | None:
-    """Return why a request was not accepted; None if it has a job."""
-    if "id" in line:
-        return None
-    try:
-        return problem_exception(Problem.model_validate(line.get("problem")))
-    except ValidationError:
-        raise ProtocolError("a line of the answer has neither a job nor a problem") from None
-
-
 def _outcome(connection: Connection, line: dict[str, Any], return_exceptions: bool) -> Result | GrazemapError:
     try:
         return _result(connection, line)
@@ -379,7 +261,7 @@ def _outcome(connection: Connection, line: dict[str, Any], return_exceptions: bo
 
 def _result(connection: Connection, line: dict[str, Any]) -> Result:
     """Return the result that a line has, or that its job has."""
-    refused = _refused(line)
+    refused = messages.refusal_of(line)
     if refused is not None:
         raise refused
     if isinstance(line.get("npz"), str):
@@ -405,34 +287,18 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
             response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
             # A job that was not successful has no result, but a reason.
-            _require_success(look(connection, job_id))
+            messages.require_success(look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
             return decode_result(cached[1])
         if response.status_code == 202:
             job = Job.read(response.content)
-            _require_success(Follower(connection, job_path(job.id)).run(listen))
+            messages.require_success(Follower(connection, job_path(job.id)).run(listen))
             if job.id != job_id:  # the result is of another version, and this job computes it again
                 return fetch(connection, job.id, listen)
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
         result = decode_result(response.content)
-        _keep(connection, job_id, response)
+        messages.keep(connection.settings, job_id, response)
         return result
-
-
-def _keep(connection: Connection, job_id: str, response: httpx2.Response) -> None:
-    """Keep a result in the folder of the client, if it has one."""
-    cache, etag = connection.settings.cache, response.headers.get("etag")
-    if cache and etag and JOB_ID.fullmatch(job_id):
-        cache.write(job_id, etag, response.content)
-
-
-def _require_success(job: Job) -> None:
-    """Raise JobFailed or JobDismissed unless a job was successful."""
-    if job.status == "failed":
-        reason = problem_text(job.problem) if job.problem else "no reason given"
-        raise JobFailed(f"job {job.id} failed: {reason}", job)
-    if job.status == "dismissed":
-        raise JobDismissed(f"job {job.id} was dismissed", job)

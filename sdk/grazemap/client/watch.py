@@ -10,7 +10,7 @@ import httpx2
 
 from grazemap import constants
 from grazemap.client.connection import Connection, lines_of
-from grazemap.client.events import Event, EventDecoder
+from grazemap.client.events import Event, EventDecoder, last_events
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
@@ -95,7 +95,7 @@ class Follower:
             if again and not self._near_deadline():
                 self._connection.sleep(pause(broken - 1))
         if not self._done:
-            for event in _last_events(job):
+            for event in last_events(job):
                 yield event
 
     def _look(self) -> Job:
@@ -150,7 +150,7 @@ class Follower:
             self._connection.sleep(seconds)
             seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
             job = self._look()
-        for event in _last_events(job):
+        for event in last_events(job):
             yield event
 
     def _waiting(self, job: Job) -> list[Event]:
@@ -159,7 +159,3 @@ class Follower:
             return []
         self._waiting_for = job.waiting_for
         return [Event("", "waiting", {"waiting_for": job.waiting_for})]
-
-
-def _last_events(job: Job) -> list[Event]:
-    return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

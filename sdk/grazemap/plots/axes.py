@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
     from grazemap.results import ChanceToSettle
+    from grazemap.results.base import Result
 
 LegendPlace = Literal["outside", "inside", "none"]
 _UNIT = re.compile(r"\((rad/s|m|s|m/s)\)")
@@ -36,10 +37,26 @@ _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=Fal
 _QUANTITIES = {
     "omega": (r"forcing frequency $\omega$", "rad/s"),
     "clearance": ("clearance $b$", "m"),
+    "clearance_right": ("clearance $b$ of the right stop", "m"),
+    "clearance_left": ("clearance $b$ of the left stop", "m"),
     "restitution": ("restitution $R$", ""),
+    "restitution_right": ("restitution $R$ of the right stop", ""),
+    "restitution_left": ("restitution $R$ of the left stop", ""),
+    "bias": ("factor of the bias", ""),
+    "forcing": ("factor of the forces", ""),
+    "damping": ("factor of the damping", ""),
     "time": ("time $t$", "s"),
     "displacement": ("displacement $x_{mass}$", "m"),
     "velocity": ("velocity $v_{mass}$", "m/s"),
+    "contact displacement": ("contact coordinate $q$", "m"),
+    "contact velocity": (r"its rate $\dot{q}$", "m/s"),
+}
+
+
+_OF_LISTS = {
+    "masses": ("mass $m_{{{}}}$", "kg"),
+    "stiffnesses": ("stiffness $k_{{{}}}$", "N/m"),
+    "dampings": ("damping of link {}", "N s/m"),
 }
 
 
@@ -79,11 +96,25 @@ def shown_axes() -> type[Axes]:
     return PictureAxes
 
 
-def axis_label(quantity: str, units: str, mass: int = 1) -> str:
-    """Return the text of an axis, with its unit in SI; nondimensional quantities have none."""
-    text, unit = _QUANTITIES[quantity]
+def axis_label(quantity: str, units: str, mass: int | None = 1) -> str:
+    """Return the text of an axis, with its unit in SI; nondimensional quantities have none.
+
+    Without a mass, displacement and velocity are those of the contact coordinate.
+    """
+    text, unit = _QUANTITIES[
+        f"contact {quantity}" if mass is None and quantity in ("displacement", "velocity") else quantity
+    ]
     text = text.replace("mass", str(mass))
     return f"{text} ({unit})" if units == "SI" and unit else text
+
+
+def parameter_label(name: str, units: str) -> str:
+    """Return the text of an axis of a parameter that varies, with its unit in SI."""
+    kind, _, index = name.rstrip("]").partition("[")
+    if not index:
+        return axis_label(name, units)
+    text, unit = _OF_LISTS[kind]
+    return text.format(index) + (f" ({unit})" if units == "SI" else "")
 
 
 def record_unit(axis: Axis, label: str) -> None:
@@ -95,9 +126,31 @@ def record_unit(axis: Axis, label: str) -> None:
 
 def place_text(units: str, **values: float) -> str:
     """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
-    signs = {"omega": r"$\omega$", "clearance": "$b$"}
-    unit = {name: f" {_QUANTITIES[name][1]}" if units == "SI" else "" for name in signs}
+    signs = {"omega": r"$\omega$", "clearance": "$b$", "right": "right stop at $b$", "left": "left stop at $-b$, $b$"}
+    quantities = {"right": "clearance", "left": "clearance"}
+    unit = {name: f" {_QUANTITIES[quantities.get(name, name)][1]}" if units == "SI" else "" for name in signs}
     return ", ".join(f"{signs[name]} = {value:.5g}{unit[name]}" for name, value in values.items())
+
+
+def point_text(result: Result) -> str:
+    """Return the text of omega and of the clearance, or of each stop's, in a result's request; of those that it has."""
+    request = result.meta["request"]
+    clearance = request.get("clearance")
+    stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
+    values = {"omega": request.get("omega"), **stops}
+    return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
+
+
+def fixed_text(result: Result) -> str:
+    """Return the text of the omega and the clearances of a result along a parameter, where these do not vary."""
+    request = result.meta["request"]
+    vary, clearance = request["vary"], request.get("clearance")
+    fixed = {} if vary == "omega" else {"omega": request["omega"]}
+    if isinstance(clearance, dict):
+        fixed |= {name: one for name, one in clearance.items() if one is not None and vary != f"clearance_{name}"}
+    elif clearance is not None and vary != "clearance":
+        fixed["clearance"] = clearance
+    return place_text(result.units, **fixed)
 
 
 @dataclass(frozen=True)

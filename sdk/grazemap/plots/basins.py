@@ -1,19 +1,21 @@
-"""Basins of attraction: initial states coloured by the motion that they lead to."""
+"""Basins of attraction: initial states coloured by the motion that they lead to; their shares along a parameter."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from grazemap.plots.axes import Drawing, axis_label, cell_borders, chance_text, legend_square, place_text, share_text
+import numpy as np
+
+from grazemap.plots.axes import Drawing, axis_label, cell_borders, chance_text, legend_square, point_text, share_text
 from grazemap.plots.hatching import hatch_sensitive
-from grazemap.plots.palette import UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import Basins
+    from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
 
 
 def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | None = None) -> Axes:
@@ -24,14 +26,10 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
     from matplotlib.colors import ListedColormap
 
     ax = drawing.ax
-    colours = motion_colours([attractor.motion for attractor in result.attractors], given)
-    seen: Counter[str] = Counter()
-    for colour, attractor in zip(colours, result.attractors, strict=True):
-        motion = attractor.motion
-        seen[motion.label] += 1
-        which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
-        chance = chance_text(motion.kind, result.chance_to_settle)
-        legend_square(ax, colour, f"{motion_text(motion)}{which} ({share_text(motion.share)}){chance}")
+    motions = [attractor.motion for attractor in result.attractors]
+    colours = motion_colours(motions, given)
+    for colour, text in zip(colours, _texts(motions, result.chance_to_settle), strict=True):
+        legend_square(ax, colour, text)
     if result.unresolved > 0.0:
         legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
     ax.pcolormesh(
@@ -50,7 +48,50 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
         for name in ("horizontal", "vertical")
     )
     rows, columns = result.label.shape
-    where = place_text(result.units, omega=request["omega"], clearance=request["clearance"])
-    drawing.describe(x, y, f"Basins of attraction at {where}, {rows} × {columns} states")
+    drawing.describe(x, y, f"Basins of attraction at {point_text(result)}, {rows} × {columns} states")
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
+
+
+def plot_basin_fractions(
+    result: BasinFractions, drawing: Drawing, motions: int = 12, given: Mapping[str, str] | None = None
+) -> Axes:
+    """Draw the shares over the parameter, as areas on top of each other, in the order of the attractors.
+
+    The `motions` with the largest shares have a colour and an entry in the legend; the others have one, as "other".
+    `given` are colours of motions by label or kind.
+    """
+    ax, every = drawing.ax, result.motions()
+    chosen = np.sort(np.argsort([-one.share for one in every], kind="stable")[:motions])
+    shown = [every[i] for i in chosen]
+    areas = [result.share[i] for i in chosen]
+    colours, texts = motion_colours(shown, given), _texts(shown, result.chance_to_settle)
+    others = len(every) - len(shown)
+    if others:
+        areas.append(result.share.sum(axis=0) - np.sum(areas, axis=0))
+        colours, texts = [*colours, OTHER], [*texts, f"{others} other motions"]
+    if np.any(result.unresolved > 0.0):
+        areas.append(result.unresolved)
+        colours, texts = [*colours, UNRESOLVED], [*texts, f"unresolved ({share_text(float(result.unresolved.mean()))})"]
+    ax.stackplot(result.parameter, areas, colors=colours, edgecolor=PAPER, linewidth=0.4)
+    for colour, text in zip(colours, texts, strict=True):
+        legend_square(ax, colour, text)
+    states = result.meta["request"]["states"]
+    title = f"Basin fractions, {point_text(result)}, {states} states"
+    drawing.describe(axis_label(result.vary, result.units), "share of the initial states", title)
+    ax.set_xlim(result.parameter[0], result.parameter[-1])
+    ax.set_ylim(0.0, 1.0)
+    drawing.show_legend(handlelength=1.4, labelspacing=0.35)
+    return ax
+
+
+def _texts(motions: Sequence[MotionShare], chance: ChanceToSettle | None) -> list[str]:
+    """Return the legend's texts of motions with their shares; those of one name are numbered from the second on."""
+    seen: Counter[str] = Counter()
+    texts = []
+    for motion in motions:
+        seen[motion.label] += 1
+        which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
+        text = f"{motion_text(motion)}{which} ({share_text(motion.share)}){chance_text(motion.kind, chance)}"
+        texts.append(text)
+    return texts

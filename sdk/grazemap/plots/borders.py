@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, rimmed
+from grazemap.plots.axes import Drawing, parameter_label, rimmed
 from grazemap.plots.palette import BIFURCATIONS, DASHES, INK, label_text
 from grazemap.plots.smooth import smooth_line
 
@@ -21,15 +21,17 @@ if TYPE_CHECKING:
 def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool = True) -> Axes:
     """Draw the curves; with `admissible` only those of admissible motions."""
     ax = drawing.ax
-    window = result.meta["request"]
-    ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
-    ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
+    plane = result.plane
+    ax.set_xlim(*plane.horizontal.ends)
+    ax.set_ylim(*plane.vertical.ends)
     draw_bifurcation_curves(ax, result, admissible)
     named = dict.fromkeys(
         label_text(motion.label) if motion.label else "a motion not found" for motion in result.motions
     )
-    motions = ", ".join(named) or "motions with one impact, or one on either stop"
-    drawing.describe_plane(result.units, f"Bifurcation curves of {motions}")
+    alone = "motions with one impact" + (", or one on either stop" if plane.mirrors else "")
+    motions = ", ".join(named) or alone
+    across, up = (parameter_label(name, result.units) for name in plane.names)
+    drawing.describe(across, up, f"Bifurcation curves of {motions}")
     drawing.show_legend(handlelength=3.0)
     return ax
 
@@ -49,10 +51,10 @@ def draw_bifurcation_curves(
     dashes = {motion: number for number, motion in enumerate(dict.fromkeys(curve.motion for curve in shown))}
     for curve in shown:
         style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo)
-        omega, clearance = smooth_line(_path(curve), np.stack([curve.omega, curve.clearance], axis=1)).T
+        across, up = smooth_line(_path(curve), curve.line).T
         ax.plot(
-            omega,
-            clearance,
+            across,
+            up,
             linestyle=DASHES[dashes[curve.motion] % len(DASHES)],
             alpha=1.0 if curve.admissible else 0.35,
             zorder=3,
@@ -68,7 +70,7 @@ def draw_bifurcation_curves(
 
 def _path(curve: BifurcationCurve) -> NDArray[np.float64]:
     """Return the coordinates along which the length of a curve is measured, of shape (points, d)."""
-    parts = [curve.omega[:, None], curve.clearance[:, None]]
+    parts = [curve.line]
     if curve.velocities is not None and curve.phases is not None:
         parts += [curve.velocities, curve.phases]
     return np.concatenate(parts, axis=1)

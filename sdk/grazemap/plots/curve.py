@@ -15,7 +15,13 @@ from grazemap.wire.linear import steady_amplitude
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
+    from grazemap.results import (
+        CodimensionTwoPoint,
+        CodimensionTwoPoints,
+        GrazingCurve,
+        GrazingCurveOfPlane,
+        StopGrazingCurves,
+    )
 
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
@@ -45,17 +51,7 @@ def plot_stop_grazing_curves(
 ) -> Axes:
     """Draw the clearance of each stop over omega, dashed where it is virtual, with codimension-two points."""
     ax = drawing.ax
-    for name, colour in (("right", INK), ("left", LINE)):
-        clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
-        if clearance is None:
-            continue
-        text = f"graze of the {name} stop"
-        if not virtual.all():
-            drawn = np.where(virtual, np.nan, clearance)
-            ax.plot(curves.omega, drawn, color=colour, linewidth=1.2, label=text, zorder=3)
-        if virtual.any():
-            drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
-            ax.plot(curves.omega, drawn, color=colour, linewidth=1.0, linestyle="--", label=text, zorder=3)
+    draw_stop_curves(ax, curves)
     if points is not False:
         draw_points(ax, points.points if points is not None else curves.points, _span(curves))
     drawing.describe_plane(curves.units, "Grazing curves")
@@ -75,8 +71,8 @@ def plot_codimension_two_points(
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
         omega = np.union1d(between, [point.omega for point in points.points])
-        if not any(point.stop for point in points.points):  # else no one curve has all points
-            oscillator = Oscillator.model_validate(request["oscillator"])
+        oscillator = Oscillator.model_validate(request["oscillator"])
+        if oscillator.is_symmetric and request.get("clearance") is None:  # else no one curve has all points
             ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
@@ -116,6 +112,38 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
         )
 
 
+def draw_stop_curves(ax: Axes, curves: StopGrazingCurves, halo: bool = False) -> None:
+    """Add the grazing curves of the stops to axes, dashed where they are virtual; with `halo` as `draw_curve`."""
+    effects = rimmed(3.2, INK) if halo else None
+    for name, colour in (("right", PAPER if halo else INK), ("left", PAPER if halo else LINE)):
+        clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
+        if clearance is None:
+            continue
+        text = f"graze of the {name} stop"
+        style: dict[str, Any] = {"color": colour, "path_effects": effects, "zorder": 3}
+        if not virtual.all():
+            drawn = np.where(virtual, np.nan, clearance)
+            ax.plot(curves.omega, drawn, linewidth=1.2, label=text, **style)
+        if virtual.any():
+            drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
+            ax.plot(curves.omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
+
+
+def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
+    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual; `both` stops at once."""
+    named: set[str] = set()
+    for curve in curves:
+        colour = PAPER if curve.stop > 0 else LINE
+        text = "grazing curve" if both else f"graze of the {'right' if curve.stop > 0 else 'left'} stop"
+        for drawn, dash, label in ((curve.admissible, "-", text), (~curve.admissible, "--", f"{text}, virtual")):
+            if not drawn.any():
+                continue
+            shown = [np.where(drawn, values, np.nan) for values in (curve.horizontal, curve.vertical)]
+            style: dict[str, Any] = {"color": colour, "linestyle": dash, "path_effects": rimmed(3.2, INK)}
+            ax.plot(*shown, linewidth=1.2, label=None if label in named else label, zorder=3, **style)
+            named.add(label)
+
+
 def draw_points(
     ax: Axes, points: Sequence[CodimensionTwoPoint], span: tuple[float, float] | None = None, rim: bool = False
 ) -> None:
@@ -123,7 +151,7 @@ def draw_points(
 
     Recurrences are asterisks: coloured by order where they are active, low orders larger and above the others, small
     and grey where a smaller order recurs already. Resonant points are distinguished by bifurcation, filled for
-    one-sided and hollow for symmetric motions.
+    one-sided and hollow for symmetric motions. Corners are open triangles that point to the kink.
 
     Parameters
     ----------
@@ -140,6 +168,9 @@ def draw_points(
     recurrences = [point for point in inside if point.kind == "recurrence"]
     double = [point for point in inside if point.kind == "double-graze"]
     _mark(ax, double, rim, marker="P", color=INK, markersize=8 * size, label="both stops grazed", zorder=6)
+    corners = [point for point in inside if point.kind == "corner"]
+    style: dict[str, Any] = {"marker": "v", "color": INK, "markerfacecolor": PAPER, "markersize": 7 * size}
+    _mark(ax, corners, rim, **style, label="corner: two maxima are equal", zorder=6)
     passive = [point for point in recurrences if not point.active]
     star = (6, 2, 0)
     text = "recurrence where a smaller order recurs"
@@ -147,7 +178,7 @@ def draw_points(
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
-            style: dict[str, Any] = {
+            style = {
                 "marker": marker,
                 "color": colour,
                 "markerfacecolor": "white" if symmetric else colour,

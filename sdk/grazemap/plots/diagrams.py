@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label, chance_text, legend_square, place_text
+from grazemap.plots.axes import Drawing, axis_label, chance_text, fixed_text, legend_square, parameter_label
+from grazemap.plots.observables import quantity_label
 from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import BifurcationDiagram
+    from grazemap.results.observables import Quantity
 
 
 def plot_bifurcation_diagram(
@@ -22,16 +24,19 @@ def plot_bifurcation_diagram(
     quantity: str = "displacement",
     motions: int = 12,
     colours: Mapping[str, str] | None = None,
+    observed: Quantity | None = None,
 ) -> Axes:
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
 
     The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
-    `colours` are those of motions by label or kind. Ticks along the top show the values whose motion is sensitive.
+    `colours` are those of motions by label or kind. `observed` is the quantity where it is an observable or an output,
+    which has one value for each value of the parameter. Ticks along the top show the values whose motion is sensitive.
     """
     ax = drawing.ax
     parameter, values = result.points(quantity)
     labels = np.array(result.labels())
-    label_of_point = np.repeat(labels, [len(getattr(section, quantity)) for section in result.sections])
+    count = [len(getattr(section, quantity)) for section in result.sections] if observed is None else 1
+    label_of_point = np.repeat(labels, count)
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     order = np.lexsort([first, -counts])
     shown = [result.sections[first[i]].motion for i in order[:motions]]
@@ -57,13 +62,16 @@ def plot_bifurcation_diagram(
         style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
         ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
+    text = (
+        f"{axis_label(quantity.removeprefix('impact_'), result.units)}, {what}"
+        if observed is None
+        else quantity_label(observed)
+    )
     request = result.meta["request"]
-    other = "omega" if result.vary == "clearance" else "clearance"
-    fixed = place_text(result.units, **{other: request[other]})
     drawing.describe(
-        axis_label(result.vary, result.units),
-        f"{axis_label(quantity.removeprefix('impact_'), result.units)}, {what}",
-        f"Bifurcation diagram, {fixed}, {request['policy']}",
+        parameter_label(result.vary, result.units),
+        text,
+        f"Bifurcation diagram, {fixed_text(result)}, {request['policy']}",
     )
     ax.margins(x=0.01)
     drawing.show_legend(handlelength=1.0, labelspacing=0.35)

@@ -47,7 +47,7 @@ def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
     where = place_text(result.units, omega=result.omega, clearance=result.clearance)
     drawing.describe(
         "overshoot (m)" if result.units == "SI" else "overshoot",
-        r"maximum error, in units of $b$, $\omega b$ and radians",
+        r"maximum error, in units of $A$, $\omega A$ and radians",
         f"Discontinuity mapping at stop {stop}, {where}",
     )
     ax.grid(alpha=0.25, linewidth=0.5)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, axis_label, place_text, record_unit
+from grazemap.plots.axes import Drawing, fixed_text, parameter_label, record_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
 from grazemap.wire import motion_label
@@ -23,7 +23,7 @@ _FARTHEST = 3.0
 # Share of the height of the axes within which the impacts of two lines have one text.
 _TOGETHER = 0.025
 # Styles of the stretches of a branch.
-_STYLES: dict[str, dict[str, Any]] = {
+STYLES: dict[str, dict[str, Any]] = {
     "stable": {"color": LINE, "linewidth": 1.8, "zorder": 3},
     "unstable": {"color": LINE, "linewidth": 1.2, "linestyle": (0, (5, 2)), "zorder": 2},
     "not admissible": {"color": PALE_LINE, "linewidth": 1.0, "zorder": 1},
@@ -52,7 +52,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
 
     Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
-    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, {_fixed(result)}")
+    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, {fixed_text(result)}")
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return drawing.ax
@@ -64,7 +64,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         near = np.abs(points) < _FARTHEST
         x, y = points[near].real, points[near].imag
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
-    label = axis_label(result.meta["request"]["vary"], result.units)
+    label = parameter_label(result.meta["request"]["vary"], result.units)
     if drawing.legend == "outside":
         bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8).ax
         record_unit(bar.yaxis, label)
@@ -94,13 +94,6 @@ def _unit_circle(drawing: Drawing) -> Axes:
     return ax
 
 
-def _fixed(result: OrbitBranch) -> str:
-    """Return the text of the parameters of a branch that do not vary."""
-    request = result.meta["request"]
-    fixed = {name: request[name] for name in ("omega", "clearance") if name != request["vary"]}
-    return place_text(result.units, **fixed)
-
-
 def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None = None, label: str | None = None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
@@ -110,16 +103,18 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None = None
     """
     ax = drawing.ax
     drawing.describe(
-        axis_label(result.meta["request"]["vary"], result.units),
+        parameter_label(result.meta["request"]["vary"], result.units),
         "impact speed" + (" (m/s)" if result.units == "SI" else ""),
-        f"Impact speeds along branches, {_fixed(result)}" if label else f"{_named(result)}, {_fixed(result)}",
+        f"Impact speeds along branches, {fixed_text(result)}"
+        if label
+        else f"{named_branch(result)}, {fixed_text(result)}",
     )
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return ax
     named = "" if label is None else f"{label}, "
     for kind, line in _lines(result).items():
-        style = _STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
+        style = STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
         for impact in range(1, line.shape[1]):
             ax.plot(line[:, 0], line[:, impact], label=named + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
@@ -145,7 +140,7 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
     return point.velocities[: len(result.stops)] * result.stops
 
 
-def _named(result: OrbitBranch) -> str:
+def named_branch(result: OrbitBranch) -> str:
     """Return which branch it is."""
     if not len(result.stops):
         return f"Branch of period {result.period}"
@@ -212,7 +207,7 @@ def _lines(result: OrbitBranch) -> dict[str, Floats]:
     knots = result.knots()
     at = knots.path[:, : 1 + len(result.stops)]
     gap = np.full((1, at.shape[1]), np.nan)
-    lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in _STYLES}
+    lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in STYLES}
     pieces, (first, last) = list(smooth_pieces(knots.path, at)), _drawn_once(knots)
     for number in range(first, last):
         piece, kind = pieces[number], knots.kinds[number]

@@ -1,8 +1,7 @@
-"""Trajectories: the time history of one mass between the stops, and its phase portrait."""
+"""Trajectories: the time history of the contact between the stops, or of one mass, and its phase portrait."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,14 +14,15 @@ from grazemap.plots.axes import (
     axis_label,
     drawing,
     new_figure,
-    place_text,
+    point_text,
     shown_axes,
 )
 from grazemap.plots.palette import INK, LINE, NAMED, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
+from grazemap.wire import ClearancePair, Oscillator
+from grazemap.wire.structure import RestitutionPair, as_pair
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from grazemap.results import Trajectories, Trajectory
 
@@ -61,38 +61,33 @@ class TrajectoryDrawing(NamedTuple):
 
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | Axes | Figure | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
+    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
     With one axes the phase portrait is drawn on a figure that nobody sees.
     """
-    from matplotlib.figure import Figure as AnyFigure
-
-    if isinstance(ax, AnyFigure):  # version 0.1 had the figure in its place
-        ax, figure = None, ax
     if ax is not None and not isinstance(ax, Iterable):
-        ax = ax, AnyFigure().add_subplot()
-    if figure is not None:
-        warnings.warn("figure= is deprecated: pass ax=figure.subplots(1, 2)", DeprecationWarning, stacklevel=3)
+        from matplotlib.figure import Figure
+
+        ax = ax, Figure().add_subplot()
     if ax is not None:
         history, portrait = ax
         return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels), own_figure=False)
-    new = figure if figure is not None else new_figure(11.0, 4.6)
-    pair = new.subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
     made = [drawing(one, legend or "outside", labels) for one in pair]
     return TrajectoryDrawing(made[0], made[1], own_figure=True)
 
 
-def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int = 1) -> TrajectoryAxes:
-    """Draw the last periods of one mass over time, and the whole record in its phase plane.
+def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int | None = None) -> TrajectoryAxes:
+    """Draw the last periods of the contact, or of one mass, over time, and the whole record in its phase plane.
 
     Parameters
     ----------
     trajectory : Trajectory
     drawing : TrajectoryDrawing
-    mass : int
-        1 to N. The stops and the impacts are those of mass 1 and are drawn for it only.
+    mass : int, optional
+        1 to N. Left out: the contact coordinate. The stops and the impacts are drawn for it only.
 
     Returns
     -------
@@ -103,7 +98,8 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     ValueError
         There is no such mass.
     """
-    _check_mass(trajectory, mass)
+    touching = _Contact.of(trajectory)
+    mass = _checked_mass(touching, mass)
     history, portrait = drawing.axes
     time, displacement, velocity = with_impacts(trajectory, mass)
     shown = _last_periods(trajectory, time)
@@ -112,9 +108,9 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     portrait.plot(displacement[shown], velocity[shown], color=LINE, linewidth=1.2, label="last periods, as on the left")
     if not shown.all():
         _legend(drawing.portrait, 2)
-    if mass == 1:
-        _draw_stops(history, portrait, trajectory, "stops A, C")
-        _draw_impacts(history, trajectory, float(time[shown][0]) if shown.any() else 0.0)
+    if mass == touching.mass:
+        _draw_stops(history, portrait, touching, True)
+        _draw_impacts(history, trajectory, touching, float(time[shown][0]) if shown.any() else 0.0)
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
         _legend(drawing.history, 2)
     _label(drawing, trajectory, mass, _title(trajectory, mass))
@@ -122,14 +118,15 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
 
 
 def plot_trajectories(
-    result: Trajectories, drawing: TrajectoryDrawing, mass: int = 1, given: Mapping[str, str] | None = None
+    result: Trajectories, drawing: TrajectoryDrawing, mass: int | None = None, given: Mapping[str, str] | None = None
 ) -> TrajectoryAxes:
-    """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
+    """Draw the last periods of every trajectory over time and in its phase plane, coloured by motion.
 
     `given` are colours by label or kind. The rest as for `plot_trajectory`.
     """
     first = result.trajectories[0]
-    _check_mass(first, mass)
+    touching = _Contact.of(first)
+    mass = _checked_mass(touching, mass)
     history, portrait = drawing.axes
     different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
     colours = dict(zip(different, motion_colours(list(different.values()), given), strict=True))
@@ -142,17 +139,59 @@ def plot_trajectories(
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)
-    if mass == 1:
-        _draw_stops(history, portrait, first)
-    _label(drawing, first, mass, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
+    if mass == touching.mass:
+        _draw_stops(history, portrait, touching)
+    _label(drawing, first, mass, f"{_name(mass)} at {point_text(first)}: {len(result)} trajectories")
     _legend(drawing.history, 6)
     return drawing.axes
 
 
-def _check_mass(trajectory: Trajectory, mass: int) -> None:
-    size = len(trajectory.meta["request"]["oscillator"]["masses"])
-    if not 1 <= mass <= size:
+class _Contact(NamedTuple):
+    """What hits the stops.
+
+    Attributes
+    ----------
+    row : ndarray of shape (N,)
+        The contact coordinate is row @ displacement.
+    mass : int or None
+        The mass of which it is the displacement, counted from 1; None: it is no displacement of one mass.
+    clearances, restitutions : tuple of float
+        Of the right and of the left stop; an absent one has an infinite clearance.
+    """
+
+    row: Floats
+    mass: int | None
+    clearances: tuple[float, float]
+    restitutions: tuple[float, float]
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> _Contact:
+        request = trajectory.meta["request"]
+        oscillator = Oscillator.model_validate(request["oscillator"])
+        row = np.array(oscillator.contact_row)
+        named = np.flatnonzero(row)
+        alone = len(named) == 1 and row[named[0]] == 1.0
+        stops = as_pair(ClearancePair(**given) if isinstance(given := request["clearance"], dict) else given)
+        right, left = (np.inf if one is None else float(one) for one in (stops.right, stops.left))
+        found = oscillator.restitution
+        restitutions = (found.right, found.left) if isinstance(found, RestitutionPair) else (found, found)
+        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions)
+
+    def of_stops(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
+        """Return the value of each stop, +1 or -1."""
+        return np.where(stops > 0, values[0], values[1])
+
+
+def _checked_mass(touching: _Contact, mass: int | None) -> int | None:
+    """Return the mass that is drawn; None: the contact coordinate, which is no displacement of one mass."""
+    size = len(touching.row)
+    if mass is not None and not 1 <= mass <= size:
         raise ValueError(f"the oscillator has masses 1 to {size}")
+    return touching.mass if mass is None else mass
+
+
+def _name(mass: int | None) -> str:
+    return "Contact" if mass is None else f"Mass {mass}"
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
@@ -162,7 +201,7 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     return shown
 
 
-def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int, title: str) -> None:
+def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: str) -> None:
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
     drawing.history.describe(axis_label("time", units), displacement, None if drawing.own_figure else title)
@@ -182,18 +221,21 @@ def _legend(drawing: Drawing, columns: int) -> None:
         drawing.show_legend()
 
 
-def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
-    """Return time, displacement and velocity of a mass, for mass 1 with the values before and after every impact.
+def with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:
+    """Return time, displacement and velocity of a mass, or of the contact (None).
+
+    Those of what hits the stops have the values before and after every impact.
 
     Without these values an impact between two samples would look like a rounded corner instead of a jump. Each array
     has the shape (samples + 2 impacts,), or (samples,).
     """
-    displacement, velocity = trajectory.displacement[mass - 1], trajectory.velocity[mass - 1]
-    if mass != 1 or not len(trajectory.impacts):
+    touching, impacts = _Contact.of(trajectory), trajectory.impacts
+    row = touching.row if mass is None else np.eye(len(touching.row))[mass - 1]
+    displacement, velocity = row @ trajectory.displacement, row @ trajectory.velocity
+    if mass != touching.mass or not len(impacts):
         return trajectory.time, displacement, velocity
-    request, impacts = trajectory.meta["request"], trajectory.impacts
-    after = -request["oscillator"]["restitution"] * impacts.velocity
-    position = impacts.stop * float(request["clearance"])
+    after = -touching.of_stops(touching.restitutions, impacts.stop) * impacts.velocity
+    position = impacts.stop * touching.of_stops(touching.clearances, impacts.stop)
     time = np.concatenate([trajectory.time, impacts.time, impacts.time])
     # A sample at the time of an impact has the state after it.
     rank = np.repeat([2, 0, 1], [len(trajectory.time), len(impacts), len(impacts)])
@@ -205,22 +247,25 @@ def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Flo
     )
 
 
-def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, label: str | None = None) -> None:
-    clearance = float(trajectory.meta["request"]["clearance"])
-    for side, text in ((1, label), (-1, None)):
+def _draw_stops(history: Axes, portrait: Axes, touching: _Contact, labelled: bool = False) -> None:
+    there = [(side, at, name) for side, at, name in zip((1, -1), touching.clearances, "AC", strict=True) if at < np.inf]
+    label = f"stop{'s' * (len(there) > 1)} {', '.join(name for _, _, name in there)}"
+    for number, (side, clearance, _) in enumerate(there):
+        text = label if labelled and number == 0 else None
         history.axhline(side * clearance, color=_STOP, linewidth=2.0, label=text, zorder=0)
         portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
 
 
-def _draw_impacts(history: Axes, trajectory: Trajectory, start: float) -> None:
-    clearance, impacts = float(trajectory.meta["request"]["clearance"]), trajectory.impacts
+def _draw_impacts(history: Axes, trajectory: Trajectory, touching: _Contact, start: float) -> None:
+    impacts = trajectory.impacts
+    position = impacts.stop * touching.of_stops(touching.clearances, impacts.stop)
     grazing = impacts.kind == "graze"
     for chosen, text, face in ((~grazing, "impacts", _IMPACT), (grazing, "grazes", "white")):
         inside = chosen & (impacts.time >= start)
         if inside.any():
             history.plot(
                 impacts.time[inside],
-                impacts.stop[inside] * clearance,
+                position[inside],
                 linestyle="none",
                 marker="o",
                 markersize=3.5,
@@ -231,12 +276,7 @@ def _draw_impacts(history: Axes, trajectory: Trajectory, start: float) -> None:
             )
 
 
-def _where(trajectory: Trajectory) -> str:
-    request = trajectory.meta["request"]
-    return "at " + place_text(trajectory.units, omega=request["omega"], clearance=request["clearance"])
-
-
-def _title(trajectory: Trajectory, mass: int) -> str:
+def _title(trajectory: Trajectory, mass: int | None) -> str:
     named, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
     counts = [
@@ -247,4 +287,4 @@ def _title(trajectory: Trajectory, mass: int) -> str:
     request = trajectory.meta["request"]
     if trajectory.motion.kind == "unresolved" and request["transient_periods"] + request["periods"] <= _LONGEST_MOTION:
         named = f"{request['periods']} forcing period{'s' * (request['periods'] > 1)}"
-    return f"Mass {mass} {_where(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"
+    return f"{_name(mass)} at {point_text(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"

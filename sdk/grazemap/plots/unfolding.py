@@ -1,4 +1,4 @@
-"""The unfolding map: regions of the plane of omega and clearance, coloured by the motion there."""
+"""The unfolding map: regions of a plane of two parameters, coloured by the motion there."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from grazemap.colours import COLOURED, colours_of_map
 from grazemap.plots.axes import Drawing, cell_borders, chance_text, legend_square, share_text
-from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.hatching import hatch_sensitive
+from grazemap.plots.map_axes import describe_map, draw_curves_and_points
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ def plot_unfolding_map(
     merge_mirror_images: bool = False,
     title: str | None = None,
     over: Callable[[Axes], None] | None = None,
+    margins: bool = True,
 ) -> Axes:
     """Draw the regions of a map, and over them what is given.
 
@@ -63,6 +63,8 @@ def plot_unfolding_map(
         Left out: what the map is.
     over : callable, optional
         Draws more on the axes that it is called with, before the legend.
+    margins : bool
+        Whether the grazing curves are drawn where the margins of a map with axes are 0.
     """
     ax = drawing.ax
     shares = umap.motions(merge_mirror_images=merge_mirror_images)
@@ -72,25 +74,19 @@ def plot_unfolding_map(
     coloured = {motion: colour for motion, colour in zip(shares, found, strict=True) if colour is not None}
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
     shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
-    hatch_sensitive(ax, umap.omega, umap.clearance, umap.sensitive)
+    hatch_sensitive(ax, umap.horizontal, umap.vertical, umap.sensitive)
     if drawing.labels:
         for motion, colour in shown.items():
             if motion.kind == "periodic":
                 _name_region(ax, umap, motion, colour)
-    across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
-    if curves is not None:
-        draw_bifurcation_curves(ax, curves, halo=True)
-    if curve is not None:
-        draw_curve(ax, curve, halo=True)
-    if points is not None:
-        inside = [point for point in points.points if up[0] <= point.clearance <= up[-1]]
-        draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+    across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
+    draw_curves_and_points(ax, umap, curve, points, curves, margins)
     if over is not None:
         over(ax)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
     _leave_out_of_legend(ax)
-    drawing.describe_plane(umap.units, _title(umap) if title is None else title)
+    describe_map(umap, drawing, _title(umap) if title is None else title)
     drawing.show_legend(shares_of_entries, handlelength=1.4, labelspacing=0.35)
     return ax
 
@@ -106,7 +102,7 @@ def _title(umap: UnfoldingMap) -> str:
     what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
     policy = umap.meta["request"].get("policy", "rest")
     start = {"rest": "from rest", "ensemble": "from random states"}.get(policy, policy)
-    return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.clearance)} × {len(umap.omega)} points"
+    return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.vertical)} × {len(umap.horizontal)} points"
 
 
 def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
@@ -127,7 +123,7 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
     wrong = "" if found is None else f"\n{found.wrong} of {found.sampled} in a sample wrong"
     legend_square(ax, INK, f"computed ({computed:.1%})", edge=1.0)
     legend_square(ax, _INFERRED, f"inferred ({1.0 - computed:.1%}){wrong}", edge=1.0)
-    drawing.describe_plane(umap.units, f"Computed points of {len(umap.clearance)} × {len(umap.omega)}")
+    describe_map(umap, drawing, f"Computed points of {len(umap.vertical)} × {len(umap.horizontal)}")
     drawing.show_legend(handlelength=1.4)
     return ax
 
@@ -165,8 +161,8 @@ def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], c
 
     draw = ax.pcolormesh if codes.size <= _DRAWN_AS_CELLS else ax.pcolorfast
     draw(
-        cell_borders(umap.omega),
-        cell_borders(umap.clearance),
+        cell_borders(umap.horizontal),
+        cell_borders(umap.vertical),
         codes,
         cmap=ListedColormap(colours),
         vmin=-0.5,
@@ -191,8 +187,8 @@ def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare, ground: str)
         return
     row, column = step * row, step * column
     ax.text(
-        float(umap.omega[column]),
-        float(umap.clearance[row]),
+        float(umap.horizontal[column]),
+        float(umap.vertical[row]),
         motion_text(motion),
         ha="center",
         va="center",

@@ -8,7 +8,7 @@ import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, rimmed
 from grazemap.plots.borders import curve_style
-from grazemap.plots.curve import draw_curve
+from grazemap.plots.curve import draw_curve, draw_plane_grazes, draw_stop_curves
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.unfolding import plot_unfolding_map
@@ -36,11 +36,16 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
         of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
     """
     borders, umap = diagram.borders, diagram.unfolding_map
-    size = f"{len(umap.clearance)} × {len(umap.omega)} points"
-    note = "" if borders is None else "; no border between mirror images"
+    size = f"{len(umap.vertical)} × {len(umap.horizontal)} points"
+    note = "; no border between mirror images" if borders is not None and diagram.mirrors else ""
 
     def over(ax: Axes) -> None:
-        draw_curve(ax, diagram.grazing_curve, halo=True)
+        if diagram.grazing_curve is not None:
+            draw_curve(ax, diagram.grazing_curve, halo=True)
+        if diagram.stop_grazing_curves is not None:
+            draw_stop_curves(ax, diagram.stop_grazing_curves, halo=True)
+        if diagram.grazing_curves is not None:
+            draw_plane_grazes(ax, diagram.grazing_curves, both=diagram.mirrors)
         if borders is not None:
             _draw_borders(ax, umap, borders)
 
@@ -51,6 +56,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
         curves=diagram.bifurcation_curves if borders is None else None,
         title=f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}",
         over=over,
+        margins=diagram.grazing_curves is None,
         **options,
     )
 
@@ -66,15 +72,15 @@ def _draw_borders(ax: Axes, umap: UnfoldingMap, borders: MapBorders) -> None:
 
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
-    """Draw the curves that explain a border, where their orbits are admissible; the grazing curve is drawn before."""
+    """Draw the curves that explain a border, where their orbits are admissible; grazing curves are drawn before."""
     for kind, (_, _, name) in BIFURCATIONS.items():
-        chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
+        chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs]
+        chosen = [curve for curve in chosen if max(curve.impacts_right, curve.impacts_left) > 0]
         style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
-            line = np.stack([curve.omega, curve.clearance], axis=1)
-            omega, clearance = smooth_line(line, line, curve.admissible).T
+            across, up = smooth_line(curve.line, curve.line, curve.admissible).T
             label = f"{name}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
-            ax.plot(omega, clearance, label=label, zorder=3, **style)
+            ax.plot(across, up, label=label, zorder=3, **style)
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
@@ -83,7 +89,7 @@ def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[
 
     if not chosen:
         return
-    across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
+    across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     lines = []
     for k in chosen:
         row, column = int(borders.row[k]), int(borders.column[k])

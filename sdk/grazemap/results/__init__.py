@@ -10,13 +10,14 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from grazemap.results.base import RESULTS, Result, decode_result, load
-from grazemap.results.basins import Attractor, Basins
+from grazemap.results.basins import Attractor, BasinEntropy, BasinFractions, Basins, ContinuedAttractor, Uncertainty
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.grazing import (
     CodimensionTwoPoint,
     CodimensionTwoPoints,
+    Corner,
     Family,
     GrazingCurve,
     StopGrazingCurves,
@@ -28,11 +29,13 @@ from grazemap.results.records import ChanceToSettle, Impacts, InferredWrong, Mot
 from grazemap.results.structures import Gaps, HarmonicResponse, Structure
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
-from grazemap.results.unfolding_diagram import Border, BorderCurve, MapBorders, UnfoldingDiagram
+from grazemap.results.unfolding_diagram import Border, BorderCurve, GrazingCurveOfPlane, MapBorders, UnfoldingDiagram
 
 __all__ = [
     "RESULTS",
     "Attractor",
+    "BasinEntropy",
+    "BasinFractions",
     "Basins",
     "Beyond",
     "BifurcationCurve",
@@ -43,12 +46,15 @@ __all__ = [
     "ChanceToSettle",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",
+    "ContinuedAttractor",
+    "Corner",
     "DiscontinuityMapping",
     "Family",
     "FollowedMotion",
     "Gaps",
     "Grazing",
     "GrazingCurve",
+    "GrazingCurveOfPlane",
     "HarmonicResponse",
     "Impacts",
     "InferredWrong",
@@ -69,6 +75,7 @@ __all__ = [
     "Structure",
     "Trajectories",
     "Trajectory",
+    "Uncertainty",
     "Unfolding",
     "UnfoldingDiagram",
     "UnfoldingMap",

@@ -43,10 +43,12 @@ def counted_points(where: NDArray[np.bool_], what: str) -> str:
 
 
 def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
-    """Return the error for a value of omega or clearance outside a result, in SI with units and in Hz or mm too."""
-    unit, other, factor = {"omega": ("rad/s", "Hz", 1.0 / (2.0 * math.pi)), "clearance": ("m", "mm", 1e3)}[name]
+    """Return the error for a value of a parameter outside a result, in SI with units and in Hz or mm too."""
     low, high = ends
-    if units != "SI":
+    unit, other, factor = {"omega": ("rad/s", "Hz", 1.0 / (2.0 * math.pi)), "clearance": ("m", "mm", 1e3)}.get(
+        name.partition("_")[0], ("", "", 1.0)
+    )
+    if units != "SI" or not unit:
         return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
     return ValueError(
         f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
@@ -136,6 +138,11 @@ class Result:
     def derived_tables(self) -> dict[str, Sequence[Any]]:
         """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""
         return {}
+
+    @property
+    def roles(self) -> Mapping[str, str]:
+        """The names of dimensions in a Dataset by their roles, where the two differ."""
+        return self.schema.roles
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """Return the additional variables of a Dataset by name: codes, and the texts that they stand for."""

@@ -1,4 +1,4 @@
-"""Basins of attraction: which motion every initial state of a rectangle leads to."""
+"""Basins of attraction: which motion every initial state of a rectangle leads to; basin fractions along a parameter."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.basins import plot_basin_fractions, plot_basins
 from grazemap.results.base import Result, counted, counted_points
-from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable, described
-from grazemap.schema.basins import ATTRACTOR
+from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, described
+from grazemap.schema.basins import ATTRACTOR, BASIN_ENTROPY, CONTINUED_ATTRACTOR, UNCERTAINTY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.plots.axes import LegendPlace
-
 
 @described(ATTRACTOR, comparable=True)
-class Attractor(Verifiable):
+class Attractor:
     """A motion that initial states lead to."""
 
     kind: str
@@ -40,8 +40,42 @@ class Attractor(Verifiable):
     @property
     def motion(self) -> MotionShare:
         """The motion and its share, for pictures and legends."""
-        counts = (self.period, self.impacts_right, self.impacts_left)
-        return MotionShare(self.label or self.kind, self.kind, *counts, self.states, self.share)
+        return MotionShare(self.label or self.kind, self.kind, *_counts(self), self.states, self.share)
+
+
+@described(BASIN_ENTROPY, comparable=True)
+class BasinEntropy:
+    """How mixed the motions are in the boxes of a rectangle of states (Daza et al. 2016), in nats."""
+
+    box: int
+    boxes: int
+    boundary_boxes: int
+    entropy: float
+    boundary_entropy: float
+    standard_error: float
+    fractal: bool
+
+    def __str__(self) -> str:
+        if not self.boundary_boxes:
+            return "no box on a boundary"
+        above = ", above log 2: a fractal boundary" if self.fractal else ""
+        return f"basin entropy {self.entropy:.3g}, on the boundary {self.boundary_entropy:.3g}{above}"
+
+
+@described(UNCERTAINTY)
+class Uncertainty:
+    """The share of uncertain states by distance, and the exponent of its power law (Grebogi et al. 1983)."""
+
+    distance: IntArray
+    share: FloatArray
+    exponent: float
+    standard_error: float
+    boundary_dimension: float
+
+    def __str__(self) -> str:
+        if np.isnan(self.exponent):
+            return "no uncertainty exponent"
+        return f"uncertainty exponent {self.exponent:.3f} ± {self.standard_error:.3f}"
 
 
 class Basins(Result):
@@ -58,6 +92,8 @@ class Basins(Result):
     verified: BoolArray | None = None
     sensitive: BoolArray | None = None
     transient_growth: FloatArray | None = None
+    basin_entropy: BasinEntropy | None = None
+    uncertainty: Uncertainty | None = None
     chance_to_settle: ChanceToSettle | None = None
 
     @property
@@ -83,13 +119,87 @@ class Basins(Result):
 
         `colours` gives colours by label or kind.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.basins import plot_basins
-
         return plot_basins(self, drawing(ax, legend, labels, 9.0, 6.5), colours)
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
         said = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
         said += "" if self.sensitive is None else f", {counted_points(self.sensitive, 'sensitive')}"
+        said += "".join(f", {one}" for one in (self.basin_entropy, self.uncertainty) if one is not None)
         return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
+
+
+@described(CONTINUED_ATTRACTOR, comparable=True)
+class ContinuedAttractor:
+    """A motion that initial states lead to at several values of a parameter; it has one name at all of them."""
+
+    kind: str
+    first: float
+    last: float
+    found: int
+    label: str | None = None
+    period: int | None = None
+    impacts_right: int | None = None
+    impacts_left: int | None = None
+    symmetric: bool | None = None
+    sticking: bool | None = None
+
+
+class BasinFractions(Result):
+    """The shares of random initial states that lead to each attractor, along one parameter."""
+
+    parameter: FloatArray
+    attractors: tuple[ContinuedAttractor, ...]
+    states: IntArray
+    share: FloatArray
+    share_error: FloatArray
+    mean_position: FloatArray
+    mean_velocity: FloatArray
+    multiplier: FloatArray
+    lyapunov: FloatArray
+    verified: BoolArray
+    unresolved: FloatArray
+    unresolved_error: FloatArray
+    sensitive: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    chance_to_settle: ChanceToSettle | None = None
+
+    @property
+    def vary(self) -> str:
+        """The name of the parameter that varies."""
+        return str(self.meta["request"]["vary"])
+
+    def motions(self) -> tuple[MotionShare, ...]:
+        """Return the motion of every attractor, with its states and its share over all values together."""
+        names = ((one.label or one.kind, one.kind, *_counts(one)) for one in self.attractors)
+        shares = zip(self.states.sum(axis=1).tolist(), self.share.mean(axis=1).tolist(), strict=True)
+        return tuple(MotionShare(*name, *share) for name, share in zip(names, shares, strict=True))
+
+    def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
+        """As `Result.derived`."""
+        named = [attractor.label or attractor.kind for attractor in self.attractors]
+        return {"attractor_motion": (np.arange(len(named)), named)}
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        motions: int = 12,
+        colours: Mapping[str, str] | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
+        """Draw the shares over the parameter, as areas on top of each other.
+
+        `motions` is the number of attractors with a colour of their own. `colours` gives colours by label or kind.
+        """
+        return plot_basin_fractions(self, drawing(ax, legend, labels, 10.0, 5.5), motions, colours)
+
+    def _summary(self) -> str:
+        said = f"{counted(self.parameter, 'value')} of {self.vary}, {counted(self.attractors, 'attractor')}"
+        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
+
+
+def _counts(one: Attractor | ContinuedAttractor) -> tuple[int | None, int | None, int | None]:
+    return one.period, one.impacts_right, one.impacts_left

@@ -10,7 +10,7 @@ which something may be missing holds floats. Texts over a plane are small codes,
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.results.observables import outputs_of
 from grazemap.results.records import ARRAY_TYPES
 from grazemap.schema import Field, Record, ResultSchema
 from grazemap.schema.common import MOTION
@@ -44,8 +45,10 @@ def dataset(result: Result) -> xarray.Dataset:
         import xarray
     except ImportError as error:
         raise MissingExtra("to_xarray()", "xarray") from error
-    columns = _Columns(result.units)
+    columns = _Columns(result.units, result.roles)
     columns.add_record(result.schema, result)
+    for one, values in outputs_of(result):
+        columns.add(one, one.name, one.dims, values, result.schema)
     derived = result.derived()
     for one in result.schema.derived:
         codes, texts = derived[one.name]
@@ -53,6 +56,8 @@ def dataset(result: Result) -> xarray.Dataset:
         codes = order.astype(_smallest(len(meanings)))[codes]
         columns.add(one, one.name, one.dims, codes, result.schema, meanings=meanings.tolist())
     columns.number()
+    for role, name in result.roles.items():
+        columns.coordinates.setdefault(name, ((name,), getattr(result, role, None)))
     made = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
     for name, attributes in columns.attributes.items():
         made[name].attrs.update(attributes)
@@ -80,11 +85,11 @@ def _is_motion(one: Field) -> bool:
 class _Columns:
     """Collects the variables, the coordinates and their attributes."""
 
-    def __init__(self, units: str) -> None:
+    def __init__(self, units: str, roles: Mapping[str, str]) -> None:
         self.variables: dict[str, tuple[tuple[str, ...], Any]] = {}
         self.coordinates: dict[str, tuple[tuple[str, ...], Any]] = {}
         self.attributes: dict[str, dict[str, Any]] = {}
-        self._units = units
+        self._units, self._roles = units, roles
         self._sizes: dict[str, int] = {}
 
     def add(
@@ -106,7 +111,7 @@ class _Columns:
             self._add(one, f"{name}_imaginary", dims, values.imag)
             return
         if isinstance(record, ResultSchema):
-            dims = tuple(prefix + record.roles.get(dim, dim) for dim in dims)
+            dims = tuple(prefix + self._roles.get(dim, dim) for dim in dims)
         self._add(one, name, dims, np.asarray(values))
         if meanings:
             words = " ".join(text.replace(" ", "_") or "_" for text in meanings)
@@ -156,7 +161,7 @@ class _Columns:
                 self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
             elif one.dims[-1] in _SHARED:
                 self._add_padded(one, name, along, values)
-            else:
+            elif not values or any(value is not None for value in values):
                 self._add_owners(one.dims[0], along, [len(value) for value in values])
                 self.add(
                     one, name, one.dims, np.concatenate([np.zeros(0, ARRAY_TYPES[str(one.type)]), *values]), of.type

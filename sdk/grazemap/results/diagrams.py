@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.diagrams import plot_bifurcation_diagram
 from grazemap.results.base import Result, counted
+from grazemap.results.observables import Observed, quantity_of, variables_of
 from grazemap.results.records import ChanceToSettle, FloatArray, IntArray, Motion, described
 from grazemap.schema.trajectories import SECTION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 QUANTITIES = ("displacement", "velocity", "impact_velocity")
 """The quantities that a diagram can show."""
@@ -33,8 +34,8 @@ class Section:
     transient_growth: float | None = None
 
 
-class BifurcationDiagram(Result):
-    """Settled motions along clearance or omega."""
+class BifurcationDiagram(Observed, Result):
+    """Settled motions along one parameter."""
 
     parameter: FloatArray
     sections: tuple[Section, ...]
@@ -42,19 +43,24 @@ class BifurcationDiagram(Result):
 
     @property
     def vary(self) -> str:
-        """Either "clearance" or "omega"."""
+        """The parameter that varies, for example "clearance" or "omega"."""
         return str(self.meta["request"]["vary"])
 
     def points(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Return all points of the diagram, the parameter and a quantity of `Section`, each of shape (points,).
 
+        An observable or an output has one point for each value of the parameter.
+
         Raises
         ------
         ValueError
-            The quantity is not one of `QUANTITIES`.
+            The quantity is none of `QUANTITIES`, and was not asked for.
         """
         if quantity not in QUANTITIES:
-            raise ValueError(f"the quantity is one of {', '.join(QUANTITIES)}")
+            found = dict(self._observed())
+            if quantity not in found:
+                raise ValueError(f"the quantity is one of {', '.join((*QUANTITIES, *found))}")
+            return self.parameter, found[quantity]
         columns = [getattr(section, quantity) for section in self.sections]
         return np.repeat(self.parameter, [len(column) for column in columns]), np.concatenate(columns)
 
@@ -74,14 +80,17 @@ class BifurcationDiagram(Result):
     ) -> Axes:
         """Draw a quantity of the sections over the parameter, in the colours of the motions.
 
-        `quantity` is "displacement", "velocity" or "impact_velocity". `motions` is the number of motions with
-        a colour. `colours` gives colours by label or kind. Ticks along the top show the values whose motion is
-        sensitive.
+        `quantity` is "displacement", "velocity" or "impact_velocity", an observable such as "dissipated_power", or an
+        output such as "spring_rms". `motions` is the number of motions with a colour. `colours` gives colours by
+        label or kind. Ticks along the top show the values whose motion is sensitive.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.diagrams import plot_bifurcation_diagram
+        observed = quantity_of(self, quantity) if quantity in dict(self._observed()) else None
+        return plot_bifurcation_diagram(
+            self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions, colours, observed
+        )
 
-        return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions, colours)
+    def _observed(self) -> Iterator[tuple[str, FloatArray]]:
+        return ((one.name, values) for one, values in variables_of(self))
 
     def _summary(self) -> str:
         said = f"{counted(self.parameter, 'value')} of {self.vary}"

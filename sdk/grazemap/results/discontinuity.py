@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.discontinuity import plot_mapping_error
 from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.discontinuity import GRAZING, NEXT_CONTACT, RETURNS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 @described(GRAZING)
@@ -38,9 +38,9 @@ class NextContact:
 class Returns:
     """The motion with the stops closer than the steady amplitude by the overshoot, by the map (26) and by simulation.
 
-    Rows are overshoots and columns half periods, the first of which is the graze. Deviations are taken alternately from
-    the grazing points of the two stops, as if there were no impact there. They are NaN outside the domain of the map,
-    and where the motion is no longer near the graze.
+    Rows are overshoots and columns returns, the first of which is the graze. Deviations are taken from the grazing
+    point at the return, alternately of the two stops if both are grazed at once, as if there were no impact there. They
+    are NaN outside the domain of the map, and where the motion is no longer near the graze.
     """
 
     mapped: FloatArray
@@ -53,8 +53,8 @@ class Returns:
 class DiscontinuityMapping(Result):
     """The effect of an impact on motions that overshoot a grazing stop, and their later returns.
 
-    Mass 1 is displaced beyond the stop by each overshoot; all other coordinates are those of the graze. Errors are
-    maximum entries in units of clearance, omega times clearance, and radians.
+    The contact is displaced beyond the stop by each overshoot; all else is as in the graze. Errors are maximum entries
+    in units of the steady amplitude, omega times the amplitude, and radians.
     """
 
     omega: float
@@ -77,13 +77,11 @@ class DiscontinuityMapping(Result):
     first_recurrence: int
     recurrence_stop: int
     next_contact: NextContact
+    margin: float | None
     returns: Returns
 
     def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the errors of the mapping, and of the returns by the Poincare map, over the overshoot."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.discontinuity import plot_mapping_error
-
         return plot_mapping_error(self, drawing(ax, legend, labels))
 
     def _summary(self) -> str:

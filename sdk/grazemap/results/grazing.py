@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.curve import plot_codimension_two_points, plot_grazing_curve, plot_stop_grazing_curves
+from grazemap.plots.resonance import plot_local_unfolding
 from grazemap.results.base import Result, counted, outside
 from grazemap.results.records import BoolArray, FloatArray, IntArray, described
-from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
+from grazemap.schema.grazing import CORNER, FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 @described(FAMILY, comparable=True)
@@ -47,6 +49,18 @@ class Unfolding:
     margin: float | None
 
 
+@described(CORNER, comparable=True)
+class Corner:
+    """Two maxima of the steady motion that are equal, where the grazing curve has a kink."""
+
+    phase_before: float
+    phase_after: float
+    slope_before: float
+    slope_after: float
+    recurrence_before: int
+    recurrence_after: int
+
+
 @described(POINT, comparable=True)
 class CodimensionTwoPoint:
     """One codimension-two point of the grazing curve; fields that its kind does not have are None."""
@@ -67,6 +81,7 @@ class CodimensionTwoPoint:
     amplitude_slope: float | None
     margin: float | None
     unfolding: Unfolding | None
+    corner: Corner | None
 
 
 class StopGrazingCurves(Result):
@@ -95,9 +110,6 @@ class StopGrazingCurves(Result):
         labels: bool = True,
     ) -> Axes:
         """Draw the clearance of each stop over omega, dashed where it is virtual, with the codimension-two points."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.curve import plot_stop_grazing_curves
-
         return plot_stop_grazing_curves(self, drawing(ax, legend, labels), points)
 
     def _summary(self) -> str:
@@ -148,9 +160,6 @@ class GrazingCurve(Result):
         labels: bool = True,
     ) -> Axes:
         """Draw clearance over omega with the codimension-two points (its own, or `points`; False: none)."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.curve import plot_grazing_curve
-
         return plot_grazing_curve(self, drawing(ax, legend, labels), points)
 
     def _summary(self) -> str:
@@ -174,9 +183,6 @@ class CodimensionTwoPoints(Result):
 
         A `curve` that is given has a band where the graze does not recur; left out, the curve is evaluated.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.curve import plot_codimension_two_points
-
         return plot_codimension_two_points(self, drawing(ax, legend, labels), curve)
 
     def plot_unfolding(
@@ -191,11 +197,9 @@ class CodimensionTwoPoints(Result):
 
         `omega` is the interval drawn; left out: that of the request.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.resonance import plot_local_unfolding
-
         return plot_local_unfolding(self, drawing(ax, legend, labels), omega)
 
     def _summary(self) -> str:
-        recurrences = sum(point.kind == "recurrence" for point in self.points)
-        return f"{recurrences} recurrence and {len(self.points) - recurrences} resonant points"
+        kinds = Counter(point.kind for point in self.points)
+        others = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
+        return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{others}"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.errors import MissingExtra
+from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
     from grazemap.results.base import Result
@@ -38,9 +39,14 @@ def of_result(result: Result, summary: str) -> str:
     """Return a result as HTML."""
     request = result.meta["request"]
     rows: dict[str, Any] = {"result": summary, "units": result.units}
-    rows |= {name: _value(request[name]) for name in ("omega", "clearance", "vary", "range") if name in request}
-    oscillator = request["oscillator"]
-    rows |= {"oscillator": f"{len(oscillator['masses'])} masses, R = {oscillator['restitution']:g}"}
+    shown = ("omega", "clearance", "horizontal", "vertical", "vary", "range")
+    rows |= {name: _value(request[name]) for name in shown if name in request}
+    oscillator = Oscillator(**request["oscillator"])
+    given = oscillator.restitution
+    said = f"{given:g}" if isinstance(given, float) else f"{given.right:g} right, {given.left:g} left"
+    rows |= {
+        "oscillator": f"{oscillator.size} {'masses' if oscillator.matrices is None else 'coordinates'}, R = {said}"
+    }
     rows |= {"core": result.meta.get("core_version"), "note": "; ".join(note.detail for note in result.notes)}
     return table(type(result).__name__, rows, _thumbnail(result))
 
@@ -48,8 +54,10 @@ def of_result(result: Result, summary: str) -> str:
 def _value(value: Any) -> str:
     if isinstance(value, dict):
         points = f", {value['points']} points" if "points" in value else ""
+        if "values" in value:  # of an axis
+            return f"{value.get('vary') or ''.join(map(str, list(value.values())[:2]))}: {_value(value['values'])}"
         if "start" not in value:  # of each stop
-            return ", ".join(f"{name} {'absent' if one is None else format(one, 'g')}" for name, one in value.items())
+            return ", ".join(f"{name} {'absent' if one is None else _value(one)}" for name, one in value.items())
         return f"{value['start']:g} to {value['stop']:g}{points}"
     if isinstance(value, list) and value:
         return f"{value[0]:g} to {value[-1]:g}, {len(value)} values"
@@ -59,15 +67,17 @@ def _value(value: Any) -> str:
 def thinned(result: Result) -> Result:
     """Return a result of which every n-th row, column and sample is kept, or the result itself if it is not large."""
     steps: dict[str, int] = {}
+    roles = {name: role for role, name in result.roles.items()}
     stored = [one for one in result.schema if not one.replaces]
     for one in stored:
         value = getattr(result, one.name, None)
         for dim, length in zip(one.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
-            steps[dim] = -(-length // _DRAWN_AT_MOST.get(dim, length or 1))
+            role = roles.get(dim, dim)
+            steps[role] = -(-length // _DRAWN_AT_MOST.get(role, length or 1))
     if all(step <= 1 for step in steps.values()):
         return result
     kept = {
-        one.name: getattr(result, one.name)[tuple(slice(None, None, steps[dim]) for dim in one.dims)]
+        one.name: getattr(result, one.name)[tuple(slice(None, None, steps[roles.get(dim, dim)]) for dim in one.dims)]
         for one in stored
         if isinstance(getattr(result, one.name, None), np.ndarray)
     }

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.observables import plot_along_branch
+from grazemap.plots.orbits import plot_branch, plot_branch_multipliers, plot_multipliers
 from grazemap.results.base import Result, counted
+from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.records import (
     BoolArray,
     ComplexArray,
@@ -14,7 +18,6 @@ from grazemap.results.records import (
     Motion,
     State,
     Sticking,
-    Verifiable,
     described,
 )
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
@@ -23,10 +26,8 @@ from grazemap.schema.orbits import BEYOND, SPECIAL_POINT
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.plots.axes import LegendPlace
 
-
-class PeriodicOrbit(Verifiable, Result):
+class PeriodicOrbit(Observed, Result):
     """A periodic motion with impacts; where `converged` is false, `reason` says why there is none."""
 
     omega: float
@@ -55,6 +56,8 @@ class PeriodicOrbit(Verifiable, Result):
     excess_stop: int
     start: State
     motion: Motion
+    clearance_right: float | None = None
+    clearance_left: float | None = None
 
     @property
     def said(self) -> str:
@@ -67,9 +70,6 @@ class PeriodicOrbit(Verifiable, Result):
 
     def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the multipliers and the unit circle; the orbit itself is a trajectory with ``initial=orbit.start``."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.orbits import plot_multipliers
-
         return plot_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
 
     def _summary(self) -> str:
@@ -103,10 +103,16 @@ class SpecialPoint:
     stop: int | None = None
     phase: float | None = None
     impact: int | None = None
+    clearance_right: float | None = None
+    clearance_left: float | None = None
+    restitution_right: float | None = None
+    restitution_left: float | None = None
+    bias: float | None = None
+    forcing: float | None = None
     beyond: tuple[Beyond, ...] = ()
 
 
-class OrbitBranch(Verifiable, Result):
+class OrbitBranch(Observed, Result):
     """A branch of periodic motions, m of them with k impacts each, in the order of the branch."""
 
     parameter: FloatArray
@@ -128,9 +134,16 @@ class OrbitBranch(Verifiable, Result):
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[str, ...]
     reason: str | None
+    clearance_right: FloatArray | None = None
+    clearance_left: FloatArray | None = None
+    restitution_right: FloatArray | None = None
+    restitution_left: FloatArray | None = None
+    bias: FloatArray | None = None
+    forcing: FloatArray | None = None
 
     def plot(
         self,
+        quantity: str | Axes | None = None,
         ax: Axes | None = None,
         *,
         colour: str | None = None,
@@ -142,11 +155,12 @@ class OrbitBranch(Verifiable, Result):
 
         A branch that turns at an SB or a PD has the same motions, or their mirror images, beyond it: they are drawn
         once. `colour` is that of motions, and `label` the name of the branch in the legend, for several on one axes.
+        With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
+        drawn instead. Raises ValueError for one that was not asked for.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.orbits import plot_branch
-
-        return plot_branch(self, drawing(ax, legend, labels), colour, label)
+        if isinstance(quantity, str):
+            return plot_along_branch(self, drawing(ax, legend, labels), quantity_of(self, quantity), colour, label)
+        return plot_branch(self, drawing(quantity if ax is None else ax, legend, labels), colour, label)
 
     def plot_multipliers(
         self,
@@ -156,9 +170,6 @@ class OrbitBranch(Verifiable, Result):
         labels: bool = True,
     ) -> Axes:
         """Draw the multipliers of all orbits and the unit circle, coloured by the parameter."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.orbits import plot_branch_multipliers
-
         return plot_branch_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
 
     def knots(self) -> Knots:
@@ -180,7 +191,8 @@ class OrbitBranch(Verifiable, Result):
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.
 
-        Its parameters are omega[index], clearance[index] and restitution[index].
+        Its parameters are omega[index], clearance[index] and restitution[index], or those of each stop, bias[index] and
+        forcing[index].
         """
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         return {"period": self.period, "stops": self.stops.tolist(), **lists}

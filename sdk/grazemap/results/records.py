@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import cleandoc
@@ -63,7 +62,7 @@ def members(cls: type, kind: type) -> list[str]:
     lines = []
     for name, value in sorted(found.items()):
         said = cleandoc(value.__doc__ or "").partition("\n")[0] if isinstance(value, kind) else ""
-        if said and not name.startswith(("_", "derived")) and not said.startswith("Deprecated"):
+        if said and not name.startswith(("_", "derived")):
             lines += [name if kind is property else f"{name}()", f"    {said}"]
     return lines
 
@@ -86,20 +85,8 @@ def _text(one: Field) -> str:
     return one.description + index + unit + when
 
 
-class Verifiable:
-    """Base of classes with the attribute `verified`; it has the deprecated name."""
-
-    __slots__ = ()
-
-    @property
-    def certified(self) -> Any:
-        """Deprecated: another name of `verified`."""
-        warnings.warn("certified is deprecated: use verified", DeprecationWarning, stacklevel=2)
-        return self.verified  # type: ignore[attr-defined]
-
-
 @described(MOTION, comparable=True)
-class Motion(Verifiable):
+class Motion:
     """The motion n-p_r-q_l that a trajectory settles to."""
 
     kind: str
@@ -130,7 +117,7 @@ class Impacts:
 
 @described(RESTS)
 class Sticking:
-    """The intervals during which mass 1 rests on a stop."""
+    """The intervals during which the contact rests on a stop."""
 
     start: FloatArray
     stop_time: FloatArray

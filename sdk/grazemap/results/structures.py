@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.structure import plot_structure
 from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, described
 from grazemap.schema.structures import GAPS, HARMONIC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 @described(GAPS, comparable=True)
@@ -78,9 +78,6 @@ class Structure(Result):
 
     def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the amplitude over omega with the natural frequencies; without omega the impulse response over time."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.structure import plot_structure
-
         return plot_structure(self, drawing(ax, legend, labels))
 
     def _summary(self) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from grazemap.constants import ENGINEERING_UNITS
 from grazemap.errors import MissingExtra
+from grazemap.results.observables import outputs_of
 from grazemap.schema import Field, Record
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ _NULLABLE = {"int": "Int64", "bool": "boolean"}
 def tables(result: Result) -> list[str]:
     """Return the names of the tables that a result has."""
     stored = [one.name for one in result.schema if _is_table(one) and getattr(result, one.name, None) is not None]
+    stored = [name for name in stored if name != "outputs" or _are_rows(result)]
     return [*([result.schema.rows] if result.schema.rows else []), *stored, *result.derived_tables()]
 
 
@@ -132,6 +134,11 @@ def _cell(value: Any) -> str:
     return said if len(said) <= _WIDEST else f"{said[: _WIDEST - 3]}..."
 
 
+def _are_rows(result: Result) -> bool:
+    """Return whether there are outputs, whose numbers are not arrays: those are columns of another table."""
+    return any(not one.dims for one, _ in outputs_of(result))
+
+
 def _is_table(one: Field) -> bool:
     if not isinstance(one.type, Record):
         return False
@@ -165,6 +172,7 @@ def _add_arrays(columns: _Columns, result: Result, rows: str) -> None:
             columns[one.name] = (one, list(values))
         else:
             columns |= {f"{one.name}_{i}": (one, list(entry)) for i, entry in enumerate(values, start=1)}
+    columns |= {one.name: (one, list(values)) for one, values in outputs_of(result) if one.dims == (rows,)}
 
 
 def _add_records(

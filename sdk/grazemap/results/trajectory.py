@@ -7,17 +7,17 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
+from grazemap.plots.axes import LegendPlace
+from grazemap.plots.trajectory import plot_trajectories, plot_trajectory, trajectory_drawing
 from grazemap.results.base import Result, counted
+from grazemap.results.observables import Observed
 from grazemap.results.records import FloatArray, Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from grazemap.plots.axes import LegendPlace
 
 
-class Trajectory(Result):
+class Trajectory(Observed, Result):
     """One trajectory with every impact."""
 
     time: FloatArray
@@ -33,18 +33,15 @@ class Trajectory(Result):
         self,
         ax: tuple[Axes, Axes] | Axes | None = None,
         *,
-        mass: int = 1,
+        mass: int | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
-        figure: Figure | None = None,
     ) -> tuple[Axes, Axes]:
-        """Draw the time history of one mass with the stops, and its phase portrait; return both axes.
+        """Draw the time history of the contact, or of one mass, and its phase portrait; return both axes.
 
         `ax` is both axes, or one for the time history alone.
         """
-        from grazemap.plots.trajectory import plot_trajectory, trajectory_drawing
-
-        return plot_trajectory(self, trajectory_drawing(ax, legend, labels, figure), mass)
+        return plot_trajectory(self, trajectory_drawing(ax, legend, labels), mass)
 
     def _summary(self) -> str:
         return f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
@@ -72,20 +69,17 @@ class Trajectories(Result):
         self,
         ax: tuple[Axes, Axes] | Axes | None = None,
         *,
-        mass: int = 1,
+        mass: int | None = None,
         colours: Mapping[str, str] | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
-        figure: Figure | None = None,
     ) -> tuple[Axes, Axes]:
-        """Draw the last periods of one mass, and its phase portrait, in the colours of the motions; return both axes.
+        """Draw the last periods of the contact, or of one mass, in the colours of the motions; return both axes.
 
         `ax` is both axes, or one for the time history alone. All that was recorded of one of them, with its impacts,
         is drawn by ``trajectories[i].plot()``. `colours` gives colours by label or kind.
         """
-        from grazemap.plots.trajectory import plot_trajectories, trajectory_drawing
-
-        return plot_trajectories(self, trajectory_drawing(ax, legend, labels, figure), mass, colours)
+        return plot_trajectories(self, trajectory_drawing(ax, legend, labels), mass, colours)
 
     def _summary(self) -> str:
         found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)

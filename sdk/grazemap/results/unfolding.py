@@ -1,9 +1,11 @@
-"""Unfolding maps: which motion each point of a rectangle of (omega, clearance) settles to."""
+"""Unfolding maps: which motion each point of a rectangle of two parameters settles to."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,9 +13,13 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import colours_of_map
+from grazemap.plots.axes import LegendPlace, drawing
+from grazemap.plots.observables import plot_over_plane
+from grazemap.plots.unfolding import plot_computed, plot_unfolding_map
 from grazemap.results.base import Result, counted, counted_points, outside
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.records import (
     RECORDS,
     BoolArray,
@@ -22,17 +28,17 @@ from grazemap.results.records import (
     InferredWrong,
     IntArray,
     MotionShare,
-    Verifiable,
 )
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.schema.motions import motions_of
-from grazemap.wire import motion_label
+from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
+from grazemap.wire.planes import Plane
+
+_OF_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +47,7 @@ class MapPoint:
 
     Attributes
     ----------
-    omega, clearance : float
+    horizontal, vertical : float
         The point of the grid.
     label, kind : str
         n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic; and the kind.
@@ -50,30 +56,50 @@ class MapPoint:
         Why the motion is unresolved, or periodic and not verified; else empty.
     computed : bool
         False: inferred from the points around it.
-    omega_offset, clearance_offset : float
+    horizontal_offset, vertical_offset : float
         This point minus the place that was asked for: at most half a step of the grid.
     request : dict or None
         The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
         unless the map's trajectories start at rest.
+    omega, clearance : float or dict
+        The frequency and the clearance there.
     """
 
-    omega: float
-    clearance: float
+    horizontal: float
+    vertical: float
     label: str
     kind: str
     verified: bool
     reason: str
     computed: bool
-    omega_offset: float
-    clearance_offset: float
+    horizontal_offset: float
+    vertical_offset: float
     request: dict[str, Any] | None
+    omega: float
+    clearance: float | dict[str, float | None]
+
+    @property
+    def omega_offset(self) -> float:
+        """Deprecated: another name of `horizontal_offset`."""
+        warnings.warn("omega_offset is deprecated: use horizontal_offset", DeprecationWarning, stacklevel=2)
+        return self.horizontal_offset
+
+    @property
+    def clearance_offset(self) -> float:
+        """Deprecated: another name of `vertical_offset`."""
+        warnings.warn("clearance_offset is deprecated: use vertical_offset", DeprecationWarning, stacklevel=2)
+        return self.vertical_offset
 
 
-class UnfoldingMap(Verifiable, Result):
-    """The motion that each point of a rectangle of (omega, clearance) settles to."""
+class UnfoldingMap(Observed, Result):
+    """The motion that each point of a rectangle of two parameters settles to."""
 
-    omega: FloatArray
-    clearance: FloatArray
+    omega: FloatArray | None
+    clearance: FloatArray | None
+    horizontal: FloatArray
+    vertical: FloatArray
+    margin_right: FloatArray | None
+    margin_left: FloatArray | None
     kind: IntArray
     kinds: tuple[str, ...]
     period: IntArray
@@ -101,6 +127,7 @@ class UnfoldingMap(Verifiable, Result):
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         whole = super()._attributes(document, meta)
+        whole |= _axes(whole, _plane(meta))
         figures = whole.pop("at_computed")
         if figures is None:
             return whole
@@ -137,22 +164,49 @@ class UnfoldingMap(Verifiable, Result):
         return [MotionShare(**motion) for motion in motions], codes
 
     def labels(self) -> NDArray[np.str_]:
-        """Return the label of every point, shape (clearance, omega)."""
+        """Return the label of every point, shape (vertical, horizontal)."""
         motions, codes = self._coded()
         return np.array([motion.label for motion in motions], dtype="<U32")[codes]
 
-    def at(self, omega: float, clearance: float) -> MapPoint:
-        """Return the point of the grid that is nearest to a place. Raises ValueError for a place outside the map."""
-        column = _nearest("omega", self.omega, omega, self.units)
-        row = _nearest("clearance", self.clearance, clearance, self.units)
-        place = float(self.omega[column]), float(self.clearance[row])
+    @cached_property
+    def _plane(self) -> Plane:
+        return _plane(self.meta)
+
+    @property
+    def parameters(self) -> tuple[str, str]:
+        """The names of the horizontal and of the vertical parameter, for example "omega" and "clearance"."""
+        return self._plane.names
+
+    @property
+    def roles(self) -> dict[str, str]:
+        """As `Result.roles`."""
+        if self._is_of_ranges:
+            return dict(self.schema.roles)
+        return dict(zip(("horizontal", "vertical"), self.parameters, strict=True))
+
+    def at(self, horizontal: float, vertical: float) -> MapPoint:
+        """Return the point of the grid that is nearest to a place, such as an omega and a clearance.
+
+        Raises ValueError for a place outside the map.
+        """
+        across, up = self.parameters
+        column = _nearest(across, self.horizontal, horizontal, self.units)
+        row = _nearest(up, self.vertical, vertical, self.units)
+        place = float(self.horizontal[column]), float(self.vertical[row])
         kind = self.kinds[self.kind[row, column]]
         period = int(self.period[row, column])
         counts = int(self.impacts_right[row, column]), int(self.impacts_left[row, column])
         asked, request = self.meta["request"], None
+        there = self._plane.parameters.at({across: place[0], up: place[1]})
+        clearance = there.clearance.model_dump()
         if kind == "periodic" and asked.get("policy", "rest") == "rest" and max(counts) != -1:
-            settings = {"transient_periods": asked["max_periods"], "max_period": asked["max_period"]}
-            request = {"oscillator": asked["oscillator"], "omega": place[0], "clearance": place[1], **settings}
+            request = {
+                "oscillator": there.oscillator.model_dump(),
+                "omega": there.omega,
+                "clearance": clearance,
+                "transient_periods": asked["max_periods"],
+                "max_period": asked["max_period"],
+            }
         return MapPoint(
             *place,
             motion_label(period, *counts) if kind == "periodic" else kind,
@@ -160,23 +214,35 @@ class UnfoldingMap(Verifiable, Result):
             bool(self.verified[row, column]),
             self.reasons[self.reason[row, column]],
             self.computed is None or bool(self.computed[row, column]),
-            place[0] - float(omega),
-            place[1] - float(clearance),
+            place[0] - float(horizontal),
+            place[1] - float(vertical),
             request,
+            there.omega,
+            clearance,
         )
 
     def zoom(
-        self, omega: tuple[float, float], clearance: tuple[float, float], shape: tuple[int, int] | None = None
+        self, horizontal: tuple[float, float], vertical: tuple[float, float], shape: tuple[int, int] | None = None
     ) -> dict[str, Any]:
         """Return the keywords with which `client.unfolding_map` computes a part of the map, with the same settings.
 
-        `shape` is (clearance points, omega points); left out: that of this map.
+        `shape` is (vertical points, horizontal points); left out: that of this map.
         """
-        settings = {name: value for name, value in self.meta["request"].items() if name not in ("omega", "clearance")}
-        return settings | {"omega": omega, "clearance": clearance, "shape": shape or self.kind.shape}
+        fields = ("omega", "clearance") if self._is_of_ranges else ("horizontal", "vertical")
+        settings = {name: value for name, value in self.meta["request"].items() if name not in fields}
+        settings["shape"] = shape or self.kind.shape
+        across, up = self.parameters
+        if not self._is_of_ranges:
+            return settings | {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
+        stop, given = up.removeprefix("clearance").lstrip("_"), self.meta["request"]["clearance"]
+        return settings | {"omega": horizontal, "clearance": given | {stop: vertical} if stop else vertical}
+
+    @property
+    def _is_of_ranges(self) -> bool:
+        return "horizontal" not in self.meta["request"]
 
     def mask(self, motion: MotionShare | str) -> BoolArray:
-        """Return where a motion is, shape (clearance, omega).
+        """Return where a motion is, shape (vertical, horizontal).
 
         The motion is one of `motions`, or its label. Raises ValueError for a label that the map does not have.
         """
@@ -205,6 +271,7 @@ class UnfoldingMap(Verifiable, Result):
 
     def plot(
         self,
+        quantity: str | Axes | None = None,
         ax: Axes | None = None,
         *,
         curve: GrazingCurve | None = None,
@@ -218,16 +285,25 @@ class UnfoldingMap(Verifiable, Result):
     ) -> Axes:
         """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given.
 
-        `motions` is the number of motions with a colour. `colours` gives colours by label or kind, such as those of
-        another map (`other.colours()`). `merge_mirror_images` is as of `motions`. Raises TypeError for other results.
+        With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
+        drawn instead, with a scale; grey where there are none. `motions` is the number of motions with a colour.
+        `colours` gives colours by label or kind, such as those of another map (`other.colours()`).
+        `merge_mirror_images` is as of `motions`. Raises TypeError for other results, and ValueError for a quantity that
+        was not asked for, and for bifurcation curves of another plane.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.unfolding import plot_unfolding_map
+        if quantity is not None and not isinstance(quantity, str):
+            quantity, ax = None, quantity
 
         _expect("curve", curve, GrazingCurve)
         _expect("points", points, CodimensionTwoPoints)
         for one in curves if isinstance(curves, Sequence) else [curves]:
             _expect("curves", one, BifurcationCurves)
+            if one is not None and one.parameters != self.parameters:
+                own, given = (" and ".join(names) for names in (self.parameters, one.parameters))
+                raise ValueError(f"curves are over {given}, and the map is over {own}")
+        if quantity is not None:
+            shown = quantity_of(self, quantity)
+            return plot_over_plane(self, drawing(ax, legend, labels, 10.5, 6.5), shown, curve, points, curves)
         return plot_unfolding_map(
             self,
             drawing(ax, legend, labels, 10.5, 6.5),
@@ -241,9 +317,6 @@ class UnfoldingMap(Verifiable, Result):
 
     def plot_computed(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw which points of an adaptive map were computed. Raises ValueError for other maps."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.unfolding import plot_computed
-
         return plot_computed(self, drawing(ax, legend, labels, 8.0, 6.5))
 
     def _code(self, kind: str) -> int:
@@ -254,7 +327,7 @@ class UnfoldingMap(Verifiable, Result):
         periodic = self.kind == self._code("periodic")
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         said = [
-            f"{len(self.clearance)} x {len(self.omega)} points{computed}",
+            f"{len(self.vertical)} x {len(self.horizontal)} points{computed}",
             counted(self.motions(), "motion"),
             f"{share:.1%} of the periodic points verified",
         ]
@@ -280,6 +353,20 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
     largest = sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
     colours = colours_of_map([motion.label for motion in largest], [motion.kind for motion in largest])
     return [replace(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
+
+
+def _plane(meta: Mapping[str, Any]) -> Plane:
+    """Return the plane of a map from its request."""
+    request = meta["request"]
+    return UnfoldingMapsRequest(**{name: request[name] for name in _OF_PLANE if name in request}).plane
+
+
+def _axes(whole: Mapping[str, Any], plane: Plane) -> dict[str, Any]:
+    """Return the values of the axes by their roles, and omega and clearance where they vary."""
+    if whole["horizontal"] is None:
+        return {"horizontal": whole["omega"], "vertical": whole["clearance"]}
+    named = {plane.horizontal.vary: whole["horizontal"], plane.vertical.vary: whole["vertical"]}
+    return {name: named.get(name) for name in ("omega", "clearance")}
 
 
 def _expect(name: str, given: object, kind: type[Result]) -> None:

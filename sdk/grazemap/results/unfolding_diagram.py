@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.results.base import RESULTS, Result, counted_points, value_of
-from grazemap.results.curves import BifurcationCurves
-from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.curves import BifurcationCurves, PlaneCurve
+from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.schema import ResultSchema
 from grazemap.schema.common import BIFURCATIONS
-from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS
+from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS, PLANE_GRAZES
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
 if TYPE_CHECKING:
@@ -27,8 +27,22 @@ if TYPE_CHECKING:
     from grazemap.plots.axes import LegendPlace
 
 
+_REQUESTS = {"stop_grazing_curves": "grazing_curve"}
+"""Attributes of the request that have the requests of parts, where their names differ."""
+
+
+@described(PLANE_GRAZES)
+class GrazingCurveOfPlane:
+    """A curve of a plane of any two parameters on which the steady motion touches a stop."""
+
+    stop: int
+    horizontal: FloatArray
+    vertical: FloatArray
+    admissible: NDArray[np.bool_]
+
+
 @described(BORDER_CURVE)
-class BorderCurve:
+class BorderCurve(PlaneCurve):
     """A curve that explains borders of a map."""
 
     type: str
@@ -37,11 +51,13 @@ class BorderCurve:
     impacts_right: int
     impacts_left: int
     symmetric: bool
-    omega: FloatArray
-    clearance: FloatArray
     admissible: NDArray[np.bool_]
     pairs: int
     ends: tuple[str, ...]
+    omega: FloatArray | None = None
+    clearance: FloatArray | None = None
+    horizontal: FloatArray | None = None
+    vertical: FloatArray | None = None
 
     @property
     def label(self) -> str:
@@ -56,7 +72,7 @@ class Border:
     Attributes
     ----------
     motions : tuple of two str
-        Labels, the same for mirror images, or kinds; in no order.
+        Labels, the same for mirror images between symmetric stops, or kinds; in no order.
     explanation : str
         "curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`.
     curve : str
@@ -117,9 +133,11 @@ class UnfoldingDiagram(Result):
     """An unfolding map and the results drawn over it, each equal to that of its own request."""
 
     unfolding_map: UnfoldingMap
-    grazing_curve: GrazingCurve
-    codimension_two_points: CodimensionTwoPoints
-    bifurcation_curves: BifurcationCurves
+    grazing_curve: GrazingCurve | None
+    stop_grazing_curves: StopGrazingCurves | None
+    grazing_curves: tuple[GrazingCurveOfPlane, ...] | None
+    codimension_two_points: CodimensionTwoPoints | None
+    bifurcation_curves: BifurcationCurves | None
     borders: MapBorders | None
 
     @classmethod
@@ -129,11 +147,35 @@ class UnfoldingDiagram(Result):
         parts: dict[str, Any] = {}
         for one in cls.schema:
             if isinstance(one.type, ResultSchema):
-                own = {"process": one.type.process, "request": canonical(getattr(asked, one.name))}
-                parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
-        found = document.get("borders")
-        borders = None if found is None else value_of(cls.schema["borders"], found)
-        return {**parts, "borders": borders}
+                parts[one.name] = None
+                if one.name in document or not one.optional:
+                    request = getattr(asked, _REQUESTS.get(one.name, one.name))
+                    own = {"process": one.type.process, "request": canonical(request)}
+                    parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
+        for name in ("grazing_curves", "borders"):
+            found = document.get(name)
+            parts[name] = None if found is None else value_of(cls.schema[name], found)
+        return parts
+
+    @property
+    def horizontal(self) -> FloatArray:
+        """The horizontal values of the map."""
+        return self.unfolding_map.horizontal
+
+    @property
+    def vertical(self) -> FloatArray:
+        """The vertical values of the map."""
+        return self.unfolding_map.vertical
+
+    @property
+    def roles(self) -> dict[str, str]:
+        """As `Result.roles`."""
+        return self.unfolding_map.roles
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether mirror images of motions are motions too, and one motion in the borders."""
+        return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).mirrors
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """As `Result.derived`."""
@@ -218,13 +260,14 @@ class UnfoldingDiagram(Result):
         return plot_unfolding_diagram(self, drawing(ax, legend, labels, 10.5, 6.5), **options)
 
     def _one_label_each(self) -> NDArray[np.str_]:
-        """Return labels in which mirror images are one motion, more impacts first."""
+        """Return labels in which mirror images are one motion, more impacts first, if they are motions too."""
         umap = self.unfolding_map
         periodic = umap.kind == umap.kinds.index("periodic")
         labels = np.array(umap.kinds)[umap.kind].astype("<U32")
-        more = np.maximum(umap.impacts_right, umap.impacts_left)
-        fewer = np.minimum(umap.impacts_right, umap.impacts_left)
-        codes = np.stack([umap.period, more, fewer, umap.symmetric], axis=-1)
+        impacts = [umap.impacts_right, umap.impacts_left]
+        if self.mirrors:
+            impacts = [np.maximum(*impacts), np.minimum(*impacts)]
+        codes = np.stack([umap.period, *impacts, umap.symmetric], axis=-1)
         for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
             here = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
             labels[here] = _label(motion_label(period, right, left), right, left, bool(symmetric))
@@ -232,7 +275,7 @@ class UnfoldingDiagram(Result):
 
     def _summary(self) -> str:
         umap = self.unfolding_map
-        points = f"{len(umap.clearance)} x {len(umap.omega)} points, {len(umap.motions())} motions"
+        points = f"{len(umap.vertical)} x {len(umap.horizontal)} points, {len(umap.motions())} motions"
         if self.borders is None:
             return points
         left = self.borders.count("unexplained")

@@ -14,12 +14,12 @@ PERIOD = field("period", "int", "The minimum period n of a periodic motion.", un
 IMPACTS_RIGHT = field(
     "impacts_right",
     "int",
-    "Number of impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: mass 1 rests on it "
-    "without an impact, -2: infinitely many, in complete chatter.",
+    "Number of impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: the contact "
+    "rests on it without an impact, -2: infinitely many, in complete chatter.",
 )
 IMPACTS_LEFT = field("impacts_left", "int", "The same for stop C.")
 SYMMETRIC = field("symmetric", "bool", "Whether the motion is its own mirror image, half a period later.")
-STICKING = field("sticking", "bool", "Whether mass 1 rests on a stop at some time in the period.")
+STICKING = field("sticking", "bool", "Whether the contact rests on a stop at some time in the period.")
 _OF_PERIODIC = "of periodic motions"
 NAME: tuple[Field, ...] = tuple(
     one.in_result(when=_OF_PERIODIC) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, STICKING)
@@ -104,12 +104,12 @@ IMPACTS = Record(
         field("period", "int", "Forcing periods completed at that time.", "impact", "forcing periods"),
         field("phase_time", "float", "Time since the end of these periods, without their rounding.", "impact", "s"),
         field("stop", "int", "+1: stop A, -1: stop C.", "impact", dtype="int8", values=STOPS),
-        field("velocity", "float", "Velocity of mass 1 before the impact, signed.", "impact", "m/s"),
+        field("velocity", "float", "Velocity of the contact coordinate before the impact, signed.", "impact", "m/s"),
         field(
             "kind",
             "str",
             "impact; chatter: infinitely many impacts follow until the next rest; graze: round-off leaves undecided "
-            "whether mass 1 touches the stop.",
+            "whether the stop is touched.",
             "impact",
             values=("impact", "chatter", "graze"),
         ),
@@ -117,7 +117,7 @@ IMPACTS = Record(
 )
 RESTS = Record(
     "Sticking",
-    "The intervals during which mass 1 rests on a stop.",
+    "The intervals during which the contact rests on a stop.",
     (
         field("start", "float", "Start of the interval.", "interval", "s"),
         field("stop_time", "float", "End of the interval.", "interval", "s"),

@@ -14,7 +14,7 @@ GRAZING = Record(
     (
         field("state", "float", "The state; theta is the phase of the forcing, in (-pi, pi].", _ENTRY),
         field("vector_field", "float", "Vector field at the state.", _ENTRY),
-        field("acceleration", "float", "Acceleration of mass 1.", unit="m/s^2"),
+        field("acceleration", "float", "Acceleration of the contact coordinate.", unit="m/s^2"),
         field(
             "beta",
             "float",
@@ -28,7 +28,7 @@ NEXT_CONTACT = Record(
     "NextContact",
     "The next contact of the steady motion after its first impact, slightly below the grazing curve.",
     (
-        field("order", "int", "Half periods until that contact; 0: none within the requested returns.", _EACH),
+        field("order", "int", "Returns until that contact; 0: none within the requested ones.", _EACH),
         field("stop", "int", "Stop of that contact: +1 A, -1 C, 0 none.", _EACH),
         field("margin", "float", "Distance of the order from its threshold, relative to the latter.", _EACH, null=True),
     ),
@@ -36,14 +36,15 @@ NEXT_CONTACT = Record(
 RETURNS = Record(
     "Returns",
     "The motion with the stops closer than the steady amplitude by each overshoot, by the Poincare map and by "
-    "simulation, after each half period, as deviations alternately from the grazing points of the two stops.",
+    "simulation, as deviations from the grazing point at every return: half periods of the forces, alternately at the "
+    "two stops, where both are grazed at once, else whole ones.",
     (
         field("mapped", "float", "Deviations by the Poincare map, equation (26).", f"{_ONWARD} {_ENTRY}", null=True),
         field("simulated", "float", "Deviations by simulation.", f"{_ONWARD} {_ENTRY}", null=True),
         field(
             "mapped_overshoot",
             "float",
-            "Distance of mass 1 beyond the stop; positive: there is an impact.",
+            "Distance of the contact beyond the stop; positive: there is an impact.",
             _ONWARD,
             "m",
             null=True,
@@ -52,7 +53,7 @@ RETURNS = Record(
         field(
             "error",
             "float",
-            "Maximum difference of the two deviations, in units of clearance, omega times clearance, and radians.",
+            "Maximum difference of the two deviations, in units of amplitude, omega times amplitude, and radians.",
             _ONWARD,
             null=True,
         ),
@@ -62,7 +63,7 @@ RETURNS = Record(
 DISCONTINUITY_MAPPINGS = ResultSchema(
     "DiscontinuityMapping",
     "The effect of an impact on motions that overshoot a grazing stop, and their later returns. Errors are maximum "
-    "entries in units of clearance, omega times clearance, and radians.",
+    "entries in units of the steady amplitude, omega times the amplitude, and radians.",
     (
         OMEGA,
         CLEARANCE.in_result(description="Clearance of the grazing point."),
@@ -73,7 +74,7 @@ DISCONTINUITY_MAPPINGS = ResultSchema(
             "The motion at the grazing point, and the coefficients of the mapping.",
             prefix="grazing_",
         ),
-        field("overshoot", "float", "Displacement of mass 1 beyond the stop.", _EACH, "m"),
+        field("overshoot", "float", "Displacement of the contact beyond the stop.", _EACH, "m"),
         field("largest_overshoot", "float", "End of the domain of the exact mapping.", unit="m"),
         field("state", "float", "The states that are mapped.", f"{_EACH} {_ENTRY}"),
         field("mapped", "float", "Their images under the mapping of the requested order.", f"{_EACH} {_ENTRY}"),
@@ -92,17 +93,29 @@ DISCONTINUITY_MAPPINGS = ResultSchema(
         field(
             "jacobian",
             "float",
-            "Jacobian of the half-period map from this stop to the other one, equation (46).",
+            "Jacobian of the map from this return to the next one, equation (46).",
             f"{_ENTRY} state_entry_before",
         ),
-        field("jacobian_opposite", "float", "Jacobian of the half-period map back.", f"{_ENTRY} state_entry_before"),
+        field(
+            "jacobian_opposite",
+            "float",
+            "Jacobian of the map from there to the return after it, at the other stop if both are grazed at once.",
+            f"{_ENTRY} state_entry_before",
+        ),
         XI.in_result(
             description="xi_m for m = 1 .. returns of a graze at this stop, equations (33)-(40): an impact "
-            "recurs at the first m with (-1)^m stop xi_m < 0."
+            "recurs at the first m with (-1)^m stop xi_m < 0, or stop xi_m < 0 after whole periods."
         ),
         field("first_recurrence", "int", "The first m at which an impact recurs; 0: none."),
         field("recurrence_stop", "int", "The stop of that impact: +1 A, -1 C, 0 none."),
         field("next_contact", NEXT_CONTACT, "The next contact of the steady motion.", prefix="next_"),
+        field(
+            "margin",
+            "float",
+            "Gap of the other stop minus the amplitude toward it.",
+            unit="m",
+            when="of stops that are not alike, if there is another one",
+        ),
         field("returns", RETURNS, "The later returns of the motion.", prefix="returns_"),
     ),
     process="discontinuity-mappings",

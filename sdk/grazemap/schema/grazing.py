@@ -46,6 +46,29 @@ UNFOLDING = Record(
         ),
     ),
 )
+_AT_CORNER = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
+CORNER = Record(
+    "Corner",
+    "Two maxima of the steady motion that are equal, where the grazing curve has a kink.",
+    (
+        field(
+            "phase_before",
+            "float",
+            "omega t, in (-pi, pi], of the maximum that is the larger one at omega below the point.",
+            unit="rad",
+        ),
+        field("phase_after", "float", "The same at omega above the point.", unit="rad"),
+        field("slope_before", "float", _AT_CORNER.format("below"), unit="m s/rad"),
+        field("slope_after", "float", _AT_CORNER.format("above"), unit="m s/rad"),
+        field(
+            "recurrence_before",
+            "int",
+            "Number of the contact at which an impact first recurs after a graze at the first maximum; 0: none within "
+            "max_order half periods. The contacts are those of the steady motion at the point, in the order of time.",
+        ),
+        field("recurrence_after", "int", "The same after a graze at the second maximum."),
+    ),
+)
 POINT = Record(
     "CodimensionTwoPoint",
     "One codimension-two point of the grazing curve.",
@@ -54,8 +77,9 @@ POINT = Record(
             "kind",
             "str",
             "recurrence: a zero of Phi_12(order T/2), equations (45), (57), (58); resonant: a zero of the "
-            "periodic sum H(1) or H(-1); double-graze: the steady motion touches both stops, which are not alike.",
-            values=("recurrence", "resonant", "double-graze"),
+            "periodic sum H(1) or H(-1); double-graze: the steady motion touches both stops, which are not alike; "
+            "corner: two maxima of the steady motion are equal.",
+            values=("recurrence", "resonant", "double-graze", "corner"),
         ),
         OMEGA.in_result(coordinate=True),
         CLEARANCE,
@@ -101,15 +125,22 @@ POINT = Record(
             when="where it was computed",
         ),
         field("stop", "int", "The stop that is grazed: +1 right, -1 left.", when=_UNLIKE, values=(1, -1)),
-        field("amplitude_slope", "float", "d A/d omega of the steady motion.", unit="m s/rad", when=_UNLIKE),
+        field(
+            "amplitude_slope",
+            "float",
+            "d A/d omega of the steady motion.",
+            unit="m s/rad",
+            when="of stops that are not alike, but for corners",
+        ),
         field(
             "margin",
             "float",
-            "Gap of the other stop minus the amplitude; the graze is virtual where it is negative.",
+            "Gap of the other stop minus the amplitude toward it; the graze is virtual where it is negative.",
             unit="m",
             when="of stops that are not alike, if there is another one",
         ),
         field("unfolding", UNFOLDING, "The curve that leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_"),
+        field("corner", CORNER, "The two maxima.", when="of simple corners", prefix="corner_"),
     ),
 )
 
@@ -123,13 +154,11 @@ def _of_stop(name: str) -> tuple[Field, ...]:
             when=when,
             description=f"Clearance of the {name} stop at which the steady motion touches it.",
         ),
-        field(
-            f"phase_{name}", "float", "Phase of the forcing at the contact, in (-pi, pi].", "omega", "rad", when=when
-        ),
+        field(f"phase_{name}", "float", "omega t at the contact, in (-pi, pi].", "omega", "rad", when=when),
         field(
             f"margin_{name}",
             "float",
-            "Gap of the other stop minus the amplitude; null if there is none.",
+            "Gap of the other stop minus the amplitude toward it; null if there is none.",
             "omega",
             "m",
             null=True,
@@ -155,7 +184,7 @@ def _of_stop(name: str) -> tuple[Field, ...]:
 STOP_GRAZING_CURVES = ResultSchema(
     "StopGrazingCurves",
     "The grazes of stops that are not alike: of one of them, with the other one fixed or absent, or of both at one "
-    "clearance on either side of an equilibrium that a bias moves.",
+    "clearance, where a bias moves the equilibrium or the forces have even and odd harmonics.",
     (
         field("contact_equilibrium", "float", "The contact coordinate at the static equilibrium.", unit="m"),
         OMEGA.in_result(dims=("omega",)),
@@ -176,7 +205,7 @@ GRAZING_CURVES = ResultSchema(
     (
         OMEGA.in_result(dims=("omega",)),
         CLEARANCE.in_result(dims=("omega",), description="A(omega), where the steady motion touches both stops."),
-        field("phase", "float", "Phase of the forcing at the contact with stop A, in (-pi, pi].", "omega", "rad"),
+        field("phase", "float", "omega t at the contact with stop A, in (-pi, pi].", "omega", "rad"),
         field(
             "first_recurrence",
             "int",

@@ -18,10 +18,12 @@ from grazemap.schema.common import (
     VERIFIED,
 )
 from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, field
+from grazemap.schema.observables import OBSERVABLES, observed_fields, output_record
 
 PLANE = ("vertical", "horizontal")
 _IN_JSON = "in JSON"
 _FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
+_OF_RANGES, _OF_AXES = "of maps over ranges of omega and clearance", "of maps with axes"
 _PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
 # When a value is a field of the map itself.
 _WHEN_FULL = {
@@ -133,8 +135,23 @@ UNFOLDING_MAPS = ResultSchema(
     "UnfoldingMap",
     "The motion that each point of a rectangle of the plane settles to.",
     (
-        OMEGA.in_result(dims=("horizontal",)),
-        CLEARANCE.in_result(dims=("vertical",)),
+        OMEGA.in_result(dims=("omega",), when=_OF_RANGES),
+        CLEARANCE.in_result(dims=("clearance",), when=_OF_RANGES),
+        field("horizontal", "float", "Values of the horizontal parameter.", "horizontal", when=_OF_AXES, variable=None),
+        field("vertical", "float", "Values of the vertical parameter.", "vertical", when=_OF_AXES, variable=None),
+        *(
+            field(
+                f"margin_{side}",
+                "float",
+                f"Gap of the {side} stop from the steady motion, 0 on its grazing curve; null for an absent stop. That "
+                "motion exists without impacts where no margin is negative.",
+                " ".join(PLANE),
+                unit="m",
+                null=True,
+                when=_OF_AXES,
+            )
+            for side in ("right", "left")
+        ),
         field(
             "kind",
             "int",
@@ -189,6 +206,7 @@ UNFOLDING_MAPS = ResultSchema(
             when="of maps with chaotic points",
             variable=None,
         ),
+        *observed_fields(PLANE, output_record("OutputOfMap", PLANE)),
     ),
     process="unfolding-maps",
     roles={"vertical": "clearance", "horizontal": "omega"},
@@ -201,12 +219,13 @@ UNFOLDING_MAPS = ResultSchema(
 
 TILE_OF_BASINS = Record(
     "TileOfBasins",
-    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished.",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished; of "
+    "basin fractions those at some values of the parameter, for some states.",
     (
         *(
             one.in_result(index_of="")
             for one in UNFOLDING_MAPS.fields
-            if one.dims == PLANE and not one.replaces and one.name not in ("computed", "resolved")
+            if one.dims == PLANE and not one.replaces and one.name not in ("computed", "resolved", *OBSERVABLES)
         ),
         field("mean_position", "float", "As for an attractor.", " ".join(PLANE), null=True),
         field("mean_velocity", "float", "As for an attractor.", " ".join(PLANE), null=True),

@@ -14,26 +14,44 @@ from grazemap.schema.common import (
     VERIFIED,
 )
 from grazemap.schema.fields import Record, Request, ResultSchema, deprecated, field
+from grazemap.schema.observables import OUTPUT, observed_fields, output_record
 
 _REST_STOP = RESTS["stop"].in_result(dtype="int64")
 _RESTS = Record(RESTS.name, RESTS.description, (*RESTS.fields[:-1], _REST_STOP))
 _PHASES = "Phases omega t of the impacts, with the forcing f sin(omega t)."
-_VELOCITIES = "Velocities of mass 1 before each impact, signed."
-_EXCESS = "Maximum distance of mass 1 beyond a stop between the impacts; negative: it stays inside."
-RESTITUTION = field("restitution", "float", "Speed after an impact divided by the speed before it.")
+_VELOCITIES = "Velocities of the contact before each impact, signed."
+_EXCESS = "Maximum distance of the contact beyond a stop between the impacts; negative: it stays inside."
+RESTITUTION = field("restitution", "float", "Speed after an impact divided by the speed before it.", null=True)
+_CLEARANCE = CLEARANCE.in_result(
+    description="Distance of each stop from the middle; null where the stops differ.", null=True
+)
+_UNLIKE = "where the stops differ or one is absent"
+_OF_EACH = (
+    field("clearance_right", "float", "Distance of the right stop from q = 0; null: absent.", unit="m", when=_UNLIKE),
+    field("clearance_left", "float", "Distance of the left stop from q = 0; null: absent.", unit="m", when=_UNLIKE),
+)
+_GENERAL = "where the stops differ, or one of these varies"
+_VARIED = (
+    *(one.in_result(when=_GENERAL, null=True) for one in _OF_EACH),
+    field("restitution_right", "float", "Restitution of the right stop.", when=_GENERAL),
+    field("restitution_left", "float", "Restitution of the left stop.", when=_GENERAL),
+    field("bias", "float", "Factor of the bias of the request.", when=_GENERAL),
+    field("forcing", "float", "Factor of the forces of the request.", when=_GENERAL),
+)
 
 PERIODIC_ORBITS = ResultSchema(
     "PeriodicOrbit",
     "A periodic motion with impacts; where `converged` is false, `reason` says why there is none.",
     (
         OMEGA,
-        CLEARANCE,
+        _CLEARANCE,
+        *(one.in_result(null=True) for one in _OF_EACH),
         field("converged", "bool", "Whether an orbit was found."),
         field(
             "found_by",
             "str",
-            "equations: solved for by Newton's method; simulation: simulated until it closes, because mass 1 rests on "
-            "a stop.",
+            "equations: solved for by Newton's method; simulation: simulated until it closes, because the contact "
+            "rests on a stop.",
             values=("equations", "simulation"),
         ),
         field("reason", "str", "Why no orbit was found, or why it is not verified.", null=True),
@@ -74,6 +92,7 @@ PERIODIC_ORBITS = ResultSchema(
         field("excess_stop", "int", "Stop of this maximum: +1 A, -1 C, 0 none."),
         field("start", STATE, "The state at phase 0; a trajectory from there follows the orbit.", prefix="start_"),
         field("motion", MOTION, "Its name.", variable="label"),
+        *observed_fields((), OUTPUT),
     ),
     process="periodic-orbits",
     rows="impact",
@@ -104,9 +123,10 @@ SPECIAL_POINT = Record(
             values=BIFURCATIONS,
         ),
         field("parameter", "float", "Value of the parameter that varies.", variable=None),
-        CLEARANCE,
+        _CLEARANCE,
         OMEGA,
         RESTITUTION,
+        *_VARIED,
         field("status", "str", "Whether it was solved for to round-off (converged).", values=("converged", "guess")),
         ADMISSIBLE.in_result(
             description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
@@ -133,8 +153,9 @@ ORBIT_BRANCHES = ResultSchema(
     (
         field("parameter", "float", "The parameter that varies.", "point", coordinate=True),
         OMEGA.in_result(dims=("point",)),
-        CLEARANCE.in_result(dims=("point",)),
+        _CLEARANCE.in_result(dims=("point",)),
         RESTITUTION.in_result(dims=("point",)),
+        *(one.in_result(dims=("point",)) for one in _VARIED),
         field("stops", "int", "Stops of the impacts in order: +1 A, -1 C.", "impact"),
         field("period", "int", "Period of the orbits.", unit="forcing periods", variable=None),
         field(
@@ -166,6 +187,7 @@ ORBIT_BRANCHES = ResultSchema(
             variable=None,
         ),
         field("reason", "str", "Why there are no points.", null=True, variable=None),
+        *observed_fields(("point",), output_record("OutputOfBranch", ("point",))),
     ),
     process="orbit-branches",
     rows="point",

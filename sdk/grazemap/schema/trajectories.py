@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, SENSITIVE, STATE, STOPS, TRANSIENT_GROWTH
 from grazemap.schema.fields import Record, ResultSchema, field
+from grazemap.schema.observables import OUTPUT, observed_fields, output_record
 
 _FIELDS = (
     field("time", "float", "Times of the samples, from the start of the record.", "time", "s"),
@@ -22,6 +23,7 @@ _FIELDS = (
         null=True,
         prefix="final_",
     ),
+    *observed_fields((), OUTPUT),
 )
 
 TRAJECTORY = ResultSchema(
@@ -45,8 +47,8 @@ SECTION = Record(
     "Section",
     "The motion at one value of the parameter.",
     (
-        field("displacement", "float", "Displacement of mass 1 once per forcing period, at phase 0.", "point", "m"),
-        field("velocity", "float", "Velocity of mass 1 at the same times.", "point", "m/s"),
+        field("displacement", "float", "Contact coordinate once per forcing period, at phase 0.", "point", "m"),
+        field("velocity", "float", "Its velocity at the same times.", "point", "m/s"),
         field("impact_velocity", "float", "Velocity before every impact, signed.", "impact", "m/s"),
         field("impact_stop", "int", "Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS),
         field(
@@ -73,6 +75,7 @@ BIFURCATION_DIAGRAMS = ResultSchema(
             when="of diagrams with chaotic motions",
             variable=None,
         ),
+        *observed_fields(("parameter",), output_record("OutputOfDiagram", ("parameter",))),
     ),
     process="bifurcation-diagrams",
 )

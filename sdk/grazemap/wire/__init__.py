@@ -1,8 +1,18 @@
 """The wire models: the requests, jobs and problems that client, service and worker exchange."""
 
-from grazemap.wire.base import BranchInterval, CoordinateRange, Grid, Interval, Range, grid_points, grid_values
+from grazemap.wire.base import (
+    BranchInterval,
+    CoordinateRange,
+    Grid,
+    Interval,
+    Range,
+    SignedInterval,
+    grid_points,
+    grid_values,
+)
+from grazemap.wire.basin_fractions import BasinFractionsRequest, StateRange
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
-from grazemap.wire.diagrams import BifurcationDiagramsRequest
+from grazemap.wire.diagrams import BifurcationDiagramsRequest, OneParameterRequest
 from grazemap.wire.job import (
     FINISHED,
     Estimate,
@@ -46,6 +56,7 @@ __all__ = [
     "PROCESSES",
     "Base",
     "BasinCoordinate",
+    "BasinFractionsRequest",
     "BasinsRequest",
     "BifurcationCurvesRequest",
     "BifurcationDiagramsRequest",
@@ -68,6 +79,7 @@ __all__ = [
     "Link",
     "Matrices",
     "Note",
+    "OneParameterRequest",
     "Operation",
     "OrbitBranchesRequest",
     "OrbitMotion",
@@ -81,6 +93,8 @@ __all__ = [
     "ProofsRequest",
     "Range",
     "ServiceStatus",
+    "SignedInterval",
+    "StateRange",
     "Statement",
     "Status",
     "StructuresRequest",

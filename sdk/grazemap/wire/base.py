@@ -96,7 +96,7 @@ class Request(BaseModel, metaclass=_Constructed):
         cls.__signature__ = Signature(fields)
 
     def unused(self) -> Collection[str]:
-        """Return the names of fields without meaning in this request; its canonical text lacks them."""
+        """Return the names of fields that other fields leave without meaning; the canonical text lacks them."""
         return ()
 
     @model_serializer(mode="wrap")
@@ -158,6 +158,8 @@ _OF_ANY_SIGN_SIZED = Field(
 )
 _POSITIVE_SIZED = Field(gt=0, json_schema_extra=_LARGEST | {"minimum": SMALLEST_NUMBER})
 _NON_NEGATIVE_SIZED = Field(ge=0, json_schema_extra=_LARGEST | {"not": _NOT_TINY})
+# Of a field that is left out of a request's text where it is None, False or empty, as before it existed.
+LeftOut = Field(exclude_if=lambda value: not value)
 # Last in an Annotated: bounds written after it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
@@ -190,8 +192,22 @@ class Interval(_Ordered):
     """The maximum value, included."""
 
 
-class BranchInterval(_Ordered):
-    """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
+class SignedInterval(_Ordered):
+    """An interval of a parameter that varies, both ends included.
+
+    Of restitution it is between 0 and 1. Only a clearance of one stop, and the factor of the bias, may be negative.
+    """
+
+    order: ClassVar[str] = "stop > start"
+
+    start: Float
+    """The minimum value, included."""
+    stop: Float
+    """The maximum value, included."""
+
+
+class BranchInterval(SignedInterval):
+    """An interval of a parameter that is not negative, both ends included; of restitution between 0 and 1."""
 
     order: ClassVar[str] = "stop > start >= 0"
 
@@ -230,7 +246,8 @@ def _increasing(allowed: str) -> AfterValidator:
     return AfterValidator(checked)
 
 
-def _grid_tag(value: Any) -> str | None:
+def grid_tag(value: Any) -> str | None:
+    """Return the tag of a range or of a list, None for anything else."""
     if isinstance(value, dict | Range | CoordinateRange):
         return "[range]"
     return "[list]" if isinstance(value, list | tuple | np.ndarray) else None
@@ -238,7 +255,7 @@ def _grid_tag(value: Any) -> str | None:
 
 def _range_or_list(allowed: str) -> Discriminator:
     return Discriminator(
-        _grid_tag,
+        grid_tag,
         custom_error_type="not_allowed",
         custom_error_message="Input should be a range or a list of numbers",
         custom_error_context={"allowed": f'{{"start": .., "stop": .., "points": ..}} or {allowed}'},
@@ -248,11 +265,9 @@ def _range_or_list(allowed: str) -> Discriminator:
 _POSITIVE = "an increasing list of numbers > 0"
 _OF_ANY_SIGN = "an increasing list of numbers"
 _SEVERAL = Field(min_length=2, fail_fast=True)
-Grid = Annotated[
-    Annotated[Range, Tag("[range]")]
-    | Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")],
-    _range_or_list(_POSITIVE),
-]
+GridRange = Annotated[Range, Tag("[range]")]
+GridList = Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")]
+Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE)]
 CoordinateGrid = Annotated[
     Annotated[CoordinateRange, Tag("[range]")]
     | Annotated[list[Float], _SEVERAL, Listable, _increasing(_OF_ANY_SIGN), Tag("[list]")],

@@ -6,8 +6,11 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from grazemap.wire.base import CoordinateGrid, Request, invalid
-from grazemap.wire.process import Count, InitialState, MaxPeriod, MaxPeriods, Operation, PointRequest
+from grazemap.wire.base import CoordinateGrid, Positive, Request, invalid
+from grazemap.wire.process import Count, InitialState, MaxPeriod, MaxPeriods, Operation, ProcessRequest
+from grazemap.wire.structure import Clearance, as_pair
+
+INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
 
 
 class BasinCoordinate(Request):
@@ -18,7 +21,7 @@ class BasinCoordinate(Request):
     mass: Count = 1
     """The mass, counted from 1."""
     values: CoordinateGrid
-    """Its values: a range, or an increasing list; of mass 1 strictly between the stops."""
+    """Its values: a range, or an increasing list; the contact is strictly between the stops."""
 
     @property
     def varied(self) -> tuple[str, int]:
@@ -33,10 +36,11 @@ class BasinCoordinate(Request):
         return self.values.start, self.values.stop
 
 
-class BasinsRequest(PointRequest):
+class BasinsRequest(ProcessRequest):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
-    `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0.
+    `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0, or with a bias those of
+    the static equilibrium.
     """
 
     operation = Operation(
@@ -58,6 +62,10 @@ class BasinsRequest(PointRequest):
         },
     )
 
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Clearance
+    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     horizontal: BasinCoordinate
     """The initial coordinate along the horizontal axis."""
     vertical: BasinCoordinate
@@ -75,25 +83,39 @@ class BasinsRequest(PointRequest):
         for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
             if coordinate.mass > count:
                 raise invalid(f"{name}.mass is no mass of the oscillator", f"1 to {count}", name, "mass")
-            reaches = not max(abs(end) for end in coordinate.ends) < self.clearance
-            if coordinate.varied == ("displacement", 1) and reaches:
-                detail = f"{name}.values of mass 1 reach the stops"
-                raise invalid(detail, "-clearance < values < clearance", name, "values")
         if self.horizontal.varied == self.vertical.varied:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
-        initial = self.initial.fitted(count, self.clearance, ("initial",))
+        initial = self.initial.fitted(self.oscillator, self.clearance, ("initial",))
         # values that the rectangle replaces are not part of the request
         state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
         for coordinate in (self.horizontal, self.vertical):
-            state[coordinate.quantity][coordinate.mass - 1] = 0.0
-        # strictly between the stops, as a start on a stop would depend on rounding
-        if not abs(state["displacement"][0]) < self.clearance:
-            raise invalid(
-                "initial.displacement of mass 1 lies on a stop",
-                "|displacement[0]| < clearance",
-                "initial",
-                "displacement",
-            )
+            if state[coordinate.quantity]:
+                state[coordinate.quantity][coordinate.mass - 1] = 0.0
+        self._stays_between_the_stops(state["displacement"])
         # the model is frozen, but this is still its validation
-        object.__setattr__(self, "initial", initial.model_copy(update=state))
+        given = {name: values for name, values in state.items() if values}
+        object.__setattr__(self, "initial", initial.model_copy(update=given))
         return self
+
+    def _stays_between_the_stops(self, displacement: list[float]) -> None:
+        """Raise where a state of the rectangle has the contact on a stop or beyond it; unknown without displacements.
+
+        Strictly between them, as a start on a stop would depend on rounding.
+        """
+        if not displacement:
+            return
+        row, stops = self.oscillator.contact_row, as_pair(self.clearance)
+        place = sum(h * x for h, x in zip(row, displacement, strict=True))
+        lowest, highest, moved = place, place, None
+        for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
+            reached = [row[coordinate.mass - 1] * end for end in coordinate.ends]
+            if coordinate.quantity == "displacement" and row[coordinate.mass - 1] != 0.0:
+                lowest, highest, moved = lowest + min(reached), highest + max(reached), name
+        right, left = (float("inf") if one is None else one for one in (stops.right, stops.left))
+        if -left < lowest and highest < right:
+            return
+        if moved is None:
+            detail = "initial.displacement places the contact on a stop"
+            raise invalid(detail, INSIDE_STOPS, "initial", "displacement")
+        detail = f"{moved}.values place the contact on a stop or beyond it"
+        raise invalid(detail, INSIDE_STOPS, moved, "values")

@@ -1,21 +1,47 @@
-"""The request for a bifurcation diagram: one parameter varies, the other is fixed."""
+"""The request for a bifurcation diagram; the base of requests in which one parameter varies and the other is fixed."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import Grid, Listable, Positive, invalid
+from grazemap.wire.base import CoordinateGrid, LeftOut, Listable, Positive
+from grazemap.wire.observables import ObservedRequest
+from grazemap.wire.planes import Line, Varied, line_of
 from grazemap.wire.process import Count, MaxPeriod, Operation, ProcessRequest
+from grazemap.wire.structure import FixedClearance
 
 
-class BifurcationDiagramsRequest(ProcessRequest):
-    """Settled motions along clearance or omega: stroboscopic points, impact velocities and the name of each motion.
+class OneParameterRequest(ProcessRequest):
+    """Base of requests along one parameter: `range` has its values; omega and clearance are given where fixed."""
 
-    `range` has the values of the parameter that varies; the other one is given by its name. Trajectories start at rest,
-    or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
+    vary: Varied
+    """The parameter that varies, as of an axis of an unfolding map."""
+    range: CoordinateGrid
+    """The values of the parameter that varies: a range, or an increasing list."""
+    omega: Annotated[Positive | None, LeftOut] = None
+    """Forcing frequency, where it does not vary."""
+    clearance: Annotated[FixedClearance | None, LeftOut] = None
+    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null: none."""
+
+    @model_validator(mode="after")
+    def _is_a_line(self) -> Self:
+        _ = self.line
+        return self
+
+    @cached_property
+    def line(self) -> Line:
+        """The parameter that varies, and the others."""
+        return line_of(self.oscillator, self.omega, self.clearance, self.vary, self.range)
+
+
+class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
+    """Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
+
+    `range` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
+    start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
     """
 
     operation = Operation(
@@ -28,18 +54,16 @@ class BifurcationDiagramsRequest(ProcessRequest):
                 "vary": "clearance",
                 "range": {"start": 1.5, "stop": 2.0, "points": 51},
                 "omega": 0.29,
-            }
+            },
+            "along the damping": {
+                "vary": "damping",
+                "range": {"start": 0.5, "stop": 1.5, "points": 41},
+                "omega": 0.29,
+                "clearance": 1.6,
+            },
         },
     )
 
-    vary: Literal["clearance", "omega"]
-    """The parameter that varies; the other one is given by its name."""
-    range: Grid
-    """The values of the parameter that varies: a range, or an increasing list."""
-    omega: Positive | None = None
-    """Forcing frequency, where clearance varies."""
-    clearance: Positive | None = None
-    """Distance of each stop from the middle, where omega varies."""
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
     """Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
@@ -48,23 +72,3 @@ class BifurcationDiagramsRequest(ProcessRequest):
     """Forcing periods that are shown at each value."""
     max_period: MaxPeriod = 32
     """The maximum period looked for, in forcing periods."""
-
-    @model_validator(mode="after")
-    def _one_is_fixed(self) -> BifurcationDiagramsRequest:
-        other = "omega" if self.vary == "clearance" else "clearance"
-        if getattr(self, other) is None:
-            raise invalid(f"{other} is missing: it is the parameter that does not vary", "a finite number > 0", other)
-        if getattr(self, self.vary) is not None:
-            raise invalid(f"{self.vary} varies: its values are the range", "left out", self.vary)
-        return self
-
-    def unused(self) -> Collection[str]:
-        """As `Request.unused`."""
-        return (self.vary,)
-
-    @property
-    def fixed(self) -> float:
-        """The value of the parameter that does not vary."""
-        value = self.omega if self.vary == "clearance" else self.clearance
-        assert value is not None  # as validated
-        return value

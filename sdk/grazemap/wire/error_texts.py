@@ -42,7 +42,7 @@ _SENTENCES = {
     "model_type": "Input should be an object",
     "model_attributes_type": "Input should be an object",
 }
-UNITS = {"omega": "rad/s", "clearance": "m"}
+UNITS = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
 """The units of parameters in SI."""
 ONLY_IN_FLAGS = "; units are written on the command line only"
 """What is said of numbers that have a unit in SI."""

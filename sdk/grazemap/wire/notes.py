@@ -7,11 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from grazemap.wire.base import Interval
-from grazemap.wire.diagrams import BifurcationDiagramsRequest
+from grazemap.wire.base import CoordinateRange, Interval, SignedInterval
+from grazemap.wire.diagrams import OneParameterRequest
 from grazemap.wire.job import Note
 from grazemap.wire.linear import antiresonances, steady_amplitude
 from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.planes import Axis, WindowAxis
 from grazemap.wire.process import ProcessRequest
 from grazemap.wire.structures import StructuresRequest
 
@@ -36,9 +37,17 @@ def notes_on(request: ProcessRequest) -> list[Note]:
     found = [*_lists(request), *_damping(request.oscillator)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
-        if spans["clearance"] is not None and request.oscillator.beyond_the_chain() is None:
+        alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
+        if spans["clearance"] is not None and alone:
             found += _window(request, spans["omega"], spans["clearance"])
     return found
+
+
+def _moves_the_curve(request: ProcessRequest) -> bool:
+    """Return whether a parameter varies, other than omega, that changes the steady motion."""
+    plane = getattr(request, "plane", None)
+    names = (getattr(request, "vary", "omega"),) if plane is None else plane.names
+    return not all(name == "omega" or name.startswith(("clearance", "restitution")) for name in names)
 
 
 def unstated(request: ProcessRequest) -> list[Note]:
@@ -57,15 +66,18 @@ def unstated(request: ProcessRequest) -> list[Note]:
 
 
 def _values(request: ProcessRequest, name: str) -> object:
-    if isinstance(request, BifurcationDiagramsRequest) and request.vary == name:
+    if isinstance(request, OneParameterRequest) and request.vary == name:
         return request.range
+    for axis in (getattr(request, role, None) for role in ("horizontal", "vertical")):
+        if isinstance(axis, Axis | WindowAxis) and axis.vary == name:
+            return axis.values
     return getattr(request, name, None)
 
 
 def _span(request: ProcessRequest, name: str) -> Span | None:
     """Return the least and the largest value of a parameter of a request; None if it has none."""
     values = _values(request, name)
-    if isinstance(values, Interval):
+    if isinstance(values, Interval | SignedInterval | CoordinateRange):
         return values.start, values.stop
     if isinstance(values, list) and values:
         return min(values), max(values)

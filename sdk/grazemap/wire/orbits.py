@@ -4,17 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
+from grazemap.wire.base import Float, LeftOut, Listable, Positive, Request, SignedInterval, invalid
 from grazemap.wire.error_texts import UNITS
 from grazemap.wire.job import motion_label
-from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
+from grazemap.wire.observables import ObservedRequest
+from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.planes import (
+    Parameters,
+    Plane,
+    Varied,
+    WindowAxis,
+    axes,
+    fixed_stops_of,
+    is_of_gaps,
+    is_structural,
+    plane_of,
+    ranges_of,
+    require_domain,
+    structure_value,
+)
+from grazemap.wire.process import InitialState, MaxPeriod, Operation, ProcessRequest
+from grazemap.wire.structure import Clearance, ClearancePair, ClearanceWindow, WindowClearance, WindowOmega, as_pair
 
 MAX_IMPACTS = 256
+_AXES = ("horizontal", "vertical")
+_INTERVAL = 'an interval {"start": .., "stop": ..}'
 MAX_CURVE_POINTS = 100_000
 _ONE_PER_IMPACT = Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True)
 Stop = Annotated[Literal[1, -1], Listable]
@@ -35,7 +55,7 @@ class OrbitMotion(Request):
     phases: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Phases omega t of the impacts in radians, increasing: initial guess of Newton's method; only with velocities."""
     velocities: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
-    """Velocities of mass 1 before each impact, signed; only with phases."""
+    """Velocities of the contact before each impact, signed; only with phases."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
     """The motion's name n-p_r-q_l; it must agree with the period and the stops."""
 
@@ -65,7 +85,7 @@ class OrbitMotion(Request):
         return self
 
 
-class PeriodicOrbitsRequest(PointRequest):
+class PeriodicOrbitsRequest(ObservedRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
     It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
@@ -77,9 +97,16 @@ class PeriodicOrbitsRequest(PointRequest):
         "submit_periodic_orbits",
         "Periodic orbit",
         "Compute the periodic orbit near given impacts, its multipliers, and whether it is admissible.",
-        {"default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}},
+        {
+            "default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}},
+            "of one stop": {"omega": 0.27, "clearance": {"right": 1.85}, "motion": {"period": 1, "stops": [1]}},
+        },
     )
 
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Clearance
+    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     motion: OrbitMotion | None = None
     """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
@@ -94,16 +121,26 @@ class PeriodicOrbitsRequest(PointRequest):
         if self.motion is not None and self.initial is not None:
             raise invalid("both motion and initial are given", "one of them", "initial")
         if self.motion is None:
-            state = (self.initial or InitialState()).fitted(self.oscillator.size, self.clearance, ("initial",))
+            state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
             # the model is frozen, but this is still its validation
             object.__setattr__(self, "initial", state)
         return self
 
+    @model_validator(mode="after")
+    def _stops_exist(self) -> PeriodicOrbitsRequest:
+        both = as_pair(self.clearance)
+        for stop, one in ((1, both.right), (-1, both.left)):
+            if one is None and self.motion is not None and stop in self.motion.stops:
+                raise invalid("an impact is on a stop that is absent", "stops that clearance gives", "motion", "stops")
+        return self
+
 
 class OrbitBranchesRequest(PeriodicOrbitsRequest):
-    """The branch of a periodic orbit over clearance, omega or restitution, with its special points.
+    """The branch of a periodic orbit over a parameter, with its special points.
 
-    `range` is the interval of the parameter that varies; it contains the orbit's value.
+    `vary` "clearance" and "restitution" are those of both stops, which must be equal; others are those of one stop.
+    "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. `range`
+    is the interval of the parameter that varies; it contains the orbit's value.
     """
 
     operation = Operation(
@@ -125,23 +162,28 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
                 "vary": "restitution",
                 "range": {"start": 0.5, "stop": 1.0},
             },
+            "over the clearance of one stop": {
+                "omega": 0.29,
+                "clearance": {"right": 1.6, "left": 1.61},
+                "motion": {"period": 1, "stops": [1, 1, -1, -1]},
+                "vary": "clearance_right",
+                "range": {"start": 1.58, "stop": 1.62},
+            },
         },
     )
 
-    vary: Literal["clearance", "omega", "restitution"] = "clearance"
+    vary: Varied = "clearance"
     """The parameter along which the branch is followed."""
-    range: BranchInterval
+    range: SignedInterval
     """The interval of that parameter; it contains the orbit's value."""
     max_points: Annotated[int, Field(ge=1, le=20_000), Listable] = 2000
     """The maximum number of points in each direction from the orbit."""
 
     @model_validator(mode="after")
     def _orbit_in_range(self) -> OrbitBranchesRequest:
-        if self.vary == "restitution" and self.range.stop > 1.0:
-            raise invalid("restitution is at most 1", "start >= 0, stop <= 1", "range", "stop")
-        if self.vary != "restitution" and not self.range.start > 0.0:
-            raise invalid(f"{self.vary} is greater than 0", "start > 0", "range", "start")
-        value = self.oscillator.equal_restitution if self.vary == "restitution" else getattr(self, self.vary)
+        value = self.value
+        for end in ("start", "stop"):
+            require_domain(self.vary, getattr(self.range, end), "range", end)
         if not self.range.start <= value <= self.range.stop:
             unit = UNITS.get(self.vary, "") if self.oscillator.units == "SI" else ""
             detail = f"the range{unit and f', in {unit},'} does not contain the {self.vary} of the orbit"
@@ -149,40 +191,81 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
             raise invalid(detail, f"start <= {self.vary} <= stop", "range", value=said)
         return self
 
+    @property
+    def value(self) -> float:
+        """The value of the parameter that varies, at the orbit. Raises where there is none."""
+        return parameter_value(self.vary, self.omega, self.oscillator, self.clearance)
+
+
+def parameter_value(
+    vary: str, omega: float, oscillator: Oscillator, clearance: float | ClearancePair, *at: str
+) -> float:
+    """Return the value of the parameter `vary` of a request, whose place is `at`. Raises where there is none."""
+    both, found = as_pair(clearance), None
+    Parameters(oscillator, None, None, None).require(vary, *at, "vary")
+    if vary in ("bias", "forcing"):
+        return 1.0
+    if is_structural(vary):
+        return structure_value(oscillator, vary)
+    if vary == "omega":
+        return omega
+    if vary.startswith("clearance"):
+        found = {"clearance_right": both.right, "clearance_left": both.left}.get(vary, both.right)
+        if vary == "clearance" and both.right != both.left:
+            raise invalid("vary is clearance, and the stops differ", "clearance_right or clearance_left", *at, "vary")
+        if found is None:
+            raise invalid(f"vary is {vary}, and there is no such stop", "the clearance of a stop", *at, "vary")
+        return found
+    given = oscillator.restitution
+    if isinstance(given, float | int):
+        return given
+    if vary == "restitution" and given.right != given.left:
+        raise invalid("vary is restitution, and the stops differ", "restitution_right or restitution_left", *at, "vary")
+    return given.left if vary == "restitution_left" else given.right
+
 
 class CurveMotion(OrbitMotion):
     """A motion whose curves are looked for, and the point of the window at which an orbit of it is known.
 
-    Where omega and clearance are left out, an orbit is looked for at several points of the window. Phases and
-    velocities are those of an orbit at one point, so they need omega and clearance.
+    The point is omega and clearance, or with axes horizontal and vertical. Where they are left out, an orbit is looked
+    for at several points of the window. Phases and velocities are those of an orbit at one point, so they need it.
     """
 
     omega: Positive | None = None
     """Value at an orbit of the motion, inside the window; left out, an orbit is looked for."""
     clearance: Positive | None = None
-    """Value at an orbit of the motion, inside the window; left out, an orbit is looked for."""
+    """Value at an orbit of the motion, inside the window, of the clearance that varies; left out: looked for."""
+    horizontal: Float | None = None
+    """Value of the horizontal parameter at an orbit of the motion, in a window with axes; left out: looked for."""
+    vertical: Float | None = None
+    """Value of the vertical parameter at an orbit of the motion, in a window with axes; left out: looked for."""
 
-    @model_validator(mode="after")
-    def _phases_have_a_place(self) -> CurveMotion:
-        for name in ("omega", "clearance"):
-            if self.phases is not None and getattr(self, name) is None:
-                raise invalid(f"phases are given, and {name} is missing", f"{name} of the orbit", name)
-        return self
+    def unused(self) -> Collection[str]:
+        """Return the fields of axes where they are left out: the text of such a motion is as before there were axes."""
+        return tuple(name for name in _AXES if getattr(self, name) is None)
+
+    def over_ranges(self) -> CurveMotion:
+        """Return the motion with its horizontal and vertical values as omega and clearance."""
+        place = {"omega": self.horizontal, "clearance": self.vertical, "horizontal": None, "vertical": None}
+        return self.model_copy(update=place) if self.horizontal is not None or self.vertical is not None else self
 
 
 class BifurcationCurvesRequest(ProcessRequest):
     """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
 
-    Without `motions`: the curves of motions with one impact, or one on each stop, in up to `max_multiple` forcing
-    periods, in closed form at `points` frequencies; they bifurcate from the grazing curve at its resonant points.
-    With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
+    The window is of omega and clearance, or of two other parameters, `horizontal` and `vertical`. Without `motions`:
+    the curves of motions with one impact on one stop, and between symmetric stops of those with one on each, in up to
+    `max_multiple` forcing periods; they bifurcate from the grazing curve at its resonant points. Over omega and a
+    clearance, the forces or the bias they are in closed form, at `points` frequencies, and those of stops that are not
+    symmetric come with the grazing curve of each stop. Over omega and a restitution they are continued. In other planes
+    motions are required. With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
     """
 
     operation = Operation(
         "bifurcation-curves",
         "submit_bifurcation_curves",
         "Bifurcation curves",
-        "Compute the curves SN, PD, SB, NS and GR of motions in a window of omega and clearance.",
+        "Compute the curves SN, PD, SB, NS and GR of motions in a window of two parameters.",
         {
             "the paper's window": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}},
             "of a motion": {
@@ -190,30 +273,121 @@ class BifurcationCurvesRequest(ProcessRequest):
                 "clearance": {"start": 1.3, "stop": 2.05},
                 "motions": [{"period": 1, "stops": [1, 1, -1, -1], "omega": 0.28, "clearance": 1.5}],
             },
+            "of one stop": {
+                "omega": {"start": 0.26, "stop": 0.3},
+                "clearance": {"right": {"start": 1.3, "stop": 2.05}, "left": 2.1},
+            },
+            "over frequency and restitution": {
+                "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3}},
+                "vertical": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9}},
+                "clearance": 1.8,
+                "max_multiple": 1,
+            },
         },
     )
 
-    omega: Interval
-    """The window's frequencies."""
-    clearance: Interval
-    """The window's clearances."""
+    omega: Annotated[WindowOmega, LeftOut] = None
+    """The window's frequencies; a number where they do not vary."""
+    clearance: Annotated[WindowClearance, LeftOut] = None
+    """The window's clearances, of both stops or {"right": .., "left": ..}: an interval, and a number or null."""
+    horizontal: Annotated[WindowAxis | None, LeftOut] = None
+    """The horizontal parameter of the window and its interval, with `vertical` and in place of intervals."""
+    vertical: Annotated[WindowAxis | None, LeftOut] = None
+    """The vertical parameter of the window and its interval."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
-    """For curves in closed form: the maximum period of their motions, in forcing periods."""
+    """For curves without motions: the maximum period of their motions, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=MAX_CURVE_POINTS), Listable] = 400
     """For curves in closed form: number of frequencies across the window."""
-    motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
-    """The motions whose curves are continued; left out, the curves in closed form are computed."""
+    motions: Annotated[
+        Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None, LeftOut
+    ] = None
+    """The motions whose curves are continued; left out, the curves of motions with one impact are computed."""
 
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:
+        plane, names = self.plane, self.axes
+        if self.motions is None and not (self.is_explicit or ("omega" in self.plane.names and self._over_restitution)):
+            detail = (
+                "motions are missing: without them there are curves only over omega and one of clearance, forcing, "
+                "bias and restitution"
+            )
+            raise invalid(detail, "the motions whose curves are continued", "motions")
+        ends = {"right": plane.parameters.right, "left": plane.parameters.left}
+        absent = [stop for stop, one in ((1, "right"), (-1, "left")) if ends[one] is None and not self._varies(one)]
         for k, motion in enumerate(self.motions or ()):
-            for name in ("omega", "clearance"):
-                value, window = getattr(motion, name), getattr(self, name)
-                if value is not None and not window.start <= value <= window.stop:
+            for name, axis in zip(names, (plane.horizontal, plane.vertical), strict=True):
+                value, (start, stop) = getattr(motion, name), axis.ends
+                if value is None and motion.phases is not None:
+                    raise invalid(
+                        f"phases are given, and {name} is missing", f"{name} of the orbit", "motions", str(k), name
+                    )
+                if value is not None and not start <= value <= stop:
                     detail = f"{name} of a motion lies outside the window"
                     raise invalid(detail, f"within {name} of the request", "motions", str(k), name)
+            for name in ("omega", "clearance", *_AXES):
+                if name not in names and getattr(motion, name) is not None:
+                    detail = f"{name} of a motion is not a parameter of this window"
+                    raise invalid(detail, " and ".join(names), "motions", str(k), name)
+            if any(stop in motion.stops for stop in absent):
+                detail = "an impact is on a stop that is absent"
+                raise invalid(detail, "stops that clearance gives", "motions", str(k), "stops")
         return self
+
+    @model_validator(mode="after")
+    def _is_a_window(self) -> BifurcationCurvesRequest:
+        plane = self.plane
+        written = None
+        if self.horizontal is not None:
+            written = ranges_of(plane, ClearanceWindow) or fixed_stops_of(plane, ClearanceWindow)
+            if "omega" in written and self.motions is not None:
+                written["motions"] = [motion.over_ranges() for motion in self.motions]
+        # the model is frozen for others; this is still its validation
+        for name, value in (written or {}).items():
+            object.__setattr__(self, name, value)
+        return self
+
+    @cached_property
+    def plane(self) -> Plane:
+        """The parameters that vary, each with the ends of its interval, and the others."""
+        across, up = axes(self.omega, self.clearance, self.horizontal, self.vertical, _INTERVAL)
+        return plane_of(self.oscillator, self.omega, self.clearance, across, up)
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """The names of the fields that have the values of the two parameters, in the request and in its result."""
+        return ("omega", "clearance") if self.horizontal is None else _AXES
+
+    @property
+    def is_explicit(self) -> bool:
+        """Whether the curves are asked for in closed form."""
+        others = [name for name in self.plane.names if name != "omega"]
+        return self.motions is None and len(others) == 1 and is_of_gaps(others[0])
+
+    @property
+    def _over_restitution(self) -> bool:
+        return any(name.startswith("restitution") for name in self.plane.names)
+
+    def _varies(self, stop: str) -> bool:
+        return bool({"clearance", f"clearance_{stop}"} & {*self.plane.names})
+
+    @property
+    def followed(self) -> list[CurveMotion]:
+        """The motions whose curves are continued: those given, or those with one impact, or one on each stop."""
+        if self.motions is not None or self.is_explicit:
+            return self.motions or []
+        point = self.plane.corners()[0]
+        ends: tuple[tuple[Stop, float | None], ...] = ((1, point.clearance.right), (-1, point.clearance.left))
+        sides = [stop for stop, one in ends if one is not None]
+        mirrors = self.plane.mirrors
+        found = []
+        for period in range(1, self.max_multiple + 1):
+            found += [CurveMotion(period=period, stops=[stop]) for stop in (sides[:1] if mirrors else sides)]
+            if mirrors and period % 2 == 1:
+                found.append(CurveMotion(period=period, stops=[1, -1]))
+        return found
 
     def unused(self) -> Collection[str]:
         """Return the names of the fields of the other kind of curves."""
-        return ("motions",) if self.motions is None else ("max_multiple", "points")
+        if self.motions is not None:
+            return ("max_multiple", "points")
+        return () if self.is_explicit else ("points",)

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from grazemap.wire import linear
-from grazemap.wire.base import Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import LeftOut, Listable, NonNegative, Positive, Request, invalid
 from grazemap.wire.structure import (
     Base,
     Contact,
@@ -25,9 +25,9 @@ from grazemap.wire.structure import (
     Forces,
     Forcing,
     Matrices,
+    OptionalRow,
     Restitution,
     RestitutionPair,
-    Row,
 )
 
 # Weight of the contact in a free mode above which it is not the rounding of 0.
@@ -62,8 +62,7 @@ class Oscillator(Request):
     ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
     stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)
     is on mass 1). The defaults are the paper's example. With `matrices` the structure is any other; `contact` says
-    what hits the stops. In this version structures, grazing-curves and codimension-two-points answer for all of
-    them, the other processes for a chain whose mass 1 hits equal stops under forces of one frequency and phase.
+    what hits the stops.
 
     Parameters
     ----------
@@ -111,7 +110,7 @@ class Oscillator(Request):
     """N stiffnesses: link i joins mass i to mass i + 1, the last one to the ground; N/m in SI."""
     damping: Damping = 0.05
     """gamma of C = 2 gamma K (seconds in SI); or one number per link, c_i = 2 zeta_i, in SI c_i itself (N s/m)."""
-    matrices: Matrices | None = None
+    matrices: Annotated[Matrices | None, LeftOut] = None
     """Mass, damping and stiffness matrix, instead of masses, stiffnesses and damping."""
     contact: Contact = 1
     """What moves between the stops: mass i, counted from 1; [i, j]: x_i - x_j; {"row": [..N]}: any row of x."""
@@ -119,9 +118,9 @@ class Oscillator(Request):
     """Amplitude of the force on each mass (N in SI), or harmonics; left out: 1 on mass 1 of a chain, 0 with a base."""
     restitution: Restitution = 0.8
     """Speed after an impact over the speed before it, of both stops or of each."""
-    base: Base | None = None
+    base: Annotated[Base | None, LeftOut] = None
     """A ground that moves."""
-    bias: Row | None = None
+    bias: OptionalRow = None
     """Static force on each of the N masses."""
 
     @classmethod
@@ -239,24 +238,19 @@ class Oscillator(Request):
     def _normal(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Return the fields in their simplest form, so that oscillators that mean the same have the same text."""
         fields: dict[str, Any] = dump(self)
-        for name in ("matrices",) if self.matrices is None else ("masses", "stiffnesses", "damping"):
+        for name in () if self.matrices is None else ("masses", "stiffnesses", "damping"):
             fields.pop(name, None)
-        simplest = {
+        simplest: dict[str, Any] = {
             "contact": _simplest_contact(self.contact_row),
             "forcing": _simplest_forcing(self.forcing),
             "restitution": _simplest_restitution(self.restitution),
-            "base": None,
-            "bias": self.bias if any(self.bias or ()) else None,
         }
         if self.base is not None:
             influence = [1.0] * self.size if self.base.influence is None else self.base.influence
             simplest["base"] = {**self.base.model_dump(), "influence": influence}
-        absent: dict[str, Any] = {"contact": 1, "base": None, "bias": None}
-        for name, value in simplest.items():
-            if name in absent and value == absent[name]:
-                fields.pop(name, None)
-            elif name in fields:
-                fields[name] = value
+        fields |= {name: value for name, value in simplest.items() if name in fields}
+        if fields.get("contact") == 1:
+            del fields["contact"]
         return fields
 
     @property
@@ -268,6 +262,24 @@ class Oscillator(Request):
     def harmonics(self) -> list[Forcing]:
         """The harmonics of the forces, where they are not a list of amplitudes."""
         return _harmonics(self.forcing)
+
+    @property
+    def orders(self) -> list[int]:
+        """The harmonics in which the forces are not 0, increasing; that of a moving base is 1."""
+        given = self.harmonics or [Forcing.model_validate({"amplitude": self.forcing})]
+        found = {one.harmonic for one in given if any(one.amplitude)}
+        if self.base is not None and self.base.amplitude != 0.0:
+            found.add(1)
+        return sorted(found)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the steady motion grazes two equal stops at once, as it does with forces in one harmonic.
+
+        There is no bias, and the forces change their sign after half of their period: all their harmonics have the same
+        power of 2 as a factor.
+        """
+        return not any(self.bias or ()) and len({order & -order for order in self.orders}) < 2
 
     @property
     def contact_row(self) -> list[float]:
@@ -296,6 +308,11 @@ class Oscillator(Request):
         if isinstance(plain, dict):
             raise TypeError("the stops differ in restitution")
         return plain
+
+    @property
+    def has_equal_restitution(self) -> bool:
+        """Whether both stops have the same restitution."""
+        return not isinstance(_simplest_restitution(self.restitution), dict)
 
     def beyond_the_chain(self) -> str | None:
         """Return the field for which this is no chain with mass 1 between equal stops and forces of one phase."""

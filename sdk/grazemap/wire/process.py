@@ -5,18 +5,22 @@ Also the description of a process in the API's document.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Float, Listable, Positive, Request, invalid
+from grazemap.wire.base import Float, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.structure import ClearancePair, as_pair
 
 Count = Annotated[int, Field(ge=1), Listable]
 MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
 LONGEST_PERIOD = 256
+# Of a contact coordinate, relative to the sum of its terms.
+_ROUNDING = 4.0 * 2.220446049250313e-16
 MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 
@@ -40,77 +44,53 @@ class Operation:
     examples: Mapping[str, Mapping[str, Any]]
 
 
-def first_harmonic(oscillator: Oscillator) -> Oscillator:
-    """Return the oscillator, if its forces have the first harmonic alone."""
-    if any(one.harmonic != 1 for one in oscillator.harmonics):
-        raise invalid(
-            "oscillator.forcing has other harmonics than the first, which this process does not cover in this version",
-            "forces of harmonic 1; the process structures covers every oscillator",
-            "forcing",
-        )
-    return oscillator
-
-
-GrazedOscillator = Annotated[Oscillator, AfterValidator(first_harmonic)]
-
-
-def _covered(oscillator: Oscillator) -> Oscillator:
-    """Return the oscillator, if the processes other than structures answer for it in this version."""
-    name = oscillator.beyond_the_chain()
-    if name is not None:
-        raise invalid(
-            f"oscillator.{name} is not covered by this process in this version",
-            "a chain whose mass 1 hits equal stops, with forces of one frequency and phase; structures, grazing-curves "
-            "and codimension-two-points cover others",
-            name,
-        )
-    return oscillator
-
-
 class ProcessRequest(Request):
     """Base of all requests; a class with an `operation` is the request of a process."""
 
     operation: ClassVar[Operation]
 
-    oscillator: Annotated[Oscillator, AfterValidator(_covered)] = Oscillator()
-    """The chain of masses; fields that are left out are those of the paper's example."""
-
-
-class PointRequest(ProcessRequest):
-    """Base of requests at one point of the plane of omega and clearance."""
-
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
+    oscillator: Oscillator = Oscillator()
+    """The oscillator, of any kind; fields that are left out are those of the paper's example."""
 
 
 class InitialState(Request):
-    """The initial state of a trajectory; left out: at rest in the middle, forcing phase 0."""
+    """The initial state of a trajectory; left out: at rest in the static equilibrium, forcing phase 0."""
 
     displacement: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """Of every mass, N numbers; left out: 0."""
+    """N numbers; left out: 0, or with a bias those of the static equilibrium."""
     velocity: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """Of every mass, N numbers; left out: 0."""
+    """N numbers; left out: 0."""
     phase: Float = 0.0
-    """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
+    """Of the forcing f sin(omega t + phase) at t = 0, in radians; harmonic k is shifted by k times as much."""
 
-    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
+    def fitted(self, oscillator: Oscillator, clearance: float | ClearancePair, at: tuple[str, ...]) -> InitialState:
         """Return the state with zeros for values that were left out, so that equal requests have the same text.
 
-        `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
+        Where 0 is not the equilibrium, displacements that were left out stay so. `at` is its place in the request.
+        Raises where it does not fit the number of degrees of freedom or the stops.
         """
-        where = ".".join(at)
+        where, count, stops = ".".join(at), oscillator.size, as_pair(clearance)
         for name in ("displacement", "velocity"):
             values = getattr(self, name)
             if values is not None and len(values) != count:
-                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
+                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} degrees of freedom"
                 raise invalid(detail, "one number per mass", *at, name)
-        if self.displacement is not None and abs(self.displacement[0]) > clearance:
-            detail = f"{where}.displacement of mass 1 lies outside the stops"
-            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
-        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
-        return self.model_copy(update=rest)
+        right, left = (math.inf if one is None else one for one in (stops.right, stops.left))
+        if self.displacement is not None:
+            terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
+            several = sum(h != 0.0 for h in oscillator.contact_row) > 1
+            place, rounding = math.fsum(terms), _ROUNDING * sum(map(abs, terms)) if several else 0.0
+            if not -left - rounding <= place <= right + rounding:
+                detail = f"{where}.displacement places the contact outside the stops"
+                raise invalid(
+                    detail,
+                    "-clearance <= contact coordinate <= clearance, of the left and the right stop",
+                    *at,
+                    "displacement",
+                )
+        centred = not any(oscillator.bias or ()) and right >= 0.0 and left >= 0.0
+        names = ("displacement", "velocity") if centred else ("velocity",)
+        return self.model_copy(update={name: [0.0] * count for name in names if getattr(self, name) is None})
 
 
 def _states_tag(value: Any) -> str | None:

@@ -29,6 +29,7 @@ _ORDER = (
     "unfolding-maps",
     "unfolding-diagrams",
     "basins",
+    "basin-fractions",
     "periodic-orbits",
     "orbit-branches",
     "bifurcation-curves",

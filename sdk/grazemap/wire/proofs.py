@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import BranchInterval, Listable, Positive, Request, invalid
-from grazemap.wire.orbits import OrbitMotion
+from grazemap.wire.base import BranchInterval, LeftOut, Listable, Positive, Request, invalid
+from grazemap.wire.orbits import OrbitMotion, parameter_value
 from grazemap.wire.process import InitialState, Operation, ProcessRequest
+from grazemap.wire.structure import Clearance, as_pair
 
 _NEEDED: dict[str, tuple[str, ...]] = {
     "orbit": ("omega", "clearance", "motion"),
@@ -17,7 +18,16 @@ _NEEDED: dict[str, tuple[str, ...]] = {
     "bifurcation": ("omega", "clearance", "motion", "type", "vary", "range"),
     "codimension-two": ("type", "order", "range"),
 }
-_ALLOWED = {"orbit": ("stable",), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ()}
+_ALLOWED = {"orbit": ("stable",), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ("stop",)}
+_Varied = Literal[
+    "omega",
+    "clearance",
+    "clearance_right",
+    "clearance_left",
+    "restitution",
+    "restitution_right",
+    "restitution_left",
+]
 _TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
 
 
@@ -34,24 +44,26 @@ class Statement(Request):
     """What is stated."""
     omega: Positive | None = None
     """Forcing frequency; of a bifurcation, that of the orbit from which its branch is followed."""
-    clearance: Positive | None = None
-    """Distance of each stop from the middle; of a bifurcation, that of the orbit."""
+    clearance: Clearance | None = None
+    """Distance of the stops from q = 0, one number or of each; of a bifurcation, that of the orbit."""
     motion: OrbitMotion | None = None
     """Period and stops of the orbit; with phases and velocities, the orbit near them."""
     stable: bool | None = None
     """Of an orbit: whether all of its multipliers, or not all of them, lie inside the unit circle; left out: all."""
     initial: InitialState | None = None
-    """Of an attraction: the initial state; left out, at rest."""
+    """Of an attraction: the initial state; left out, at rest in the static equilibrium."""
     label: Annotated[str, Field(pattern=r"^\d+-(\d+|\(-1\))r-(\d+|\(-1\))l$", max_length=64)] | None = None
     """Of an attraction: the name n-p_r-q_l of the orbit; left out, any."""
     type: Literal["SN", "PD", "SB", "GR", "g", "h", "h_s"] | None = None
     """Type of the bifurcation; of a codimension-two point, the function whose zero it is."""
-    vary: Literal["omega", "clearance", "restitution"] | None = None
-    """Of a bifurcation: the parameter."""
+    vary: _Varied | None = None
+    """Of a bifurcation: the parameter; clearance and restitution are those of both stops."""
     range: BranchInterval | None = None
     """The interval of the parameter, or of omega, in which the point lies."""
     order: Annotated[int, Field(ge=1, le=400), Listable] | None = None
     """Of a codimension-two point: the number of half periods."""
+    stop: Annotated[Literal["A", "C"] | None, LeftOut] = None
+    """Of a codimension-two point: the one stop that is grazed, after whole periods; left out: both at once."""
 
     @model_validator(mode="after")
     def _fields_fit(self) -> Statement:
@@ -69,7 +81,7 @@ class Statement(Request):
 
     def unused(self) -> Collection[str]:
         """Return the names of the fields that its kind lacks."""
-        allowed = (*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind")
+        allowed = {*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind"}
         return [name for name in type(self).model_fields if name not in allowed]
 
 
@@ -113,11 +125,32 @@ class ProofsRequest(ProcessRequest):
     """Seconds after which the statement is undecided."""
 
     @model_validator(mode="after")
+    def _stops_are_there(self) -> ProofsRequest:
+        said = self.statement
+        if said.kind == "codimension-two":
+            if said.stop is None and not self.oscillator.is_symmetric:
+                detail = "stop is missing: a bias or even harmonics let the steady motion graze one stop at a time"
+                raise invalid(detail, "A or C", "statement", "stop")
+            if said.stop is not None and (said.order or 0) % 2:
+                detail = "order is odd, and one stop is grazed after whole periods"
+                raise invalid(detail, "an even number", "statement", "order")
+        if said.clearance is None or said.omega is None:
+            return self
+        both = as_pair(said.clearance)
+        for stop, one in ((1, both.right), (-1, both.left)):
+            if one is None and said.motion is not None and stop in said.motion.stops:
+                where = "statement", "motion", "stops"
+                raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *where)
+        if said.vary is not None:
+            parameter_value(said.vary, said.omega, self.oscillator, said.clearance, "statement")
+        return self
+
+    @model_validator(mode="after")
     def _initial_state_fits(self) -> ProofsRequest:
         said = self.statement
         if said.kind == "attraction" and said.clearance is not None:
             state = said.initial or InitialState()
-            fitted = state.fitted(self.oscillator.size, said.clearance, ("statement", "initial"))
+            fitted = state.fitted(self.oscillator, said.clearance, ("statement", "initial"))
             # the model is frozen for others; this is still its validation
             object.__setattr__(self, "statement", said.model_copy(update={"initial": fitted}))
         return self

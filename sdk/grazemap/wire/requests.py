@@ -9,26 +9,35 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
+from grazemap.wire.base import Grid, Interval, LeftOut, Listable, NonNegative, Positive, Range, invalid
+from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
-from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.planes import (
+    Axis,
+    Plane,
+    WindowAxis,
+    axes,
+    fixed_stops_of,
+    is_scalar,
+    plane_of,
+    ranges_of,
+)
 from grazemap.wire.process import (
     Count,
-    GrazedOscillator,
     InitialState,
     InitialStates,
     MaxPeriod,
     MaxPeriods,
     Operation,
-    PointRequest,
     ProcessRequest,
 )
-from grazemap.wire.structure import OtherClearance
+from grazemap.wire.structure import Clearance, ClearanceWindow, MapClearance, MapOmega, OtherClearance
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 # Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
+_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 # Largest omega.stop/omega.start of a search for codimension-two points; the core's MAX_FREQUENCY_RATIO.
 _FREQUENCY_RATIO = 1e9
 # For curves over a map: the minimum number of values of omega, and their number for each column of the map.
@@ -64,30 +73,25 @@ class GrazingCurvesRequest(ProcessRequest):
         },
     )
 
-    oscillator: GrazedOscillator = Oscillator()
-    """The oscillator; fields that are left out are those of the paper's example."""
     omega: Grid
     """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
     """The maximum number of half periods after the graze in which a recurring impact is looked for."""
     sequence: bool = False
     """Whether the result has xi_m of every point, whose signs show where an impact recurs."""
-    clearance: OtherClearance | None = None
+    clearance: Annotated[OtherClearance | None, LeftOut] = None
     """The one stop that is fixed, {"left": 1.2}, or absent, {"left": null}; left out: both vary together."""
-
-    def unused(self) -> Collection[str]:
-        """Return "clearance" where both stops vary: the text of such a question is as before one could be fixed."""
-        return ("clearance",) if self.clearance is None else ()
 
     @property
     def are_alike(self) -> bool:
-        """Whether the two stops are at equal gaps from the equilibrium, so that both are grazed at once."""
-        return self.clearance is None and not any(self.oscillator.bias or ())
+        """Whether the two stops are grazed at once."""
+        return self.clearance is None and self.oscillator.is_symmetric
 
     @model_validator(mode="after")
     def _sequence_is_of_equal_stops(self) -> GrazingCurvesRequest:
         if self.sequence and not self.are_alike:
-            raise invalid("sequence is of two equal stops", "false where a stop is fixed or a bias given", "sequence")
+            allowed = "false where a stop is fixed, or where there are a bias or even harmonics"
+            raise invalid("sequence is of two equal stops", allowed, "sequence")
         return self
 
 
@@ -102,20 +106,14 @@ class CodimensionTwoPointsRequest(ProcessRequest):
         {"default oscillator": {"omega": {"start": 0.25, "stop": 0.35}, "max_order": 4}},
     )
 
-    oscillator: GrazedOscillator = Oscillator()
-    """The oscillator; fields that are left out are those of the paper's example."""
     omega: Interval
     """The interval of forcing frequencies; it ends at most at 1e9 times its start."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
     """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
-    clearance: OtherClearance | None = None
+    clearance: Annotated[OtherClearance | None, LeftOut] = None
     """The one stop that is fixed, as of a grazing curve."""
-
-    def unused(self) -> Collection[str]:
-        """Return "clearance" where both stops vary: the text of such a question is as before one could be fixed."""
-        return ("clearance",) if self.clearance is None else ()
 
     @model_validator(mode="after")
     def _can_be_searched(self) -> CodimensionTwoPointsRequest:
@@ -126,8 +124,9 @@ class CodimensionTwoPointsRequest(ProcessRequest):
 class DiscontinuityMappingsRequest(ProcessRequest):
     """The discontinuity mapping (27) of states that overshoot a grazing stop, and the resulting Poincare map (26).
 
-    In each state mass 1 lies beyond the stop by one overshoot, and all else is as in the graze. `order` selects the
-    mapping that gives the mapped states and is iterated, over `returns` half periods.
+    In each state the contact lies beyond the stop by one overshoot, and all else is as in the graze. `order` selects
+    the mapping that gives the mapped states and is iterated over `returns`: half periods of the forces where the steady
+    motion grazes both stops at once, else whole ones.
     """
 
     operation = Operation(
@@ -135,22 +134,44 @@ class DiscontinuityMappingsRequest(ProcessRequest):
         "submit_discontinuity_mappings",
         "Discontinuity mapping at a graze",
         "Compute the discontinuity mapping at a grazing point, its error, and the returns of the motion below grazing.",
-        {"default oscillator": {"omega": 0.29, "overshoot": [1e-06, 1e-05, 0.0001, 0.001], "returns": 4}},
+        {
+            "default oscillator": {"omega": 0.29, "overshoot": [1e-06, 1e-05, 0.0001, 0.001], "returns": 4},
+            "the other stop farther away": {
+                "omega": 0.29,
+                "overshoot": [1e-06, 1e-05, 0.0001],
+                "clearance": {"left": 3.0},
+                "returns": 4,
+            },
+        },
     )
 
     omega: Positive
     """Forcing frequency."""
     overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
-    """Displacements of mass 1 beyond the stop: one state for each."""
+    """Displacements of the contact beyond the stop: one state for each."""
     stop: Literal["A", "C"] = "A"
     """The stop that is grazed: A at +clearance, C at -clearance."""
     order: Literal["leading", "exact"] = "exact"
     """The mapping that is applied and iterated: exact, or its leading term."""
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
-    """Number of half periods over which the map is iterated."""
+    """Number of half periods over which the map is iterated; of whole periods where the stops are not alike."""
+    clearance: Annotated[OtherClearance | None, LeftOut] = None
+    """The stop that is not grazed, fixed or absent, as of a grazing curve; left out: the stops have one clearance."""
+
+    @property
+    def are_alike(self) -> bool:
+        """Whether the two stops are grazed at once."""
+        return self.clearance is None and self.oscillator.is_symmetric
+
+    @model_validator(mode="after")
+    def _other_stop_is_fixed(self) -> DiscontinuityMappingsRequest:
+        if self.clearance is not None and (self.clearance.varied > 0) != (self.stop == "A"):
+            allowed = f"stop {'C' if self.stop == 'A' else 'A'}, or the clearance of the other stop"
+            raise invalid(f"clearance fixes stop {self.stop}, which is grazed", allowed, "clearance")
+        return self
 
 
-class TrajectoriesRequest(PointRequest):
+class TrajectoriesRequest(ObservedRequest):
     """One trajectory or, for a list of initial states, one from each of them, with every impact."""
 
     operation = Operation(
@@ -168,6 +189,12 @@ class TrajectoriesRequest(PointRequest):
                 "transient_periods": 100,
             },
             "at given times": {"omega": 0.29, "clearance": 1.6, "periods": 1, "times": [0.0, 0.5, 1.25, 20.0]},
+            "between two masses, one stop": {
+                "oscillator": {"contact": [1, 2]},
+                "omega": 0.29,
+                "clearance": {"right": 0.8, "left": None},
+                "periods": 10,
+            },
             "from many states": {
                 "omega": 0.29,
                 "clearance": 1.6,
@@ -177,6 +204,10 @@ class TrajectoriesRequest(PointRequest):
         },
     )
 
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Clearance
+    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     initial: InitialStates = InitialState()
     """The initial state, or a list of 1 to 1000; values that are left out are 0."""
     periods: Count
@@ -185,17 +216,17 @@ class TrajectoriesRequest(PointRequest):
     """Forcing periods before the record."""
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
     """Number of equally spaced samples in each forcing period; instead of times."""
-    times: Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None = None
+    times: Annotated[Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None, LeftOut] = None
     """Times of the samples within the record, increasing; instead of samples_per_period."""
 
     @model_validator(mode="after")
     def _initial_states_fit(self) -> TrajectoriesRequest:
-        count, clearance = self.oscillator.size, self.clearance
+        oscillator, clearance = self.oscillator, self.clearance
         fitted: InitialState | list[InitialState]
         if isinstance(self.initial, InitialState):
-            fitted = self.initial.fitted(count, clearance, ("initial",))
+            fitted = self.initial.fitted(oscillator, clearance, ("initial",))
         else:
-            fitted = [state.fitted(count, clearance, ("initial", str(k))) for k, state in enumerate(self.initial)]
+            fitted = [state.fitted(oscillator, clearance, ("initial", str(k))) for k, state in enumerate(self.initial)]
         # the model is frozen for others; this is still its validation
         object.__setattr__(self, "initial", fitted)
         return self
@@ -219,7 +250,7 @@ class TrajectoriesRequest(PointRequest):
 
     def unused(self) -> Collection[str]:
         """Return the name of the field of the other kind of samples."""
-        return ("times",) if self.times is None else ("samples_per_period",)
+        return () if self.times is None else ("samples_per_period",)
 
     @property
     def states(self) -> list[InitialState]:
@@ -237,11 +268,11 @@ def _example(points: int) -> dict[str, Any]:
     return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": points}, "max_periods": 200}
 
 
-class UnfoldingMapsRequest(ProcessRequest):
-    """The motion that each point of a rectangle of (omega, clearance) settles to.
+class UnfoldingMapsRequest(ObservedRequest):
+    """The motion that each point of a rectangle of two parameters settles to: of omega and clearance, or of others.
 
-    Trajectories start at rest; in a sweep, at the final state for the next smaller or larger clearance; in an ensemble,
-    at random states, and the map has the motion that most of them settle to.
+    Trajectories start at rest; in a sweep, at the final state for the next smaller or larger value of the vertical
+    parameter; in an ensemble, at random states, and the map has the motion that most of them settle to.
 
     An adaptive map is computed where neighbours differ and inferred where they agree. A preview takes less time; it
     classifies periodic motions only.
@@ -256,13 +287,24 @@ class UnfoldingMapsRequest(ProcessRequest):
             "coarse map of the default oscillator": _example(16),
             "map computed where neighbours differ": {**_example(32), "adaptive": True},
             "names of motions, soon": {**_example(32), "preview": True},
+            "one stop": {**_example(16), "clearance": {"right": {"start": 0.5, "stop": 2.0, "points": 16}}},
+            "over frequency and restitution": {
+                "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 16}},
+                "vertical": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9, "points": 16}},
+                "clearance": 1.6,
+                "max_periods": 200,
+            },
         },
     )
 
-    omega: Grid
-    """Forcing frequencies, the map's columns: a range, or an increasing list."""
-    clearance: Grid
-    """Clearances, the map's rows: a range, or an increasing list."""
+    omega: Annotated[MapOmega, LeftOut] = None
+    """Forcing frequencies, the map's columns; a number where they do not vary, else a range, or an increasing list."""
+    clearance: Annotated[MapClearance, LeftOut] = None
+    """Clearances, the map's rows, of both stops or of each; a number if fixed, else a range, or an increasing list."""
+    horizontal: Annotated[Axis | None, LeftOut] = None
+    """The parameter of the map's columns and its values, with `vertical` and in place of ranges."""
+    vertical: Annotated[Axis | None, LeftOut] = None
+    """The parameter of the map's rows and its values."""
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
     """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
     max_periods: MaxPeriods = 1000
@@ -274,11 +316,11 @@ class UnfoldingMapsRequest(ProcessRequest):
     """Random states at each point, for the policy ensemble; ignored with another policy."""
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
     """Seed of the random states, for the policy ensemble; ignored with another policy."""
-    adaptive: bool = False
+    adaptive: Annotated[bool, LeftOut] = False
     """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
-    preview: bool = False
+    preview: Annotated[bool, LeftOut] = False
     """Whether only periodic motions are identified: faster, without multipliers, exponents and chaos."""
-    resolve_sensitive: bool = False
+    resolve_sensitive: Annotated[bool, LeftOut] = False
     """Whether the motions of sensitive points are decided in more digits, which takes seconds a point."""
 
     @model_validator(mode="after")
@@ -297,17 +339,35 @@ class UnfoldingMapsRequest(ProcessRequest):
             )
         return self
 
+    @model_validator(mode="after")
+    def _is_a_plane(self) -> UnfoldingMapsRequest:
+        _write_plane(self)
+        return self
+
+    @model_validator(mode="after")
+    def _is_observed_where_every_motion_is_computed(self) -> UnfoldingMapsRequest:
+        for name in ("adaptive", "resolve_sensitive"):
+            if self.observed and getattr(self, name):
+                detail = "observables and outputs are of motions that a trajectory in double precision has settled to"
+                raise invalid(detail, "false where observables or outputs are asked for", name)
+        return self
+
+    @cached_property
+    def plane(self) -> Plane:
+        """The parameters that vary, and the others."""
+        return _plane(self)
+
     def unused(self) -> Collection[str]:
-        """Return the names of the fields of ensembles for other policies, and of options that are false."""
-        random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
-        return (*random, *(name for name in ("adaptive", "preview", "resolve_sensitive") if not getattr(self, name)))
+        """Return the names of the fields of ensembles for other policies."""
+        return () if self.policy == "ensemble" else ("initial_conditions", "seed")
 
 
 class UnfoldingDiagramsRequest(ProcessRequest):
     """An unfolding map from rest, with the curves and points that are drawn over it.
 
-    These are the grazing curve, its codimension-two points, the bifurcation curves in closed form and, with `borders`,
-    the curves that explain the borders of the map's regions.
+    These are the grazing curve, its codimension-two points over omega and clearance, the bifurcation curves of motions
+    with one impact over omega and a parameter of the stops or the forces and, with `borders`, the curves that explain
+    the borders of the map's regions.
     """
 
     operation = Operation(
@@ -320,72 +380,144 @@ class UnfoldingDiagramsRequest(ProcessRequest):
                 "omega": {"start": 0.275, "stop": 0.29, "points": 16},
                 "clearance": {"start": 1.8, "stop": 2.0, "points": 16},
                 "max_periods": 400,
-            }
+            },
+            "one stop": {
+                "omega": {"start": 0.275, "stop": 0.29, "points": 16},
+                "clearance": {"right": {"start": 1.8, "stop": 2.0, "points": 16}},
+                "max_periods": 400,
+            },
+            "over frequency and force": {
+                "horizontal": {"vary": "omega", "values": {"start": 0.275, "stop": 0.29, "points": 16}},
+                "vertical": {"vary": "forcing", "values": {"start": 0.9, "stop": 1.1, "points": 16}},
+                "clearance": 1.9,
+                "max_periods": 400,
+            },
         },
     )
 
-    omega: Grid
-    """Forcing frequencies, the map's columns: a range, or an increasing list; the last at most 1e9 times the first."""
-    clearance: Grid
-    """Clearances, the map's rows: a range, or an increasing list."""
+    omega: Annotated[MapOmega, LeftOut] = None
+    """Forcing frequencies, the map's columns, the last at most 1e9 times the first; a number where they do not vary."""
+    clearance: Annotated[MapClearance, LeftOut] = None
+    """Clearances, the map's rows, of both stops or {"right": .., "left": ..}; numbers where they do not vary."""
+    horizontal: Annotated[Axis | None, LeftOut] = None
+    """The parameter of the map's columns and its values, as of an unfolding map."""
+    vertical: Annotated[Axis | None, LeftOut] = None
+    """The parameter of the map's rows and its values."""
     max_periods: MaxPeriods = 1000
     """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
     """The maximum period looked for, in forcing periods."""
     max_order: Order = 8
-    """The highest order of recurrence points, in half periods."""
+    """The highest order of recurrence points, in half periods; not used with axes."""
     max_multiple: Multiple = 4
     """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
     borders: Annotated[bool, Listable] = False
     """Whether every border of the map's regions is explained; this may take many times as long."""
 
     @model_validator(mode="after")
-    def _can_be_searched(self) -> UnfoldingDiagramsRequest:
-        last = "stop" if isinstance(self.omega, Range) else str(len(self.omega) - 1)
-        _require_searchable(_window(self.omega), "omega", last)
+    def _is_a_plane(self) -> UnfoldingDiagramsRequest:
+        _write_plane(self)
         return self
+
+    @model_validator(mode="after")
+    def _can_be_searched(self) -> UnfoldingDiagramsRequest:
+        if self.horizontal is None:
+            last = str(len(self.omega) - 1) if isinstance(self.omega, list) else "stop"
+            _require_searchable(self._window, "omega", last)
+        return self
+
+    @cached_property
+    def plane(self) -> Plane:
+        """The parameters that vary, and the others."""
+        return _plane(self)
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether mirror images of motions are motions too: both stops, and the forces, are alike."""
+        return self.plane.mirrors
 
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
-        names = ("oscillator", "omega", "clearance", "max_periods", "max_period")
-        return UnfoldingMapsRequest(**{name: getattr(self, name) for name in names})
+        return UnfoldingMapsRequest(**self._fields(*_PLANE, "max_periods", "max_period"))
 
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:
-        """The request for the curve alone, finer than the map."""
-        values = Range(**_window(self.omega).model_dump(), points=self._curve_points)
-        return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
+        """The request for the curve alone, finer than the map; of diagrams over omega and clearance."""
+        values = Range(**self._window.model_dump(), points=self._curve_points)
+        return GrazingCurvesRequest(omega=values, clearance=self._other_stop, **self._fields("oscillator", "max_order"))
 
     @cached_property
     def codimension_two_points(self) -> CodimensionTwoPointsRequest:
-        """The request for the points alone."""
-        names = ("oscillator", "max_order", "max_multiple")
-        values = {name: getattr(self, name) for name in names}
-        return CodimensionTwoPointsRequest(omega=_window(self.omega), **values)
+        """The request for the points alone; of diagrams over omega and clearance."""
+        fields = self._fields("oscillator", "max_order", "max_multiple")
+        return CodimensionTwoPointsRequest(omega=self._window, clearance=self._other_stop, **fields)
 
     @cached_property
-    def bifurcation_curves(self) -> BifurcationCurvesRequest:
-        """The request for the curves in closed form alone."""
+    def bifurcation_curves(self) -> BifurcationCurvesRequest | None:
+        """The request for the curves of motions with one impact alone; None in planes without any."""
+        across, up = (_window_axis(axis) for axis in (self.plane.horizontal, self.plane.vertical))
+        names = {across.vary, up.vary} - {"omega"}
+        if len(names) != 1 or not is_scalar(*names):
+            return None
         return BifurcationCurvesRequest(
-            oscillator=self.oscillator,
-            omega=_window(self.omega),
-            clearance=_window(self.clearance),
-            max_multiple=self.max_multiple,
+            horizontal=across,
+            vertical=up,
             points=self._curve_points,
+            **fixed_stops_of(self.plane, ClearanceWindow),
+            **self._fields("oscillator", "max_multiple"),
         )
+
+    def unused(self) -> Collection[str]:
+        """Return the names of the fields of points and curves where there are none."""
+        if self.horizontal is None:
+            return ()
+        return ("max_order",) if self.bifurcation_curves is not None else ("max_order", "max_multiple")
+
+    def _fields(self, *names: str) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in names}
+
+    @property
+    def _other_stop(self) -> OtherClearance | None:
+        name = self.plane.vertical.vary
+        if name == "clearance":
+            return None
+        other = "left" if name == "clearance_right" else "right"
+        return OtherClearance.model_validate({other: getattr(self.plane.parameters, other)})
+
+    @property
+    def _window(self) -> Interval:
+        start, stop = self.plane.horizontal.ends
+        return Interval(start=start, stop=stop)
 
     @property
     def _curve_points(self) -> int:
-        return min(max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega)), MAX_CURVE_POINTS)
+        rows, columns = self.plane.shape
+        values = rows if self.plane.vertical.vary == "omega" else columns
+        return min(max(_CURVE_POINTS, _CURVE_FINER * values), MAX_CURVE_POINTS)
+
+
+def _plane(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> Plane:
+    """Return the plane of a map."""
+    across, up = axes(request.omega, request.clearance, request.horizontal, request.vertical)
+    return plane_of(request.oscillator, request.omega, request.clearance, across, up)
+
+
+def _write_plane(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> None:
+    """Write the plane of a map in its simplest form, so that requests that mean the same have the same text."""
+    plane = request.plane
+    written = (ranges_of(plane) or fixed_stops_of(plane)) if request.horizontal is not None else None
+    # the model is frozen for others; this is still its validation
+    for name, value in (written or {}).items():
+        object.__setattr__(request, name, value)
+
+
+def _window_axis(axis: Axis) -> WindowAxis:
+    start, stop = axis.ends
+    return WindowAxis.model_validate({"vary": axis.vary, "values": {"start": start, "stop": stop}})
 
 
 def _require_searchable(omega: Interval, *at: str) -> None:
     """Refuse an interval that is too wide for a search for codimension-two points; `at` is the field of its end."""
     if omega.stop > _FREQUENCY_RATIO * omega.start:
         raise invalid("omega ends too far from where it starts", f"at most {_FREQUENCY_RATIO:g} times its start", *at)
-
-
-def _window(grid: Range | list[float]) -> Interval:
-    start, stop = (grid.start, grid.stop) if isinstance(grid, Range) else (grid[0], grid[-1])
-    return Interval(start=start, stop=stop)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
     Discriminator,
@@ -15,9 +16,25 @@ from pydantic import (
     model_validator,
 )
 
-from grazemap.wire.base import Float, Listable, NonNegative, Request, invalid
+from grazemap.wire.base import (
+    Float,
+    GridList,
+    GridRange,
+    Interval,
+    Listable,
+    NonNegative,
+    Positive,
+    Range,
+    Request,
+    grid_tag,
+    grid_values,
+    invalid,
+)
 
+Floats = NDArray[np.float64]
 Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
+# A row of zeros is none.
+OptionalRow = Annotated[Row | None, Field(exclude_if=lambda row: not any(row or ()))]
 Matrix = Annotated[list[Row], Field(min_length=1, fail_fast=True), Listable]
 # Largest difference of M and its transpose, relative to its largest number, that is rounding; as in the core.
 _ASYMMETRY = 16.0 * 2.220446049250313e-16
@@ -232,8 +249,8 @@ class OtherClearance(Request):
         return {"left" if self.varied > 0 else "right": self.other}
 
 
-class ClearancePair(Request):
-    """The distances of the stops from ``q = 0``; None: there is no such stop."""
+class FixedStops(Request):
+    """The distances of the stops from ``q = 0`` that do not vary; None: there is no such stop, or it varies."""
 
     right: Float | None = None
     """Of the stop at +right."""
@@ -241,9 +258,7 @@ class ClearancePair(Request):
     """Of the stop at -left."""
 
     @model_validator(mode="after")
-    def _is_between(self) -> ClearancePair:
-        if self.right is None and self.left is None:
-            raise invalid("both stops are absent", "right, left, or both")
+    def _is_between(self) -> Self:
         if self.right is not None and self.left is not None and self.right + self.left <= 0.0:
             raise invalid("the stops leave no space between them", "right + left > 0")
         return self
@@ -252,3 +267,182 @@ class ClearancePair(Request):
     def _normal(self, dump: SerializerFunctionWrapHandler) -> Any:
         """Return one number for two equal stops, so that requests that mean the same have the same text."""
         return self.right if self.right == self.left and (self.right or 0.0) > 0.0 else dump(self)
+
+
+class ClearancePair(FixedStops):
+    """The distances of the stops from ``q = 0``; None: there is no such stop."""
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        if self.right is None and self.left is None:
+            raise invalid("both stops are absent", "right, left, or both")
+        return self
+
+
+def _clearance_tag(value: Any) -> str:
+    return "[of each]" if isinstance(value, dict | FixedStops) else "[of both]"
+
+
+Clearance = Annotated[
+    Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
+    Discriminator(_clearance_tag),
+]
+FixedClearance = Annotated[
+    Annotated[Positive, Tag("[of both]")] | Annotated[FixedStops, Tag("[of each]")],
+    Discriminator(_clearance_tag),
+]
+
+
+def as_pair(clearance: float | ClearancePair | None) -> ClearancePair:
+    """Return the clearances of the two stops; both are None where none is given."""
+    if isinstance(clearance, ClearancePair):
+        return clearance
+    return ClearancePair.model_construct(right=clearance, left=clearance)
+
+
+def _side_tag(value: Any) -> str | None:
+    return "[fixed]" if isinstance(value, int | float) else grid_tag(value)
+
+
+def _map_omega_tag(value: Any) -> str | None:
+    if value is None:
+        return "[absent]"
+    return "[fixed]" if isinstance(value, int | float) and not isinstance(value, bool) else grid_tag(value)
+
+
+_Absent = Annotated[None, Tag("[absent]")]
+MapOmega = Annotated[
+    GridRange | GridList | Annotated[Positive, Tag("[fixed]")] | _Absent,
+    Discriminator(
+        _map_omega_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a range or a list of numbers, or a number where it does not vary",
+        custom_error_context={
+            "allowed": '{"start": .., "stop": .., "points": ..}, an increasing list of numbers > 0, or a number'
+        },
+    ),
+]
+_Side = Annotated[Annotated[Float, Tag("[fixed]")] | GridRange | GridList, Discriminator(_side_tag)]
+
+
+class ClearanceGrid(Request):
+    """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
+
+    right: _Side | None = None
+    """Of the stop at +right: a range or an increasing list, or one number, or null."""
+    left: _Side | None = None
+    """Of the stop at -left: a range or an increasing list, or one number, or null."""
+
+    @model_validator(mode="after")
+    def _at_most_one_varies(self) -> ClearanceGrid:
+        lowest = [
+            side if side is None or isinstance(side, float | int) else float(grid_values(side)[0])
+            for side in (self.right, self.left)
+        ]
+        if all(isinstance(side, Range | list) for side in (self.right, self.left)):
+            raise invalid("one stop varies, and the other one is fixed or absent", "a range for right or for left")
+        if None not in lowest and not sum(one for one in lowest if one is not None) > 0.0:
+            raise invalid("the stops leave no space between them", "right + left > 0")
+        return self
+
+    @property
+    def stop(self) -> str | None:
+        """The stop whose clearance varies, "right" or "left"; None: neither."""
+        for name in ("right", "left"):
+            if isinstance(getattr(self, name), Range | list):
+                return name
+        return None
+
+
+def _map_clearance_tag(value: Any) -> str | None:
+    named = isinstance(value, dict) and bool({"right", "left"} & value.keys())
+    return "[of one stop]" if named or isinstance(value, ClearanceGrid) else _map_omega_tag(value)
+
+
+MapClearance = Annotated[
+    GridRange
+    | GridList
+    | Annotated[ClearanceGrid, Tag("[of one stop]")]
+    | Annotated[Positive, Tag("[fixed]")]
+    | _Absent,
+    Discriminator(
+        _map_clearance_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a range, a list of numbers, or the clearances of each stop",
+        custom_error_context={
+            "allowed": '{"start": .., "stop": .., "points": ..}, an increasing list of numbers > 0, or one of these as '
+            "right or left, with a number or null for the other stop; a number where it does not vary"
+        },
+    ),
+]
+
+
+def _window_side_tag(value: Any) -> str | None:
+    if isinstance(value, dict | Interval):
+        return "[interval]"
+    return "[fixed]" if isinstance(value, int | float) else None
+
+
+_WindowSide = Annotated[
+    Annotated[Float, Tag("[fixed]")] | Annotated[Interval, Tag("[interval]")], Discriminator(_window_side_tag)
+]
+
+
+class ClearanceWindow(Request):
+    """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
+
+    right: _WindowSide | None = None
+    """Of the stop at +right: an interval, or one number, or null."""
+    left: _WindowSide | None = None
+    """Of the stop at -left: an interval, or one number, or null."""
+
+    @model_validator(mode="after")
+    def _at_most_one_varies(self) -> ClearanceWindow:
+        sides = (self.right, self.left)
+        if all(isinstance(side, Interval) for side in sides):
+            detail = "the clearance of one stop varies, and the other one is fixed or absent"
+            raise invalid(detail, "an interval for right or for left")
+        lowest = [side.start if isinstance(side, Interval) else side for side in sides if side is not None]
+        if len(lowest) == 2 and not sum(lowest) > 0.0:
+            raise invalid("the stops leave no space between them", "right + left > 0")
+        return self
+
+
+def _window_omega_tag(value: Any) -> str | None:
+    if value is None:
+        return "[absent]"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return "[fixed]"
+    return "[interval]" if isinstance(value, dict | Interval) else None
+
+
+def _window_tag(value: Any) -> str | None:
+    each = isinstance(value, ClearanceWindow) or (isinstance(value, dict) and {"right", "left"} & value.keys())
+    return "[of one stop]" if each else _window_omega_tag(value)
+
+
+_INTERVAL: Any = '{"start": .., "stop": ..}'
+WindowOmega = Annotated[
+    Annotated[Interval, Tag("[interval]")] | Annotated[Positive, Tag("[fixed]")] | _Absent,
+    Discriminator(
+        _window_omega_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be an interval, or a number where it does not vary",
+        custom_error_context={"allowed": f"{_INTERVAL}, or a number"},
+    ),
+]
+WindowClearance = Annotated[
+    Annotated[Interval, Tag("[interval]")]
+    | Annotated[ClearanceWindow, Tag("[of one stop]")]
+    | Annotated[Positive, Tag("[fixed]")]
+    | _Absent,
+    Discriminator(
+        _window_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be an interval, or the clearances of each stop",
+        custom_error_context={
+            "allowed": f"{_INTERVAL}, or one of these as right or left, with a number or null for the other stop; a "
+            "number where it does not vary"
+        },
+    ),
+]

@@ -7,9 +7,8 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from grazemap.wire.base import Listable, NonNegative, Positive, Range
-from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import Operation, ProcessRequest
-from grazemap.wire.structure import ClearancePair
+from grazemap.wire.structure import Clearance, ClearancePair, as_pair
 
 _MOST_VALUES = 100_000
 
@@ -22,16 +21,6 @@ Frequencies = Annotated[
     Annotated[Range, Tag("[range]")]
     | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
     Discriminator(_frequencies_tag),
-]
-
-
-def _clearance_tag(value: Any) -> str:
-    return "[of each]" if isinstance(value, dict | ClearancePair) else "[of both]"
-
-
-EitherClearance = Annotated[
-    Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
-    Discriminator(_clearance_tag),
 ]
 
 
@@ -61,18 +50,14 @@ class StructuresRequest(ProcessRequest):
         },
     )
 
-    oscillator: Oscillator = Oscillator()
-    """The oscillator, of any kind; fields that are left out are those of the paper's example."""
     omega: Frequencies = []
     """Forcing frequencies of the steady response: a range, or a list."""
     times: Annotated[list[NonNegative], Field(max_length=_MOST_VALUES, fail_fast=True), Listable] = []
     """Times of the impulse response."""
-    clearance: EitherClearance | None = None
+    clearance: Clearance | None = None
     """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
 
     @property
     def stops(self) -> ClearancePair:
         """The distances of the two stops; of no stop where no clearance is given."""
-        if isinstance(self.clearance, ClearancePair):
-            return self.clearance
-        return ClearancePair.model_construct(right=self.clearance, left=self.clearance)
+        return as_pair(self.clearance)

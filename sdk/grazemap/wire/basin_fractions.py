@@ -1,0 +1,103 @@
+"""The request for basin fractions: random initial states, and the parameter along which their motions are counted."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from grazemap.wire.base import Float, Listable, Request, invalid
+from grazemap.wire.basins import INSIDE_STOPS
+from grazemap.wire.diagrams import OneParameterRequest
+from grazemap.wire.process import MaxPeriod, MaxPeriods, Operation
+
+
+class StateRange(Request):
+    """The values of an initial coordinate, from the smallest to the largest; both may be equal."""
+
+    start: Float
+    """The smallest value."""
+    stop: Float
+    """The largest value."""
+
+    @model_validator(mode="after")
+    def _is_ordered(self) -> StateRange:
+        if self.stop < self.start:
+            raise invalid("stop must not be less than start", "stop >= start")
+        return self
+
+
+StateRanges = Annotated[list[StateRange], Field(min_length=1, max_length=1000), Listable]
+
+
+class BasinFractionsRequest(OneParameterRequest):
+    """The shares of random initial states that lead to each attractor, along one parameter.
+
+    `range` has its values; omega and clearance are given where they do not vary. The same states are used
+    at every value: uniform in the ranges of `displacement` and `velocity`, of those with the contact between the stops
+    at all values.
+    """
+
+    operation = Operation(
+        "basin-fractions",
+        "submit_basin_fractions",
+        "Basin fractions",
+        "Compute the share of random initial states that leads to each attractor, at every value of one parameter.",
+        {
+            "along the clearance": {
+                "vary": "clearance",
+                "range": {"start": 1.5, "stop": 2.0, "points": 26},
+                "omega": 0.29,
+                "states": 100,
+            },
+            "of a plane of initial states": {
+                "vary": "clearance",
+                "range": {"start": 1.9, "stop": 2.05, "points": 16},
+                "omega": 0.29,
+                "states": 100,
+                "displacement": [{"start": -1.9, "stop": 1.9}, {"start": -0.5, "stop": 0.5}, {"start": 0, "stop": 0}],
+                "velocity": [{"start": -1, "stop": 1}, {"start": 0, "stop": 0}, {"start": 0, "stop": 0}],
+            },
+        },
+    )
+
+    states: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
+    """Number of initial states."""
+    seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    """Seed of the random states."""
+    displacement: StateRanges | None = None
+    """N ranges; left out: the equilibrium plus or minus the smallest half distance of the stops, over max |h|."""
+    velocity: StateRanges | None = None
+    """N ranges; left out: plus or minus the smallest omega times that half width."""
+    phase: Float = 0.0
+    """Phase of the forcing at the start, in radians; harmonic k is shifted by k times as much."""
+    max_periods: MaxPeriods = 1000
+    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
+    max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
+
+    @model_validator(mode="after")
+    def _ranges_fit(self) -> BasinFractionsRequest:
+        count = self.oscillator.size
+        for name in ("displacement", "velocity"):
+            ranges = getattr(self, name)
+            if ranges is not None and len(ranges) != count:
+                detail = f"{name} has {len(ranges)} ranges and the oscillator has {count} degrees of freedom"
+                raise invalid(detail, "one range per mass", name)
+        return self
+
+    @model_validator(mode="after")
+    def _ranges_reach_between_the_stops(self) -> BasinFractionsRequest:
+        if self.displacement is None:
+            return self
+        stops = [point.clearance for point in self.line.corners()]
+        right, left = (
+            min(math.inf if one is None else one for one in side)
+            for side in zip(*((one.right, one.left) for one in stops), strict=True)
+        )
+        terms = zip(self.oscillator.contact_row, self.displacement, strict=True)
+        ends = [sorted((h * one.start, h * one.stop)) for h, one in terms]
+        if not (sum(low for low, _ in ends) < right and -left < sum(high for _, high in ends)):
+            raise invalid("displacement places the contact on a stop or beyond it", INSIDE_STOPS, "displacement")
+        return self
