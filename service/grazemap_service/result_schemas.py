@@ -20,6 +20,7 @@ _TILES: Mapping[str, Record] = {
     "unfolding-maps": UNFOLDING_MAPS,
     "unfolding-diagrams": UNFOLDING_MAPS,
     "basins": TILE_OF_BASINS,
+    "basin-fractions": TILE_OF_BASINS,
 }
 
 

@@ -136,8 +136,8 @@ async def _answers(
     """Yield lines, until every request has one."""
     waiting: dict[str, list[int]] = {}
     with context.hub.ends() as ended:
-        for first in range(0, len(asked), 25):
-            part = range(first, min(first + 25, len(asked)))
+        for first in range(0, len(asked), _AT_A_TIME):
+            part = range(first, min(first + _AT_A_TIME, len(asked)))
             jobs = await run_sync(_submit, context, asker, [asked[index] for index in part], limiter=context.threads)
             decided: dict[str, None] = {}
             for index, job in zip(part, jobs, strict=True):

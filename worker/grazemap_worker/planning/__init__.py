@@ -1,7 +1,8 @@
 """Cuts a request into tiles and estimates its cost: pure functions of the request, without the core.
 
 The service plans a request, and the worker reads the plan. The cost of a process, and the quantities that a server
-limits, are in `PLANNING` of the module that is named after the process. Only maps and basins have more than one tile.
+limits, are in `PLANNING` of the module that is named after the process. Only maps, basins and basin
+fractions have more than one tile.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Mapping
 from importlib import import_module
 
 from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire.observables import ObservedRequest
 from grazemap_worker.planning.plan import LANE_WEIGHTS, Plan, Tile
 from grazemap_worker.planning.planning import Limits, Planning, compiling_seconds
 from grazemap_worker.planning.rates import TILE_SECONDS
@@ -21,8 +23,10 @@ PLANNING: Mapping[str, Planning] = {
 
 def kernels_of(process: str, request: ProcessRequest) -> str:
     """Return the name of the kernels that a request needs: those of maps depend on the number of masses."""
-    planning = PLANNING[process]
-    return f"{planning.kernels}-{request.oscillator.size}" if planning.of_masses else planning.kernels
+    planning, size = PLANNING[process], request.oscillator.size
+    if isinstance(request, ObservedRequest) and request.observed:
+        return f"map_observables-{size}" if planning.of_masses else "observables"
+    return f"{planning.kernels}-{size}" if planning.of_masses else planning.kernels
 
 
 __all__ = [

@@ -4,33 +4,59 @@ from __future__ import annotations
 
 import math
 
-from grazemap.wire import BasinsRequest, grid_points
-from grazemap_worker.planning.costs import chance_seconds, expected_periods, orbit_seconds, period_cost, setup_seconds
+import numpy as np
+
+from grazemap.wire import BasinFractionsRequest, BasinsRequest, grid_points
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import (
+    chance_seconds,
+    expected_periods,
+    longest_at_point,
+    orbit_seconds,
+    period_cost,
+    setup_seconds,
+    stop_distance,
+)
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
-from grazemap_worker.planning.rates import (
-    BASIN_PERIODS_PER_SECOND,
-    BASIN_UNSETTLED,
-    FULL_COLUMN,
-    MAP_PERIODS_PER_SECOND,
-    WORST_SLOWER,
-)
 
 
 def _plan(request: BasinsRequest) -> Plan:
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
-    periods = expected_periods(request.oscillator, request.max_periods, BASIN_UNSETTLED)
-    lanes = math.sqrt(FULL_COLUMN / min(rows * columns, FULL_COLUMN))
-    orbit = orbit_seconds(request.oscillator, [request.omega], [request.clearance], request.max_periods)
-    seconds = periods * cost * lanes / BASIN_PERIODS_PER_SECOND + orbit
-    at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
-    chance = BASIN_UNSETTLED * chance_seconds(request.oscillator, rows * columns, request.max_periods, cost)
+    distance, _ = stop_distance(request.clearance)
+    place = np.array([request.omega]), np.array([distance])
+    orbit = orbit_seconds(request.oscillator, *place, request.max_periods)
+    return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, cost, orbit)
+
+
+def plan_of_states(
+    request: BasinsRequest | BasinFractionsRequest, grid: Plan, together: int, cost: float, other_seconds: float
+) -> Plan:
+    """Return the tiles of a grid of initial states, and the estimate.
+
+    Parameters
+    ----------
+    grid : Plan
+        With its rows and columns.
+    together : int
+        Number of states that may run side by side.
+    cost : float
+        Mean cost of a forcing period, as `costs.period_costs`.
+    other_seconds : float
+        Seconds for each state besides those of its forcing periods.
+    """
+    oscillator, most = request.oscillator, request.max_periods
+    periods = expected_periods(oscillator, most, rates.BASIN_UNSETTLED)
+    lanes = math.sqrt(rates.FULL_COLUMN / min(together, rates.FULL_COLUMN))
+    seconds = periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND + other_seconds
+    at_worst = rates.WORST_SLOWER * most * cost / rates.MAP_PERIODS_PER_SECOND
+    chance = rates.BASIN_UNSETTLED * chance_seconds(oscillator, grid.rows * grid.columns, most, cost)
     pixels = pixels_per_tile(seconds, at_worst)
-    tile_columns = even(columns, pixels)
-    tile_rows = even(rows, max(1, pixels // tile_columns))
-    shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return estimated(shape, periods, seconds, shape.count * setup_seconds(request.oscillator) + chance)
+    tile_columns = even(grid.columns, pixels)
+    tile_rows = even(grid.rows, max(1, pixels // tile_columns))
+    shape = grid.model_copy(update={"tile_rows": tile_rows, "tile_columns": tile_columns})
+    return estimated(shape, periods, seconds, shape.count * setup_seconds(oscillator) + chance)
 
 
 def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
@@ -38,10 +64,4 @@ def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
     return [of_grid(across, down, limits.pixels)]
 
 
-PLANNING = Planning(
-    _plan,
-    _counts,
-    lambda request: period_cost(request.oscillator, request.omega, request.clearance),
-    kernels="maps",
-    of_masses=True,
-)
+PLANNING = Planning(_plan, _counts, longest_at_point, kernels="maps", of_masses=True)

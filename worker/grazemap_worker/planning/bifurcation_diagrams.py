@@ -5,36 +5,30 @@ from __future__ import annotations
 import math
 
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
+from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
+    Samples,
     chance_seconds,
     expected_periods,
-    mean_cost,
-    orbit_seconds,
-    period_cost,
+    longest_period,
     setup_seconds,
 )
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import (
-    DIAGRAM_SETTLING_PERIODS,
-    FULL_COLUMN,
-    MAP_PERIODS_PER_SECOND,
-    PERIODS_PER_SECOND,
-)
 
 
 def _plan(request: BifurcationDiagramsRequest) -> Plan:
     values = grid_values(request.range)
     each = request.transient_periods + request.periods
-    fixed = [request.fixed]
-    omega, clearance = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
-    costs = len(values) * mean_cost(request.oscillator, omega, clearance)
-    watched = each + DIAGRAM_SETTLING_PERIODS
-    alone = 4.0 * math.sqrt(FULL_COLUMN) / MAP_PERIODS_PER_SECOND  # and with the growth of changes
-    seconds = costs * (each / PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
+    samples = Samples.of(request.line)
+    costs = len(values) * samples.mean_cost()
+    watched = each + rates.DIAGRAM_SETTLING_PERIODS
+    alone = 4.0 * math.sqrt(rates.FULL_COLUMN) / rates.MAP_PERIODS_PER_SECOND  # and with the growth of changes
+    seconds = costs * (each / rates.PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
     seconds += chance_seconds(request.oscillator, len(values), watched, costs / len(values))
-    orbit = orbit_seconds(request.oscillator, omega, clearance, watched)
+    orbit = samples.orbit_seconds(watched)
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
+    seconds += len(values) * samples.observed_seconds(request, costs / len(values))
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 
@@ -47,10 +41,4 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
     ]
 
 
-def _longest_period(request: BifurcationDiagramsRequest) -> float:
-    least = float(grid_values(request.range)[0])
-    omega, clearance = (least, request.fixed) if request.vary == "omega" else (request.fixed, least)
-    return period_cost(request.oscillator, omega, clearance)
-
-
-PLANNING = Planning(_plan, _counts, _longest_period, kernels="diagrams", of_masses=True)
+PLANNING = Planning(_plan, _counts, lambda request: longest_period(request.line), kernels="diagrams", of_masses=True)

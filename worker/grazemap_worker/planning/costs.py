@@ -2,49 +2,34 @@
 
 A forcing period is computed in cells, in each of which the fastest mode turns by a radian, and impact by impact. The
 time of a cell and of an impact grows with the number of masses. The number of impacts is estimated from the force that
-presses mass 1 against a stop: it bounces between stops that are close, and its chatter ends in rest where the
+presses the contact against a stop: it bounces between stops that are close, and its chatter ends in rest where the
 restitution is below 1.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.wire import CoordinateRange, Grid, Oscillator, grid_values
-from grazemap_worker.planning.rates import (
-    BRANCH_IMPACTS,
-    BRANCH_SECONDS,
-    CELL_SECONDS,
-    CHATTER_REST,
-    DRAG_OF_BOUNCES,
-    DRAG_POWER,
-    FLIGHT_SPEED,
-    GROWTH_PERIODS,
-    HELD_CELLS,
-    IMPACT_MASS_SECONDS,
-    IMPACT_SECONDS,
-    LANES_AT_REST,
-    LEAST_CELLS,
-    LEAST_UNSETTLED,
-    MOST_ORBIT_IMPACTS,
-    MOST_PERIOD_IMPACTS,
-    MOST_UNSETTLED,
-    ORBIT_SECONDS,
-    PERIOD_SECONDS,
-    PERIODS_PER_SECOND,
-    PERIODS_TO_SETTLE,
-    POINTS_ORDER_SECONDS,
-    RUN_ON,
-    RUN_ON_PERIODS,
-    RUN_ON_SAMPLE,
-    SAMPLED_SIDE,
-    SETUP_MASS_SECONDS,
-    SETUP_SECONDS,
-    UNSETTLED_POWER,
+from grazemap.wire import (
+    BasinsRequest,
+    ClearancePair,
+    CoordinateRange,
+    Grid,
+    Oscillator,
+    PeriodicOrbitsRequest,
+    TrajectoriesRequest,
+    grid_values,
+    linear,
 )
+from grazemap.wire.observables import ObservedRequest
+from grazemap.wire.planes import Line, Parameters, Plane, is_place
+from grazemap.wire.structure import as_pair
+from grazemap_worker.planning import rates
 
 Floats = NDArray[np.float64]
 
@@ -55,6 +40,8 @@ def fastest_exponent(oscillator: Oscillator) -> float:
     With nu and mu the largest absolute row sums of M^-1 C and M^-1 K (Gershgorin), |lambda|^2 <= nu |lambda| + mu.
     Infinite where the numbers overflow.
     """
+    if oscillator.matrices is not None:
+        return linear.fastest_exponent(oscillator)
     with np.errstate(over="ignore", invalid="ignore"):
         mu = _largest_row_sum(oscillator.masses, oscillator.stiffnesses)
         damping = oscillator.damping
@@ -67,12 +54,15 @@ def fastest_exponent(oscillator: Oscillator) -> float:
 
 
 def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats, Floats]:
-    """Return the amplitude of the force on mass 1, held in the middle, at each omega, and its amplitude if it is free.
+    """Return the amplitude of the force on the held contact at each omega, and the contact's amplitude if it is free.
 
     At a resonance they are those after GROWTH_PERIODS forcing periods: the forcing grows by a factor e in that time.
-    The other masses are eliminated one by one, from the ground.
+    Of a chain the masses are eliminated one by one, from the ground.
     """
-    rate = omega * (1j + 1.0 / (2.0 * math.pi * GROWTH_PERIODS))
+    if oscillator.beyond_the_chain() is not None:
+        found = linear.contact_forces(oscillator, np.ravel(omega), 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
+        return found[0].reshape(np.shape(omega)), found[1].reshape(np.shape(omega))
+    rate = omega * (1j + 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
     forces, force, dynamic = oscillator.amplitudes, 0.0 * rate, 0.0 * rate
     for i in reversed(range(oscillator.size)):
         link = oscillator.stiffnesses[i] + rate * _link_damping(oscillator, i)
@@ -83,8 +73,19 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
     return np.abs(force), np.abs(force / dynamic)
 
 
-def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats) -> Floats:
+def stop_distance(clearance: float | ClearancePair) -> tuple[float, bool]:
+    """Return half the distance of the stops, or the distance of a single stop, and whether there is only one."""
+    stops = as_pair(clearance)
+    if stops.right is not None and stops.left is not None:
+        return 0.5 * (stops.right + stops.left), False
+    (one,) = (one for one in (stops.right, stops.left) if one is not None)
+    return abs(one), True
+
+
+def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats, *, single: bool = False) -> Floats:
     """Return the expected number of impacts of a forcing period, for omega and clearance of any shapes that fit.
+
+    `single`: there is one stop, so the motion is at least as wide as without it.
 
     A mass under an acceleration a bounces a/(2 v) times in a unit of time, v being its speed. That is the smallest of
     three: of a flight between the stops under a; of the motion without stops where it meets a stop, with the part of a
@@ -95,80 +96,186 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats) -> 
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         # one number is faster than an array of one
         force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
-        mass, period = oscillator.masses[0], 2.0 * math.pi / omega
+        mass, slowing = _contact_mass(oscillator)
+        period, restitution = 2.0 * math.pi / omega, _largest_restitution(oscillator)
         acceleration = force / mass
-        flight = FLIGHT_SPEED * np.sqrt(acceleration * clearance)
+        clearance = np.fmax(clearance, amplitude) if single else clearance
+        flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
         reached = np.fmin(clearance / amplitude, 1.0)
         steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
         rising = 0.5 * acceleration * omega * (12.0 * clearance / (acceleration * omega)) ** (2.0 / 3.0)
         bounces = 0.5 * period * acceleration / np.fmin(np.fmin(flight, steady), rising)
-        drag = period * _link_damping(oscillator, 0) / mass / DRAG_OF_BOUNCES
-        bounces *= 1.0 + drag * oscillator.equal_restitution**DRAG_POWER
-        return np.fmin(np.fmin(bounces, _impacts_to_rest(oscillator.equal_restitution)), MOST_PERIOD_IMPACTS)
+        bounces *= 1.0 + period * slowing / rates.DRAG_OF_BOUNCES * restitution**rates.DRAG_POWER
+        return np.fmin(np.fmin(bounces, _impacts_to_rest(restitution)), rates.MOST_PERIOD_IMPACTS)
 
 
-def period_costs(oscillator: Oscillator, omega: Floats, clearance: Floats, *, lanes: bool = False) -> Floats:
+def period_costs(
+    oscillator: Oscillator, omega: Floats, clearance: Floats, *, lanes: bool = False, single: bool = False
+) -> Floats:
     """Return the cost of a forcing period, in periods of the default oscillator, for shapes as in `period_impacts`.
 
-    In the `lanes` of maps it is higher where mass 1 comes to rest, as such lanes are computed one by one.
+    In the `lanes` of maps it is higher where the contact comes to rest, as such lanes are computed one by one.
     """
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        impacts = period_impacts(oscillator, omega, clearance)
-        rests = impacts >= _impacts_to_rest(oscillator.equal_restitution)
-        cells = _cells(oscillator, omega) * size * np.where(rests, HELD_CELLS, 1.0)
-        seconds = PERIOD_SECONDS + CELL_SECONDS * cells + (IMPACT_SECONDS + IMPACT_MASS_SECONDS * size) * impacts
+        impacts = period_impacts(oscillator, omega, clearance, single=single)
+        rests = impacts >= _impacts_to_rest(_largest_restitution(oscillator))
+        cells = _cells(oscillator, omega) * size * np.where(rests, rates.HELD_CELLS, 1.0)
+        impact_seconds = rates.IMPACT_SECONDS + rates.IMPACT_MASS_SECONDS * size
+        seconds = rates.PERIOD_SECONDS + rates.CELL_SECONDS * cells + impact_seconds * impacts
         if lanes:
-            seconds *= np.where(rests, LANES_AT_REST, 1.0)
-    return PERIODS_PER_SECOND * np.where(np.isnan(seconds), np.inf, seconds)
+            seconds *= np.where(rests, rates.LANES_AT_REST, 1.0)
+    return rates.PERIODS_PER_SECOND * np.where(np.isnan(seconds), np.inf, seconds)
 
 
-def period_cost(oscillator: Oscillator, omega: float, clearance: float, *, lanes: bool = False) -> float:
+def period_cost(
+    oscillator: Oscillator, omega: float, clearance: float | ClearancePair, *, lanes: bool = False
+) -> float:
     """Return the cost of a forcing period at one point, as `period_costs`."""
-    return float(period_costs(oscillator, np.array([omega]), np.array([clearance]), lanes=lanes)[0])
+    distance, single = stop_distance(clearance)
+    return float(period_costs(oscillator, np.array([omega]), np.array([distance]), lanes=lanes, single=single)[0])
 
 
-def mean_cost(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
-    """Return the mean cost of a forcing period in lanes over a grid, from SAMPLED_SIDE values along each side."""
-    return float(period_costs(oscillator, _some(omega)[:, None], _some(clearance), lanes=True).mean())
+def longest_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
+    """Return the cost of the forcing period of a request at one point."""
+    return period_cost(request.oscillator, request.omega, request.clearance)
 
 
-def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid, max_periods: int) -> float:
-    """Return the mean seconds in which the orbit of a trajectory is solved for and verified, if it settles in time."""
-    impacts = np.fmin(period_impacts(oscillator, _some(omega)[:, None], _some(clearance)), MOST_ORBIT_IMPACTS)
-    settled = (1.0 - oscillator.equal_restitution**UNSETTLED_POWER) * min(1.0, max_periods / PERIODS_TO_SETTLE)
-    return ORBIT_SECONDS * oscillator.size * settled * float((impacts**2).mean())
+def orbit_seconds(oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int) -> float:
+    """Return the mean seconds in which the orbit of a trajectory is solved for and verified, if it settles in time.
+
+    `omega` and `clearance` (k,) are those of points.
+    """
+    impacts = np.fmin(period_impacts(oscillator, omega, clearance), rates.MOST_ORBIT_IMPACTS)
+    settled = 1.0 - _largest_restitution(oscillator) ** rates.UNSETTLED_POWER
+    settled *= min(1.0, max_periods / rates.PERIODS_TO_SETTLE)
+    return rates.ORBIT_SECONDS * oscillator.size * settled * float((impacts**2).mean())
+
+
+class Samples:
+    """Points of a plane or of a line, evenly spaced, from which means over all its points are estimated."""
+
+    def __init__(self, parameters: Parameters, values: Iterable[Mapping[str, float]]) -> None:
+        """Group points by the oscillators at them; `values` are those of the parameters that vary."""
+        groups: dict[tuple[float, ...], list[Mapping[str, float]]] = {}
+        for point in values:
+            groups.setdefault(tuple(value for name, value in point.items() if not is_place(name)), []).append(point)
+        self._groups = [_group(parameters, points) for points in groups.values()]
+        self._count = sum(map(len, groups.values()))
+
+    @classmethod
+    def of(cls, varied: Plane | Line) -> Samples:
+        """Return SAMPLED_SIDE values of every parameter that varies."""
+        axes = (varied.horizontal, varied.vertical) if isinstance(varied, Plane) else (varied.axis,)
+        names, values = [axis.vary for axis in axes], [_some(axis.values) for axis in axes]
+        return cls(varied.parameters, (dict(zip(names, point, strict=True)) for point in itertools.product(*values)))
+
+    def mean_cost(self) -> float:
+        """Return the mean cost of a forcing period in lanes."""
+        costs = [
+            period_costs(oscillator, omega, distance, lanes=True, single=single)
+            for oscillator, omega, distance, single in self._groups
+        ]
+        return float(np.concatenate(costs).mean())
+
+    def orbit_seconds(self, max_periods: int) -> float:
+        """Return `orbit_seconds` of the points."""
+        seconds = 0.0
+        for oscillator, omega, distance, _ in self._groups:
+            seconds += len(omega) * orbit_seconds(oscillator, omega, distance, max_periods)
+        return seconds / self._count
+
+    def observed_seconds(self, request: ObservedRequest, cost: float) -> float:
+        """Return the mean seconds in which quantities are read off a motion of a map; `cost` is that of a period."""
+        if not request.observed:
+            return 0.0
+        periods = rates.OBSERVED_PERIODS + unsettled(request.oscillator) * rates.AVERAGED_PERIODS
+        seconds = 0.0
+        for oscillator, omega, distance, _ in self._groups:
+            seconds += len(omega) * observed_seconds(request, oscillator, omega, distance, periods)
+        return seconds / self._count + periods * cost / rates.PERIODS_PER_SECOND
+
+
+def _group(parameters: Parameters, points: list[Mapping[str, float]]) -> tuple[Oscillator, Floats, Floats, bool]:
+    """Return the oscillator of points, their frequencies and distances of stops, and whether there is one stop."""
+    places = [parameters.place(point) for point in points]
+    stops = [stop_distance(clearance) for _, clearance in places]
+    omega, distance = np.array([omega for omega, _ in places]), np.array([one for one, _ in stops])
+    return parameters.oscillator_at(points[0]), omega, distance, stops[0][1]
+
+
+def longest_period(varied: Plane | Line) -> float:
+    """Return the largest cost of a forcing period at the ends of a line, or at the corners of a plane."""
+    points = varied.corners()
+    return max(period_cost(point.oscillator, point.omega, point.clearance) for point in points)
 
 
 def codimension_two_seconds(start: float, stop: float, max_order: int, max_multiple: int) -> float:
     """Return the seconds in which the codimension-two points between two omegas are found."""
-    return math.log(stop / start) * POINTS_ORDER_SECONDS * (max_order + 2 * max_multiple)
+    return math.log(stop / start) * rates.POINTS_ORDER_SECONDS * (max_order + 2 * max_multiple)
+
+
+def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int = 0) -> float:
+    """Return the seconds for what several harmonics add: the maxima of points of a curve, and where they are equal."""
+    orders = oscillator.orders
+    if len(orders) < 2:
+        return 0.0
+    highest = orders[-1] / math.gcd(*orders)
+    searched = rates.PEAKS_SECONDS * math.sqrt(highest) * math.log(stop / start)
+    return searched + rates.PEAK_SECONDS * highest * len(orders) * points
 
 
 def setup_seconds(oscillator: Oscillator) -> float:
     """Return the seconds in which the modes of an oscillator are found, and the tables of a frequency made."""
-    return SETUP_SECONDS + SETUP_MASS_SECONDS * oscillator.size**2
+    return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2
 
 
 def unsettled(oscillator: Oscillator) -> float:
     """Return the share of trajectories that are expected not to settle: more where impacts take less energy."""
-    return max(LEAST_UNSETTLED, MOST_UNSETTLED * oscillator.equal_restitution**UNSETTLED_POWER)
+    return max(rates.LEAST_UNSETTLED, rates.MOST_UNSETTLED * _largest_restitution(oscillator) ** rates.UNSETTLED_POWER)
 
 
 def expected_periods(oscillator: Oscillator, max_periods: int, share: float = 1.0) -> float:
     """Return the forcing periods that a pixel takes on average, with a share of the `unsettled` ones."""
-    return min(float(max_periods), PERIODS_TO_SETTLE + share * unsettled(oscillator) * max_periods)
+    return min(float(max_periods), rates.PERIODS_TO_SETTLE + share * unsettled(oscillator) * max_periods)
 
 
 def chance_seconds(oscillator: Oscillator, trajectories: float, max_periods: int, cost: float) -> float:
     """Return the seconds in which a sample of the chaotic ones among trajectories is run on."""
-    sample = min(RUN_ON_SAMPLE, unsettled(oscillator) * trajectories)
-    return sample * min(RUN_ON * max_periods, RUN_ON_PERIODS) * cost / PERIODS_PER_SECOND
+    sample = min(rates.RUN_ON_SAMPLE, unsettled(oscillator) * trajectories)
+    return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * cost / rates.PERIODS_PER_SECOND
+
+
+def observed_seconds(
+    request: ObservedRequest, oscillator: Oscillator, omega: Floats, clearance: Floats, periods: float
+) -> float:
+    """Return the mean seconds in which quantities are read off forcing periods of a motion; 0 where none are.
+
+    `omega` and `clearance` (k,) are those of points.
+    """
+    if not request.observed:
+        return 0.0
+    outputs = len(request.outputs) + any(name.endswith("_displacement") for name in request.observables)
+    impacts = float(period_impacts(oscillator, omega, clearance).mean())
+    panels = 0.5 * float(_cells(oscillator, omega).mean()) + impacts
+    return rates.OBSERVED_SECONDS + periods * panels * (rates.PANEL_SECONDS + rates.PANEL_OUTPUT_SECONDS * outputs)
 
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
     """Return the seconds for a point of the branch of an orbit with this number of impacts."""
-    return BRANCH_SECONDS * (1.0 + impacts / BRANCH_IMPACTS) * oscillator.size
+    return rates.BRANCH_SECONDS * (1.0 + impacts / rates.BRANCH_IMPACTS) * oscillator.size
+
+
+def _largest_restitution(oscillator: Oscillator) -> float:
+    given = oscillator.restitution
+    return given if isinstance(given, float | int) else max(given.right, given.left)
+
+
+def _contact_mass(oscillator: Oscillator) -> tuple[float, float]:
+    """Return the mass that an impulse on the contact meets, and the rate at which damping alone slows it."""
+    if oscillator.beyond_the_chain() is not None:
+        return linear.contact_mass(oscillator)
+    return oscillator.masses[0], _link_damping(oscillator, 0) / oscillator.masses[0]
 
 
 def _link_damping(oscillator: Oscillator, link: int) -> float:
@@ -192,17 +299,21 @@ def _largest_row_sum(masses: list[float], links: list[float]) -> float:
 
 
 def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
-    return np.maximum(LEAST_CELLS, fastest_exponent(oscillator) * 2.0 * math.pi / omega)
+    highest = max(oscillator.orders, default=1)
+    least = max(rates.LEAST_CELLS, 2.0 * math.pi * highest)
+    return np.maximum(least, fastest_exponent(oscillator) * 2.0 * math.pi / omega)
 
 
 def _impacts_to_rest(restitution: float) -> float:
     """Return the number of impacts until a chatter on each stop has ended in rest."""
     if not 0.0 < restitution < 1.0:
         return 2.0 if restitution == 0.0 else math.inf
-    return 2.0 * (1.0 + math.log(CHATTER_REST) / math.log(restitution))
+    return 2.0 * (1.0 + math.log(rates.CHATTER_REST) / math.log(restitution))
 
 
-def _some(values: Grid | CoordinateRange) -> Floats:
+def _some(values: Grid | CoordinateRange) -> list[float]:
     found = grid_values(values)
-    some: Floats = found[np.linspace(0, len(found) - 1, min(len(found), SAMPLED_SIDE)).round().astype(int)]
+    some: list[float] = found[
+        np.linspace(0, len(found) - 1, min(len(found), rates.SAMPLED_SIDE)).round().astype(int)
+    ].tolist()
     return some

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from grazemap.wire import DiscontinuityMappingsRequest, Estimate
+from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
-from grazemap_worker.planning.rates import (
-    MAPPING_SECONDS,
-    OVERSHOOT_MASS_SECONDS,
-    OVERSHOOT_SECONDS,
-    PERIODS_PER_SECOND,
-)
 
 
 def _plan(request: DiscontinuityMappingsRequest) -> Plan:
     cost = period_cost(request.oscillator, request.omega, max(request.overshoot))
-    each = OVERSHOOT_SECONDS + OVERSHOOT_MASS_SECONDS * request.oscillator.size
-    seconds = MAPPING_SECONDS + len(request.overshoot) * (each + request.returns * cost / PERIODS_PER_SECOND)
+    each = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    returns = request.returns * (1 if request.are_alike else 2)
+    seconds = rates.MAPPING_SECONDS + len(request.overshoot) * (each + returns * cost / rates.PERIODS_PER_SECOND)
     return Plan(estimate=Estimate(seconds=seconds))
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from grazemap.wire import CodimensionTwoPointsRequest, Estimate, GrazingCurvesRequest, grid_points
-from grazemap_worker.planning.costs import codimension_two_seconds
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import CURVE_SECONDS, SEQUENCE_SECONDS
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 
@@ -14,8 +14,9 @@ _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].d
 def _plan(request: GrazingCurvesRequest) -> Plan:
     omega, order = request.omega, request.max_order
     ends = (omega[0], omega[-1]) if isinstance(omega, list) else (omega.start, omega.stop)
-    each = CURVE_SECONDS + SEQUENCE_SECONDS * order * request.sequence
+    each = rates.CURVE_SECONDS + rates.SEQUENCE_SECONDS * order * request.sequence
     seconds = grid_points(omega) * request.oscillator.size * each
+    seconds += peaks_seconds(request.oscillator, *ends, grid_points(omega))
     return Plan(estimate=Estimate(seconds=seconds + codimension_two_seconds(*ends, order, _MOST_MULTIPLE)))
 
 

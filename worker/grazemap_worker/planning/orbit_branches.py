@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.wire import OrbitBranchesRequest
-from grazemap_worker.planning import periodic_orbits
-from grazemap_worker.planning.costs import branch_point_seconds, period_cost, period_impacts
+from grazemap_worker.planning import periodic_orbits, rates
+from grazemap_worker.planning.costs import (
+    branch_point_seconds,
+    longest_at_point,
+    period_impacts,
+    stop_distance,
+)
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Planning
-from grazemap_worker.planning.rates import BRANCH_POINTS, BRANCH_SPECIAL_POINTS, MOST_ORBIT_IMPACTS
 
 
 def _plan(request: OrbitBranchesRequest) -> Plan:
@@ -17,17 +21,15 @@ def _plan(request: OrbitBranchesRequest) -> Plan:
     if request.motion is not None:
         impacts = float(len(request.motion.stops))
     else:
-        at = np.array([request.omega]), np.array([request.clearance])
-        impacts = min(float(period_impacts(request.oscillator, *at)[0]), MOST_ORBIT_IMPACTS)
-    points = min(2 * request.max_points, BRANCH_POINTS) + BRANCH_SPECIAL_POINTS
+        distance, single = stop_distance(request.clearance)
+        at = np.array([request.omega]), np.array([distance])
+        impacts = min(float(period_impacts(request.oscillator, *at, single=single)[0]), rates.MOST_ORBIT_IMPACTS)
+    points = min(2 * request.max_points, rates.BRANCH_POINTS) + rates.BRANCH_SPECIAL_POINTS
     branch = points * branch_point_seconds(request.oscillator, impacts)
+    if request.observed:
+        branch += points * rates.OBSERVED_ORBIT_SECONDS
     estimate = orbit.estimate.model_copy(update={"seconds": orbit.estimate.seconds + branch})
     return orbit.model_copy(update={"estimate": estimate})
 
 
-PLANNING = Planning(
-    _plan,
-    periodic_orbits.counts,
-    lambda request: period_cost(request.oscillator, request.omega, request.clearance),
-    kernels="orbits",
-)
+PLANNING = Planning(_plan, periodic_orbits.counts, longest_at_point, kernels="orbits")

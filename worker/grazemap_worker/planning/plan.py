@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 from grazemap.wire import Estimate
-from grazemap_worker.planning.rates import TILE_SECONDS, WORST_TILE_SECONDS
+from grazemap_worker.planning import rates
 
 Lane = Literal["small", "short", "long"]
 # Estimated seconds up to which a job of one tile is small, which workers of its own compute many at a time, and up to
@@ -96,7 +96,7 @@ class Plan(BaseModel):
 
 def pixels_per_tile(seconds: float, at_worst: float) -> int:
     """Return the number of pixels of a tile, from the expected and the maximum seconds of a pixel."""
-    return max(1, round(min(TILE_SECONDS / seconds, WORST_TILE_SECONDS / at_worst)))
+    return max(1, round(min(rates.TILE_SECONDS / seconds, rates.WORST_TILE_SECONDS / at_worst)))
 
 
 def estimated(shape: Plan, periods: float, seconds: float, more_seconds: float) -> Plan:

@@ -11,6 +11,7 @@ from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
 _COMPILING_SECONDS = {"curves": 5.0, "trajectories": 9.0, "orbits": 8.0, "maps": 40.0, "diagrams": 45.0}
+_COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0}
 
 
 def compiling_seconds(kernels: str) -> float:

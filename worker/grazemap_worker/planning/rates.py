@@ -53,6 +53,8 @@ RESOLUTION_AT_WORST = 180.0
 # have a chaotic one, over that of the points of a map.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.5
+# The maximum number of values of basin fractions: their result has figures of every attractor at every value.
+FRACTION_VALUES = 2000
 # Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: of a forcing period, of a cell per
 # mass, of an impact, and of an impact per mass; of finding the modes, and of the same per square of the masses; of a
 # sample per mass, and per square of the masses.
@@ -66,11 +68,12 @@ SETUP_MASS_SECONDS = 1.2e-5
 COLUMN_SETUPS = 0.25
 SAMPLE_MASS_SECONDS = 6.0e-8
 SAMPLE_SQUARE_SECONDS = 3.7e-9
-# The minimum number of cells of a period, and how much more cells cost where mass 1 comes to rest, as its release is
-# looked for.
+# The minimum number of cells of a period, and how much more cells cost where the contact comes to rest, as its
+# release is looked for.
 LEAST_CELLS = 16.0
 HELD_CELLS = 16.0
-# How much more a period costs in the lanes of a map where mass 1 comes to rest: such lanes are computed one by one.
+# How much more a period costs in the lanes of a map where the contact comes to rest: such lanes are computed one
+# by one.
 LANES_AT_REST = 8.0
 # The speed of a flight between the stops under an acceleration a is FLIGHT_SPEED sqrt(a clearance). The damper takes
 # the share 1 - 1/e of the speed of a bouncing mass in DRAG_OF_BOUNCES mass/damping; how much that matters is a power of
@@ -84,6 +87,8 @@ MOST_PERIOD_IMPACTS = 1.0e5
 # Forcing periods in which a resonance without damping is taken to grow.
 GROWTH_PERIODS = 100.0
 # Number of omegas, and of clearances, of a grid at which the cost of a period is computed.
+# A trajectory of a map that shares its tables with no other one takes so many times as long.
+ALONE_SLOWER = 5.0
 SAMPLED_SIDE = 16
 # Seconds of a tile: short enough for a small map to keep all workers busy; starting a tile takes 1/30 s.
 TILE_SECONDS = 0.6
@@ -108,6 +113,11 @@ SEQUENCE_SECONDS = 5.5e-8
 # The codimension-two points where omega grows by a factor of e, for each order. Their number, which is unknown before,
 # changes the time by a factor of up to four.
 POINTS_ORDER_SECONDS = 2.5e-3
+# What several harmonics add: at a sample of a grazing curve, for each harmonic and each order of the highest one; and
+# for corners and double grazes where omega grows by a factor of e, times the root of the highest order. Their number,
+# which is unknown before, changes the time by a factor of up to ten.
+PEAK_SECONDS = 1.2e-6
+PEAKS_SECONDS = 4.0e-2
 # A discontinuity mapping; one of its overshoots, exact and leading order, and the same per mass.
 MAPPING_SECONDS = 0.25
 OVERSHOOT_SECONDS = 4.0e-3
@@ -119,6 +129,9 @@ SEARCH_PERIODS = 150.0
 # One frequency of the bifurcation curves in closed form, for each period up to the longest, and the same per mass.
 CURVE_POINT_SECONDS = 8.0e-5
 CURVE_POINT_MASS_SECONDS = 2.0e-5
+# The same for motions with one impact on one stop whose curves are explicit in the phase, for each harmonic.
+EXPLICIT_POINT_SECONDS = 8.0e-4
+EXPLICIT_POINT_MASS_SECONDS = 1.0e-4
 # One point of a branch, per mass, for few impacts; the time grows with their number over BRANCH_IMPACTS.
 BRANCH_SECONDS = 4.0e-4
 BRANCH_IMPACTS = 16.0
@@ -140,6 +153,16 @@ MOST_BORDER_NUMBERS = 900_000
 # Minimum number of steps of a job's progress for explaining borders; maximum number after the tiles.
 BORDERS_STEPS = 100
 MOST_STEPS_AFTER = 1000
+# Reading quantities off a forcing period, for each of its panels, which are half of its cells and its impacts, and for
+# each output in a panel; and for each motion. The forcing periods of a motion in a map on average, and of one that has
+# not settled.
+PANEL_SECONDS = 4.0e-7
+PANEL_OUTPUT_SECONDS = 3.0e-7
+OBSERVED_SECONDS = 2.0e-5
+OBSERVED_PERIODS = 4.0
+AVERAGED_PERIODS = 100.0
+# Preparing an orbit of a branch.
+OBSERVED_ORBIT_SECONDS = 1.5e-3
 # Number of points of a window at which a motion is looked for.
 CURVES_PLACES = 9
 # Median time of a proof, by the kind of its statement.

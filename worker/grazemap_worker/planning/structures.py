@@ -3,17 +3,9 @@
 from __future__ import annotations
 
 from grazemap.wire import Estimate, StructuresRequest, grid_points
+from grazemap_worker.planning import rates
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import (
-    CHAIN_MODES_SECONDS,
-    IMPULSE_SECONDS,
-    MATRICES_MODES_SECONDS,
-    RESPONSE_MASS_SECONDS,
-    RESPONSE_SECONDS,
-    RESPONSE_SQUARE_SECONDS,
-    STRUCTURE_SECONDS,
-)
 
 _NUMBERS_OF_A_POINT = 3
 
@@ -25,10 +17,11 @@ def _harmonics(request: StructuresRequest) -> int:
 def _plan(request: StructuresRequest) -> Plan:
     size, points = request.oscillator.size, grid_points(request.omega) * _harmonics(request)
     is_chain = request.oscillator.matrices is None
-    modes = (CHAIN_MODES_SECONDS if is_chain else MATRICES_MODES_SECONDS) * size**2
-    each = RESPONSE_SECONDS + (RESPONSE_MASS_SECONDS * size if is_chain else RESPONSE_SQUARE_SECONDS * size**2)
-    impulse = IMPULSE_SECONDS * size * len(request.times)
-    return Plan(estimate=Estimate(seconds=STRUCTURE_SECONDS + modes + each * points + impulse))
+    modes = (rates.CHAIN_MODES_SECONDS if is_chain else rates.MATRICES_MODES_SECONDS) * size**2
+    more = rates.RESPONSE_MASS_SECONDS * size if is_chain else rates.RESPONSE_SQUARE_SECONDS * size**2
+    each = rates.RESPONSE_SECONDS + more
+    impulse = rates.IMPULSE_SECONDS * size * len(request.times)
+    return Plan(estimate=Estimate(seconds=rates.STRUCTURE_SECONDS + modes + each * points + impulse))
 
 
 def _counts(request: StructuresRequest, limits: Limits) -> list[Count]:

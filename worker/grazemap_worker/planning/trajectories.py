@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from grazemap.wire import Estimate, TrajectoriesRequest
-from grazemap_worker.planning.costs import period_cost, setup_seconds
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import longest_at_point, observed_seconds, period_cost, setup_seconds, stop_distance
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
-from grazemap_worker.planning.rates import PERIODS_PER_SECOND, SAMPLE_MASS_SECONDS, SAMPLE_SQUARE_SECONDS
 
 
 def _plan(request: TrajectoriesRequest) -> Plan:
     periods = float(len(request.states) * (request.transient_periods + request.periods))
-    seconds = periods * period_cost(request.oscillator, request.omega, request.clearance) / PERIODS_PER_SECOND
+    seconds = periods * period_cost(request.oscillator, request.omega, request.clearance) / rates.PERIODS_PER_SECOND
     size = request.oscillator.size
-    sample = size * (SAMPLE_MASS_SECONDS + SAMPLE_SQUARE_SECONDS * size)
+    sample = size * (rates.SAMPLE_MASS_SECONDS + rates.SAMPLE_SQUARE_SECONDS * size)
     seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
+    distance, _ = stop_distance(request.clearance)
+    place = np.array([request.omega]), np.array([distance])
+    seconds += len(request.states) * observed_seconds(request, request.oscillator, *place, request.periods)
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
 
 
@@ -33,9 +38,4 @@ def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
     ]
 
 
-PLANNING = Planning(
-    _plan,
-    _counts,
-    lambda request: period_cost(request.oscillator, request.omega, request.clearance),
-    kernels="trajectories",
-)
+PLANNING = Planning(_plan, _counts, longest_at_point, kernels="trajectories")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from grazemap.wire import UnfoldingDiagramsRequest, grid_points
+from grazemap.wire import UnfoldingDiagramsRequest
 from grazemap_worker.planning import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
+from grazemap_worker.planning.costs import longest_period
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, Step
 from grazemap_worker.planning.rates import (
@@ -28,11 +29,11 @@ def _plan(request: UnfoldingDiagramsRequest) -> Plan:
 
 def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
     """Return the seconds for the curves and points over the map."""
-    over = (
-        grazing_curves.PLANNING.plan(request.grazing_curve),
-        codimension_two_points.PLANNING.plan(request.codimension_two_points),
-        bifurcation_curves.PLANNING.plan(request.bifurcation_curves),
-    )
+    curves = request.bifurcation_curves
+    over = [] if curves is None else [bifurcation_curves.PLANNING.plan(curves)]
+    if request.horizontal is None:
+        over.append(grazing_curves.PLANNING.plan(request.grazing_curve))
+        over.append(codimension_two_points.PLANNING.plan(request.codimension_two_points))
     return sum(planned.estimate.seconds for planned in over)
 
 
@@ -40,12 +41,12 @@ def _borders_seconds(request: UnfoldingDiagramsRequest) -> float:
     """Return the seconds for explaining the borders of the map."""
     if not request.borders:
         return 0.0
-    points = float(grid_points(request.omega) * grid_points(request.clearance))
+    points = float(math.prod(request.plane.shape))
     return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
 
 
 def _counts(request: UnfoldingDiagramsRequest, limits: Limits) -> list[Count]:
-    grid = unfolding_maps.grid_count(request, limits.pixels)
+    (grid,) = unfolding_maps.PLANNING.counts(request.unfolding_map, limits)
     if not request.borders:
         return [grid]
     return [grid, Count("/borders", "points", grid.number, MOST_BORDER_NUMBERS // request.oscillator.size)]
@@ -58,4 +59,11 @@ def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
     ]
 
 
-PLANNING = Planning(_plan, _counts, unfolding_maps.longest_period, _after, kernels="diagrams", of_masses=True)
+PLANNING = Planning(
+    _plan,
+    _counts,
+    lambda request: longest_period(request.plane),
+    _after,
+    kernels="diagrams",
+    of_masses=True,
+)

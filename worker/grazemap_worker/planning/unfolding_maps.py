@@ -10,67 +10,54 @@ from __future__ import annotations
 
 import math
 
-from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
+from grazemap.wire import UnfoldingMapsRequest
+from grazemap.wire.planes import Axis, Plane, is_scalar
+from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
+    Samples,
     chance_seconds,
     expected_periods,
-    mean_cost,
-    orbit_seconds,
-    period_cost,
+    longest_period,
     setup_seconds,
 )
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
-from grazemap_worker.planning.rates import (
-    ADAPTIVE_COLUMNS,
-    ADAPTIVE_PERIODS,
-    ADAPTIVE_POWER,
-    ADAPTIVE_ROWS,
-    ADAPTIVE_SIDE,
-    ADAPTIVE_STRIPS_CLOSED,
-    COLUMN_SETUPS,
-    FULL_COLUMN,
-    LONGEST_COLUMN,
-    MAP_PERIODS_PER_SECOND,
-    PREVIEW_FASTER,
-    RESOLUTION_AT_WORST,
-    RESOLUTION_SECONDS,
-    SENSITIVE,
-    SWEEP_PERIODS_PER_SECOND,
-    TALLEST_TILE,
-    WORST_SLOWER,
-    WORST_TILE_SECONDS,
-)
 
 
 def plan(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
-    rows, columns = grid_points(request.clearance), grid_points(request.omega)
-    cost = mean_cost(request.oscillator, request.omega, request.clearance)
+    rows, columns = request.plane.shape
+    samples = Samples.of(request.plane)
+    cost = samples.mean_cost() * _slower(request.plane)
     periods_per_pixel = expected_periods(request.oscillator, request.max_periods)
     sweeps = request.policy.startswith("sweep")
-    rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
+    rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     more = setup_seconds(request.oscillator)
-    column = COLUMN_SETUPS * more
+    column = rates.COLUMN_SETUPS * more
+    observed = starts * samples.observed_seconds(request, cost)
     orbit = 0.0
     if request.preview:
-        cost /= PREVIEW_FASTER
+        cost /= rates.PREVIEW_FASTER
     else:
-        orbit = orbit_seconds(request.oscillator, request.omega, request.clearance, request.max_periods)
+        orbit = samples.orbit_seconds(request.max_periods)
         more += chance_seconds(request.oscillator, starts * rows * columns, request.max_periods, cost)
     if not sweeps:
-        cost *= starts * math.sqrt(FULL_COLUMN / min(starts * rows, LONGEST_COLUMN))
+        cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.LONGEST_COLUMN))
     if request.adaptive:
-        return _adaptive_plan(request, starts, cost / MAP_PERIODS_PER_SECOND, starts * orbit, more + columns * column)
-    pixel_seconds = periods_per_pixel * cost / rate + starts * orbit + column / rows
-    at_worst = request.max_periods * cost / rate
+        period = cost / rates.MAP_PERIODS_PER_SECOND
+        return _adaptive_plan(request, starts, period, starts * orbit, more + columns * column)
+    pixel_seconds = periods_per_pixel * cost / rate + starts * orbit + column / rows + observed
+    at_worst = request.max_periods * cost / rate + observed
     if request.resolve_sensitive:
-        pixel_seconds += starts * SENSITIVE * RESOLUTION_SECONDS
-        at_worst += starts * RESOLUTION_AT_WORST
-    pixels = pixels_per_tile(pixel_seconds, WORST_SLOWER * at_worst)
-    tile_rows = rows if sweeps else even(rows, min(pixels, TALLEST_TILE))
+        pixel_seconds += starts * rates.SENSITIVE * rates.RESOLUTION_SECONDS
+        at_worst += starts * rates.RESOLUTION_AT_WORST
+    pixels = pixels_per_tile(pixel_seconds, rates.WORST_SLOWER * at_worst)
+    tile_rows = rows if sweeps else even(rows, min(pixels, rates.TALLEST_TILE))
     tile_columns = even(columns, max(1, pixels // tile_rows))
+    if not sweeps and is_scalar(request.plane.horizontal.vary) and not is_scalar(request.plane.vertical.vary):
+        tile_columns = even(columns, min(pixels, rates.TALLEST_TILE))  # rows share their tables
+        tile_rows = even(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     return estimated(shape, starts * periods_per_pixel, pixel_seconds, more)
 
@@ -83,33 +70,37 @@ def _adaptive_plan(
     `period_seconds` is the time for a forcing period of all trajectories of a pixel, `orbit_seconds` that
     for their orbits, `more_seconds` that of all else.
     """
-    rows, columns, max_periods = grid_points(request.clearance), grid_points(request.omega), request.max_periods
-    share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
-    periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(request.oscillator, max_periods))
-    longest = round(WORST_TILE_SECONDS / (WORST_SLOWER * max_periods * period_seconds * ADAPTIVE_COLUMNS))
+    (rows, columns), max_periods = request.plane.shape, request.max_periods
+    share = min(1.0, (rates.ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** rates.ADAPTIVE_POWER)
+    expected = rates.ADAPTIVE_PERIODS * expected_periods(request.oscillator, max_periods)
+    periods = share * min(float(max_periods), expected)
+    row_seconds = rates.WORST_SLOWER * max_periods * period_seconds * rates.ADAPTIVE_COLUMNS
+    longest = round(rates.WORST_TILE_SECONDS / row_seconds)
     shape = Plan(
         rows=rows,
         columns=columns,
-        tile_rows=even(rows, max(1, min(longest, ADAPTIVE_ROWS))),
-        tile_columns=min(columns, ADAPTIVE_COLUMNS),
+        tile_rows=even(rows, max(1, min(longest, rates.ADAPTIVE_ROWS))),
+        tile_columns=min(columns, rates.ADAPTIVE_COLUMNS),
     )
-    shape = shape.model_copy(update={"after": shape.count // ADAPTIVE_STRIPS_CLOSED})
+    shape = shape.model_copy(update={"after": shape.count // rates.ADAPTIVE_STRIPS_CLOSED})
     return estimated(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
 
 
-def grid_count(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest, limit: int) -> Count:
-    """Return the points of the grid of a map, or of a diagram."""
-    return of_grid(("omega", request.omega), ("clearance", request.clearance), limit)
+def _slower(plane: Plane) -> float:
+    """Return how much slower a trajectory is where those of a column or of a row do not share tables."""
+    alone = all(axis.vary == "omega" or not is_scalar(axis.vary) for axis in (plane.horizontal, plane.vertical))
+    return rates.ALONE_SLOWER if alone else 1.0
+
+
+def grid_count(horizontal: Axis, vertical: Axis, names: tuple[str, str], limit: int) -> Count:
+    """Return the points of the grid of a map, or of a diagram, whose fields have these names."""
+    return of_grid((names[0], horizontal.values), (names[1], vertical.values), limit)
 
 
 def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
-    return [grid_count(request, limits.adaptive_pixels if request.adaptive else limits.pixels)]
+    names = ("omega", "clearance") if request.horizontal is None else ("horizontal/values", "vertical/values")
+    most = limits.adaptive_pixels if request.adaptive else limits.pixels
+    return [grid_count(request.plane.horizontal, request.plane.vertical, names, most)]
 
 
-def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
-    """Return the cost of a period at the minimum omega of the grid."""
-    omega, clearance = (float(grid_values(side)[0]) for side in (request.omega, request.clearance))
-    return period_cost(request.oscillator, omega, clearance)
-
-
-PLANNING = Planning(plan, _counts, longest_period, kernels="maps", of_masses=True)
+PLANNING = Planning(plan, _counts, lambda request: longest_period(request.plane), kernels="maps", of_masses=True)

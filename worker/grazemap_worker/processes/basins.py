@@ -9,7 +9,15 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, joined, label, record
+from grazemap_worker.processes.conversion import (
+    Report,
+    chance_document,
+    core_clearance,
+    core_oscillator,
+    joined,
+    label,
+    record,
+)
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -28,6 +36,7 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
 
 def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
+    from grazemap_core.maps.basin_boundary import basin_entropy, evenly_spaced, uncertainty
     from grazemap_core.maps.basins import attractors
     from grazemap_core.maps.chaotic_transients import chance_in_basins
     from grazemap_core.simulation.motion import REASONS
@@ -35,13 +44,17 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
     whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
     labels, found = attractors(whole)
     chance = chance_in_basins(whole["kind"], *_arguments(request, slice(None), slice(None)))
+    sides = {name: grid_values(getattr(request, name).values) for name in ("horizontal", "vertical")}
+    even = all(map(evenly_spaced, sides.values()))
+    measured = {"basin_entropy": basin_entropy, "uncertainty": uncertainty} if even else {}
+    boundary = {name: measure(labels) for name, measure in measured.items()}
     return {
-        "horizontal": grid_values(request.horizontal.values),
-        "vertical": grid_values(request.vertical.values),
+        **sides,
         "label": labels,
         "attractors": [_named(record(attractor)) for attractor in found],
         **{name: whole[name] for name in _OF_STATES},
         "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
+        **{name: dict(vars(found)) for name, found in boundary.items() if found is not None},
         **chance_document(chance),
     }
 
@@ -52,7 +65,7 @@ def _arguments(request: BasinsRequest, rows: slice, columns: slice) -> tuple[Any
     return (
         core_oscillator(request.oscillator),
         request.omega,
-        request.clearance,
+        core_clearance(request.clearance),
         _coordinate(request.horizontal, columns),
         _coordinate(request.vertical, rows),
         None if initial.displacement is None else np.array(initial.displacement),

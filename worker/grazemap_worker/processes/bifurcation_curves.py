@@ -5,6 +5,7 @@ In closed form for motions with few impacts, or by continuation for motions that
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -13,14 +14,17 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import BifurcationCurvesRequest, motion_label
 from grazemap_worker.processes.conversion import Report, core_oscillator, fields
-from grazemap_worker.processes.orbit_branches import whole_period
+from grazemap_worker.processes.orbit_branches import finite, whole_period
 from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.unfolding_maps import core_plane
 
 if TYPE_CHECKING:
     from grazemap.wire import CurveMotion
+    from grazemap.wire.planes import Parameters
     from grazemap_core.continuation.bifurcation_curves import BifurcationCurve
-    from grazemap_core.model.oscillator import Oscillator
-    from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
+    from grazemap_core.continuation.branches import OrbitPoint
+    from grazemap_core.maps.planes import Axis, Plane
+    from grazemap_core.orbits.varied_gaps import Varied
 
 NOTHING_FOUND = (
     "no motion with these stops was met at several places of the window, from rest and from random states. "
@@ -30,80 +34,105 @@ NOTHING_FOUND = (
 
 def compute(request: BifurcationCurvesRequest, report: Report) -> Document:
     """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
-    if request.motions is None:
+    if request.is_explicit:
         return {"curves": _closed_form(request), "motions": []}
-    oscillator = core_oscillator(request.oscillator)
+    plane = core_plane(request.plane)
     curves: list[dict[str, Any]] = []
     motions: list[dict[str, Any]] = []
-    for number, motion in enumerate(request.motions):
-        report(number, len(request.motions))
-        orbit = _orbit(oscillator, request, motion)
+    followed = request.followed
+    for number, motion in enumerate(followed):
+        report(number, len(followed))
+        found = _orbit(plane, request, motion)
         named = fields(motion, "period", "stops")
-        if isinstance(orbit, str):
-            nothing = dict.fromkeys(("omega", "clearance", "label"))
-            motions.append({**named, **nothing, "admissible": False, "reason": orbit})
+        if isinstance(found, str):
+            nothing = dict.fromkeys((*request.axes, "label"))
+            motions.append({**named, **nothing, "admissible": False, "reason": found})
             continue
-        known = fields(orbit, "omega", "clearance", "admissible")
+        orbit, at = found
+        place = dict(zip(request.axes, map(at.value, plane.names), strict=True))
         label = motion_label(orbit.least_period, *orbit.impacts_per_period)
-        motions.append({**named, **known, "label": label, "reason": None})
-        curves += _continued(oscillator, request, number, orbit)
+        motions.append({**named, **place, "admissible": orbit.admissible, "label": label, "reason": None})
+        curves += _continued(plane, request, number, found)
     return {"curves": curves, "motions": motions}
 
 
 def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
     from grazemap_core.orbits.window_curves import window_curves
 
-    pieces = window_curves(core_oscillator(request.oscillator), *_window(request), request.max_multiple, request.points)
+    plane = request.plane
+    across, up = plane.horizontal, plane.vertical
+    omega, other = (across, up) if across.vary == "omega" else (up, across)
+    oscillator = core_oscillator(request.oscillator)
+    varied = _varied(other.vary, plane.parameters)
+    names = request.axes if omega is across else request.axes[::-1]
     return [
         {
             **fields(piece, "type", "period", "impacts_right", "impacts_left", "symmetric", "admissible", "stop"),
-            **fields(piece, "omega", "clearance", "impact_velocity"),
+            **dict(zip(names, (piece.omega, piece.value), strict=True)),
+            "impact_velocity": piece.impact_velocity,
             "motion": motion_label(piece.period, piece.impacts_right, piece.impacts_left),
             "ends": list(piece.ends),
         }
-        for piece in pieces
+        for piece in window_curves(oscillator, omega.ends, other.ends, request.max_multiple, request.points, varied)
     ]
 
 
-def _window(request: BifurcationCurvesRequest) -> tuple[tuple[float, float], tuple[float, float]]:
-    return (request.omega.start, request.omega.stop), (request.clearance.start, request.clearance.stop)
+def _varied(name: str, parameters: Parameters) -> Varied:
+    """Return which stop or which factor varies."""
+    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.orbits.varied_gaps import VariedFactor
+    from grazemap_core.orbits.window_curves import BOTH
+
+    right, left = parameters.right, parameters.left
+    if not name.startswith("clearance"):
+        both = (math.inf if one is None else one for one in (right, left))
+        return VariedFactor("bias" if name == "bias" else "forcing", *both)
+    if name == "clearance":
+        return BOTH
+    return VariedStop(1, left) if name == "clearance_right" else VariedStop(-1, right)
 
 
-def _orbit(oscillator: Oscillator, request: BifurcationCurvesRequest, motion: CurveMotion) -> PeriodicOrbit | str:
+def _orbit(plane: Plane, request: BifurcationCurvesRequest, motion: CurveMotion) -> OrbitPoint | str:
     """Return an orbit of a motion in the window, or why there is none."""
+    from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.continuation.motion_curves import orbit_in_window
     from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
+    given = [getattr(motion, name) for name in request.axes]
     if motion.phases is not None:
         assert motion.velocities is not None  # both or neither
-        assert motion.omega is not None
-        assert motion.clearance is not None
+        at = plane.at.varied(plane.names[0], given[0]).varied(plane.names[1], given[1])
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
-        orbit = periodic_orbit(oscillator, motion.omega, motion.clearance, guess)
-        return orbit if orbit.converged else orbit.reason
-    sides = [
-        side if value is None else (value, value)
-        for value, side in zip((motion.omega, motion.clearance), _window(request), strict=True)
-    ]
-    found = orbit_in_window(oscillator, sides[0], sides[1], motion.period, motion.stops)
+        orbit = periodic_orbit(at.applied(plane.oscillator), at.omega, at.clearance, guess)
+        return OrbitPoint(orbit, at) if orbit.converged else orbit.reason
+    ranges = {
+        axis.name: _ends(axis) if value is None else (value, value)
+        for value, axis in zip(given, plane.axes, strict=True)
+    }
+    found = orbit_in_window(plane.oscillator, plane.at, ranges, motion.period, motion.stops)
     return NOTHING_FOUND if found is None else found
 
 
+def _ends(axis: Axis) -> tuple[float, float]:
+    return float(axis.values[0]), float(axis.values[-1])
+
+
 def _continued(
-    oscillator: Oscillator, request: BifurcationCurvesRequest, number: int, orbit: PeriodicOrbit
+    plane: Plane, request: BifurcationCurvesRequest, number: int, found: OrbitPoint
 ) -> Iterator[dict[str, Any]]:
     """Yield the pieces of a motion's curves; `number` is that of the motion in the request."""
     from grazemap_core.continuation.motion_curves import motion_curves
 
-    solved_for = len(orbit.impacts.half().stops if orbit.symmetric else orbit.impacts.stops)
-    for curve in motion_curves(oscillator, orbit, *_window(request)):
-        further = curve.impact is not None and len(curve.stops) > solved_for
-        yield from _pieces(curve, number, further)
+    impacts = len(found.orbit.impacts.whole.stops)
+    across, up = map(_ends, plane.axes)
+    for curve in motion_curves(plane.oscillator, found, across, up, plane=plane.names):
+        further = curve.impact is not None and len(curve.stops) > impacts // (2 if curve.symmetric else 1)
+        yield from _pieces(curve, number, further, request.axes)
 
 
-def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dict[str, Any]]:
-    """Yield the pieces of a curve, each wholly admissible or wholly inadmissible."""
+def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[dict[str, Any]]:
+    """Yield the pieces of a curve, each wholly admissible or wholly inadmissible; `axes` names its two parameters."""
     keep = np.ones(len(curve.stops), dtype=np.bool_)
     if further and curve.impact is not None:  # the motion without the contact that appears
         keep[curve.impact] = False
@@ -123,6 +152,7 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
     for place, members in enumerate(runs):
         if len(members) < 2:
             continue
+        each = ("clearance_right", "clearance_left") if axes[0] == "omega" and curve.plane[1] != "clearance" else ()
         yield {
             **fields(curve, "type", "period", "symmetric"),
             "motion": motion_label(curve.period, right, left),
@@ -130,8 +160,9 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
             "impacts_left": left,
             "admissible": bool(curve.admissible[members[0]]),
             "stop": 0 if curve.impact is None else int(curve.stops[curve.impact]),
-            "omega": curve.omega[members],
-            "clearance": curve.clearance[members],
+            axes[0]: curve.horizontal[members],
+            axes[1]: curve.vertical[members],
+            **{name: finite(curve.values_of(name)[members]) for name in each},
             "impact_velocity": least[members],
             "ends": [ends[0] if place == 0 else "admissible", ends[1] if place == len(runs) - 1 else "admissible"],
             "of_motion": number,

@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from grazemap.codec import Document
 from grazemap.wire import BifurcationDiagramsRequest, grid_values
-from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, counted, fields
+from grazemap_worker.processes.conversion import (
+    Report,
+    chance_document,
+    core_line,
+    counted,
+    fields,
+)
+from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 from grazemap_worker.store import MOST_RESULT_BYTES
@@ -25,24 +34,27 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
     values = grid_values(request.range)
-    oscillator = core_oscillator(request.oscillator)
+    line = core_line(request.line)
     found = sections(
-        oscillator,
-        request.vary,
-        values,
-        request.fixed,
+        line,
         request.policy,
         request.periods,
         request.transient_periods,
         request.max_period,
         MOST_RESULT_BYTES,
+        core_observables(request),
     )
     listed = list(counted(found, len(values), report, REPORTS))
     if request.policy == "sweep-down":
         listed.reverse()
     watched = request.transient_periods + request.periods + EXPONENT_PERIODS
-    chance = chance_in_diagram(oscillator, request.vary, values, request.fixed, listed, watched, request.max_period)
-    return {"parameter": values, "sections": list(map(_record, listed)), **chance_document(chance)}
+    chance = chance_in_diagram(line, listed, watched, request.max_period)
+    return {
+        "parameter": values,
+        "sections": list(map(_record, listed)),
+        **chance_document(chance),
+        **observed_document(request, np.stack([section.figures for section in listed], axis=1)),
+    }
 
 
 def _record(section: Section) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
-from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest
+from grazemap.wire import CodimensionTwoPointsRequest, DiscontinuityMappingsRequest, GrazingCurvesRequest
 from grazemap_worker.processes.conversion import Report, core_oscillator, record
 from grazemap_worker.processes.process import Process
 
@@ -14,14 +14,18 @@ if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator
 
 
-def varied_stops(request: CodimensionTwoPointsRequest | GrazingCurvesRequest) -> list[VariedStop]:
-    """Return the stops whose grazes are asked for one by one; none where two equal gaps vary together."""
+def varied_stops(
+    request: CodimensionTwoPointsRequest | GrazingCurvesRequest | DiscontinuityMappingsRequest,
+) -> list[VariedStop]:
+    """Return the stops whose grazes are asked for one by one; none where two stops are grazed at once."""
     from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.model.drive import is_half_wave_symmetric
     from grazemap_core.model.equilibrium import contact_equilibrium
 
     if request.clearance is not None:
         return [VariedStop(request.clearance.varied, request.clearance.other)]
-    if contact_equilibrium(core_oscillator(request.oscillator)) == 0.0:
+    oscillator = core_oscillator(request.oscillator)
+    if contact_equilibrium(oscillator) == 0.0 and is_half_wave_symmetric(oscillator.drive):
         return []
     return [VariedStop(stop, together=True) for stop in (1, -1)]
 

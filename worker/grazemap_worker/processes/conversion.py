@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
@@ -12,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.wire import Forcing, Matrices, Oscillator, ProcessRequest, motion_label
+from grazemap.wire import ClearancePair, Forcing, Matrices, Oscillator, ProcessRequest, grid_values, motion_label
+from grazemap.wire.planes import Line, Parameters, is_structural, structure_value, with_parameter
 from grazemap_worker.planning import Plan
 
 if TYPE_CHECKING:
+    from grazemap_core.continuation.parameters import ParameterPoint
     from grazemap_core.maps.chaotic_transients import ChanceToSettle
+    from grazemap_core.maps.planes import Line as CoreLine
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
 Item = TypeVar("Item")
@@ -93,6 +97,45 @@ def _general(described: Oscillator) -> CoreOscillator:
     return CoreOscillator.of_structure(
         structure, described.contact_row, parts, right, described.bias, None if same else left
     )
+
+
+def core_line(line: Line) -> CoreLine:
+    """Return the core's line of one parameter. Raises CoreError."""
+    from grazemap_core.maps.planes import Axis
+    from grazemap_core.maps.planes import Line as CoreLine
+
+    oscillator = varying_oscillator(line.parameters.oscillator, line.axis.vary)
+    axis = Axis(line.axis.vary, grid_values(line.axis.values))
+    return CoreLine(oscillator, parameter_point(oscillator, line.parameters), axis)
+
+
+def varying_oscillator(oscillator: Oscillator, *varied: str) -> CoreOscillator:
+    """Return the core's oscillator; those of the parameters named that are of its structure may vary."""
+    found, names = core_oscillator(oscillator), [name for name in varied if is_structural(name)]
+    if not names:
+        return found
+    from grazemap_core.model.oscillator import Variants
+
+    def create(values: Mapping[str, float]) -> CoreOscillator:
+        of = oscillator
+        for name, value in values.items():
+            of = with_parameter(of, name, value)
+        return core_oscillator(of)
+
+    values = {name: structure_value(oscillator, name) for name in names}
+    return dataclasses.replace(found, variants=Variants(values, create))
+
+
+def parameter_point(oscillator: CoreOscillator, parameters: Parameters) -> ParameterPoint:
+    """Return the values of the parameters that do not vary, as the core takes them."""
+    from grazemap_core.continuation.parameters import ParameterPoint
+
+    return ParameterPoint.of(oscillator, parameters.omega or math.nan, (parameters.right, parameters.left))
+
+
+def core_clearance(clearance: float | ClearancePair) -> float | tuple[float | None, float | None]:
+    """Return the clearance of both stops, or of the right and of the left one, as the core takes it."""
+    return (clearance.right, clearance.left) if isinstance(clearance, ClearancePair) else clearance
 
 
 def record(item: Any) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import DiscontinuityMappingsRequest
+from grazemap_worker.processes.codimension_two_points import varied_stops
 from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.process import Process
 
@@ -25,21 +26,22 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
         leading_mapping,
         mapping_error,
     )
-    from grazemap_core.grazing.half_period_maps import half_period_jacobian
     from grazemap_core.grazing.poincare_map import compare_returns
     from grazemap_core.grazing.point import grazing_point
     from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence
+    from grazemap_core.grazing.return_maps import return_jacobian
 
     oscillator = core_oscillator(request.oscillator)
-    point = grazing_point(oscillator, request.omega, STOPS[request.stop])
+    stop = STOPS[request.stop]
+    varied = next((one for one in varied_stops(request) if one.stop == stop), None)
+    point = grazing_point(oscillator, request.omega, stop, varied)
     overshoot = np.array(request.overshoot)
     largest = largest_overshoot(point)
     if np.any(overshoot > largest):
         raise ParameterError("overshoot", f"must be at most {largest:.6g}, the end of the mapping's domain")
-    sequence = recurrence_sequence(oscillator, request.omega, request.returns)
-    contact = next_contact(
-        oscillator, np.full(len(overshoot), request.omega), overshoot / point.clearance, request.returns
-    )
+    sequence = recurrence_sequence(point, request.returns)
+    omegas, distance = np.full(len(overshoot), request.omega), overshoot / point.amplitude
+    contact = next_contact(oscillator, omegas, distance, request.returns, stop, varied)
     errors = mapping_error(point, overshoot)
 
     size = len(point.state)
@@ -65,12 +67,11 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
         "error_of_second_order": errors.second,
         "fitted_order": errors.leading_order,
         "fitted_order_of_second": errors.second_order,
-        "jacobian": half_period_jacobian(point),
-        "jacobian_opposite": half_period_jacobian(point.opposite()),
-        "xi": sequence.xi[0 if point.stop == 1 else 1],
-        "first_recurrence": sequence.first_recurrence,
-        "recurrence_stop": point.stop * sequence.recurrence_stop,
-        "next_contact": {"order": contact.order, "stop": point.stop * contact.stop, "margin": contact.margin},
+        "jacobian": return_jacobian(point),
+        "jacobian_opposite": return_jacobian(point.next()),
+        **fields(sequence, "xi", "first_recurrence", "recurrence_stop"),
+        "next_contact": fields(contact, "order", "stop", "margin"),
+        **({"margin": point.margin} if np.isfinite(point.margin) else {}),
         "returns": {
             "mapped": np.array([one.mapped.deviation for one in compared]),
             "simulated": np.array([one.simulated.deviation for one in compared]),

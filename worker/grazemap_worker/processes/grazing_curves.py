@@ -17,11 +17,10 @@ _SIDES = {1: "right", -1: "left"}
 def compute(request: GrazingCurvesRequest, report: Report) -> Document:
     """Return the fields of the result's schema: one curve of equal stops, or one of each stop that varies.
 
-    The points are the codimension-two points between the first and the last omega, both kinds, with the default
+    The points are the codimension-two points between the first and the last omega, of all kinds, with the default
     largest multiple. Raises CoreError.
     """
-    from grazemap_core.grazing.curve import grazing_curve
-    from grazemap_core.grazing.one_stop import stop_grazes
+    from grazemap_core.grazing.one_stop import grazing_curve, stop_grazes
     from grazemap_core.grazing.recurrence import xi_along
     from grazemap_core.model.equilibrium import contact_equilibrium
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,16 +11,31 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
+from grazemap.wire.planes import with_parameter
 from grazemap.wire.process import LONGEST_PERIOD
-from grazemap_worker.processes.conversion import EVIDENCE, Report, core_oscillator, fields, pairs
-from grazemap_worker.processes.periodic_orbits import orbit_asked_for
+from grazemap.wire.structure import as_pair
+from grazemap_worker.processes.conversion import (
+    EVIDENCE,
+    Report,
+    core_oscillator,
+    fields,
+    pairs,
+    varying_oscillator,
+)
+from grazemap_worker.processes.observables import core_observables, observed_document
+from grazemap_worker.processes.periodic_orbits import clearances, orbit_asked_for
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.continuation.branch_switching import OrbitStart
+    from grazemap_core.continuation.branches import OrbitBranch
+    from grazemap_core.continuation.parameters import ParameterPoint
     from grazemap_core.continuation.special_points import SpecialPoint
 
 _PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
+_OF_EACH = ("clearance_right", "clearance_left", "restitution_right", "restitution_left", "bias", "forcing")
+# Parameters of which branches have no further fields.
+_OF_BOTH = ("clearance", "omega", "restitution")
 
 
 def compute(request: OrbitBranchesRequest, report: Report) -> Document:
@@ -28,7 +44,7 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.continuation.pseudo_arclength import ENDS
 
-    oscillator = core_oscillator(request.oscillator)
+    oscillator = varying_oscillator(request.oscillator, request.vary)
     report(0, 3)
     orbit = orbit_asked_for(oscillator, request)
     if not isinstance(orbit, str) and not orbit.converged:
@@ -47,6 +63,7 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
     return {
         "parameter": branch.values,
         **fields(branch, *_PER_POINT, *EVIDENCE, "period", "symmetric"),
+        **{name: finite(branch.values_of(name)) for name in _further(request)},
         "stops": stops,
         "phases": phases,
         "velocities": velocities,
@@ -56,7 +73,33 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
         ],
         "ends": np.array([ENDS[end] for end in branch.ends]),
         "reason": None,
+        **_observed(request, branch),
     }
+
+
+def _observed(request: OrbitBranchesRequest, branch: OrbitBranch | None) -> Document:
+    """Return the fields of what is read off the orbits of a branch, or of one without points."""
+    from grazemap_core.continuation.branch_observables import of_branch
+
+    wanted = core_observables(request)
+    if wanted is None:
+        return {}
+    figures = np.zeros((0, wanted.count))
+    if branch is not None:
+        figures = of_branch(core_oscillator(request.oscillator), branch, wanted)
+    return observed_document(request, figures.T)
+
+
+def _further(request: OrbitBranchesRequest) -> tuple[str, ...]:
+    """Return the names of the fields that branches over one clearance of both stops do not have."""
+    both = as_pair(request.clearance)
+    alike = both.right == both.left and isinstance(core_oscillator(request.oscillator).restitution_left, NoneType)
+    return () if alike and request.vary in _OF_BOTH else _OF_EACH
+
+
+def finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values with NaN in place of infinity, the clearance of an absent stop."""
+    return np.where(np.isinf(values), np.nan, values)
 
 
 def whole_period(
@@ -83,7 +126,7 @@ def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
     """Return the document of a branch without points."""
     nothing = np.zeros(0)
     return {
-        **dict.fromkeys(("parameter", *_PER_POINT), nothing),
+        **dict.fromkeys(("parameter", *_PER_POINT, *_further(request)), nothing),
         "stops": np.zeros(0, dtype=np.int64),
         "period": 0 if request.motion is None else request.motion.period,
         "symmetric": False,
@@ -93,15 +136,18 @@ def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
         "special_points": [],
         "ends": np.array(["", ""]),
         "reason": reason,
+        **_observed(request, None),
     }
 
 
 def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> dict[str, Any]:
     whole = point.impacts.whole
     return {
-        **fields(point, "type", "clearance", "omega", "restitution", "status", "admissible"),
+        **fields(point, "type", "omega", "restitution", "status", "admissible"),
+        "clearance": clearances(point.clearance)["clearance"],
+        **{name: float(finite(np.array(getattr(point.values, name)))) for name in _further(request)},
         **fields(point, "segment", "stop", "phase", "impact"),
-        "parameter": getattr(point, request.vary),
+        "parameter": point.values.value(request.vary),
         **fields(whole, "phases", "velocities"),
         "beyond": [
             {"admissible": start.admissible, "request": _request(request, start)}
@@ -114,11 +160,13 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:
     """Return the request for an orbit beyond a special point; with a range, it is a request for its branch."""
-    impacts = start.impacts.whole
+    impacts, clearance = start.impacts.whole, start.clearance
     return {
-        "oscillator": {**request.oscillator.model_dump(mode="json"), "restitution": start.restitution},
+        "oscillator": _oscillator(request, start.values),
         "omega": start.omega,
-        "clearance": start.clearance,
+        "clearance": dict(zip(("right", "left"), clearance, strict=True))
+        if isinstance(clearance, tuple)
+        else clearance,
         "motion": {
             "period": impacts.period,
             "stops": impacts.stops.tolist(),
@@ -126,6 +174,17 @@ def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]
             "velocities": impacts.velocities.tolist(),
         },
     }
+
+
+def _oscillator(request: OrbitBranchesRequest, values: ParameterPoint) -> dict[str, Any]:
+    """Return the oscillator of a request with the values at a point."""
+    described = request.oscillator
+    named = {"restitution_right": values.restitution_right, "restitution_left": values.restitution_left}
+    named |= {name: factor for name in ("bias", "forcing") if (factor := getattr(values, name)) != 1.0}
+    for name, value in (named | dict(values.structure)).items():
+        described = with_parameter(described, name, value)
+    found: dict[str, Any] = described.model_dump(mode="json")
+    return found
 
 
 PROCESS = Process(whole=compute)

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
 from grazemap.wire import PeriodicOrbitsRequest
-from grazemap_worker.processes.conversion import EVIDENCE, Report, core_oscillator, fields, pairs
+from grazemap_worker.processes.conversion import EVIDENCE, Report, core_clearance, core_oscillator, fields, pairs
+from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document, state_document
 
@@ -42,12 +43,26 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
     run = _settled(oscillator, request) if request.motion is None else None
     if run is not None and run.motion.kind == "periodic" and run.motion.sticking:
         try:
-            found = simulated_orbit(oscillator, request.omega, request.clearance, run, request.max_period)
+            clearance = core_clearance(request.clearance)
+            found = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
         except LinearisationError as error:
             return _no_orbit(request, str(error))
-        return _simulated(found)
+        return _simulated(found) | _observed(request, found)
     orbit = orbit_asked_for(oscillator, request, run)
-    return _no_orbit(request, orbit) if isinstance(orbit, str) else _document(orbit)
+    return (_no_orbit(request, orbit) if isinstance(orbit, str) else _document(orbit)) | _observed(request, orbit)
+
+
+def _observed(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOrbit | str) -> Document:
+    """Return the fields of what is read off an orbit; NaN where there is none, or it is not admissible."""
+    from grazemap_core.orbits.orbit_observables import of_orbit
+
+    wanted = core_observables(request)
+    if wanted is None:
+        return {}
+    figures = wanted.nothing
+    if not isinstance(orbit, str):
+        figures = of_orbit(core_oscillator(request.oscillator), orbit, wanted)
+    return observed_document(request, figures)
 
 
 def orbit_asked_for(
@@ -61,7 +76,7 @@ def orbit_asked_for(
     from grazemap_core.orbits.search import sequence_of_stops
     from grazemap_core.simulation.motion import REASONS
 
-    motion = request.motion
+    motion, clearance = request.motion, core_clearance(request.clearance)
     if motion is None:
         run = run or _settled(oscillator, request)
         try:
@@ -73,11 +88,11 @@ def orbit_asked_for(
     elif motion.phases is not None and motion.velocities is not None:
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
     else:
-        found = sequence_of_stops(oscillator, request.omega, request.clearance, motion.period, motion.stops)
+        found = sequence_of_stops(oscillator, request.omega, clearance, motion.period, motion.stops)
         if found is None:
             return NOTHING_FOUND
         guess = found
-    return periodic_orbit(oscillator, request.omega, request.clearance, guess)
+    return periodic_orbit(oscillator, request.omega, clearance, guess)
 
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
@@ -89,8 +104,8 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
     return trajectory(
         oscillator,
         request.omega,
-        request.clearance,
-        np.array(initial.displacement),
+        core_clearance(request.clearance),
+        None if initial.displacement is None else np.array(initial.displacement),
         np.array(initial.velocity),
         initial.phase,
         periods=2 * request.max_period,
@@ -103,7 +118,8 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
 def _document(orbit: PeriodicOrbit) -> Document:
     whole = orbit.impacts.whole
     return {
-        **fields(orbit, "omega", "clearance", "converged", "residual", *_OF_EQUATIONS, *EVIDENCE),
+        **fields(orbit, "omega", "converged", "residual", *_OF_EQUATIONS, *EVIDENCE),
+        **clearances(orbit.clearance),
         **fields(orbit, "physical", "contacts", "excess_stop"),
         "found_by": "equations",
         "reason": orbit.reason or None,
@@ -121,7 +137,8 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
     """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return {
-        **fields(orbit, "omega", "clearance", *EVIDENCE),
+        **fields(orbit, "omega", *EVIDENCE),
+        **clearances(orbit.clearance),
         "converged": True,
         "found_by": "simulation",
         "reason": orbit.motion.reason,
@@ -142,6 +159,16 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
     }
 
 
+def clearances(clearance: float | tuple[float | None, float | None]) -> Document:
+    """Return the clearance of both stops or, where they differ, that of each."""
+    if not isinstance(clearance, tuple):
+        return {"clearance": clearance}
+    right, left = (np.nan if one is None else one for one in clearance)
+    if right == left:
+        return {"clearance": right}
+    return {"clearance": np.nan, "clearance_right": right, "clearance_left": left}
+
+
 def _rests(start: ArrayLike, stop_time: ArrayLike, stop: ArrayLike) -> Document:
     return {
         "start": np.asarray(start, dtype=np.float64),
@@ -157,7 +184,8 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     count = request.oscillator.size
     nothing, nowhere = np.zeros(0), np.full(count, np.nan)
     return {
-        **fields(request, "omega", "clearance"),
+        "omega": request.omega,
+        **clearances(core_clearance(request.clearance)),
         "converged": False,
         "found_by": "equations",
         "reason": reason,

@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 from grazemap.codec import Document
-from grazemap.wire import ProofsRequest
+from grazemap.wire import ClearancePair, ProofsRequest
 from grazemap_worker.processes.conversion import Report, core_oscillator
 from grazemap_worker.processes.process import Process
 
@@ -38,16 +38,24 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
 
     said = request.statement
     found: dict[str, Any] = {"kind": said.kind}
-    for name in ("omega", "clearance"):
-        if getattr(said, name) is not None:
-            found[name] = text(getattr(said, name))
+    if said.omega is not None:
+        found["omega"] = text(said.omega)
+    if isinstance(said.clearance, ClearancePair):
+        sides = {"right": said.clearance.right, "left": said.clearance.left}
+        found["clearance"] = {side: None if one is None else text(one) for side, one in sides.items()}
+    elif said.clearance is not None:
+        found["clearance"] = text(said.clearance)
+    if said.stop is not None:
+        found["stop"] = 1 if said.stop == "A" else -1
     if said.kind == "orbit":
         found["stable"] = said.stable is not False
     if said.motion is not None:
         found |= said.motion.model_dump(exclude_none=True)
     if said.initial is not None:
         state = said.initial
-        found |= {name: [text(x) for x in getattr(state, name) or ()] for name in ("displacement", "velocity")}
+        place, rates = state.displacement, state.velocity or ()
+        found["displacement"] = "equilibrium" if place is None else [text(x) for x in place]
+        found["velocity"] = [text(x) for x in rates]
         found["phase"] = text(state.phase)
     if said.label is not None:
         period, right, left = (max(int(number), 0) for number in re.findall(r"-1(?=\))|\d+", said.label))

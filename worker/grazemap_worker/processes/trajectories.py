@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest
-from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields, label, record
+from grazemap_worker.processes.conversion import Report, core_clearance, core_oscillator, counted, fields, label, record
+from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process
 from grazemap_worker.store import MOST_RESULT_BYTES
 
@@ -29,13 +32,18 @@ REPORTS = 20
 
 def compute(request: TrajectoriesRequest, report: Report) -> Document:
     """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
+    from grazemap_core.simulation.start import forced_oscillator
     from grazemap_core.simulation.trajectories import trajectories
 
+    oscillator, clearance = core_oscillator(request.oscillator), core_clearance(request.clearance)
+    rest: NDArray[np.float64] | None = None
+    if any(state.displacement is None for state in request.states):
+        rest = forced_oscillator(oscillator, request.omega, clearance).rest
     found = trajectories(
-        core_oscillator(request.oscillator),
+        oscillator,
         request.omega,
-        request.clearance,
-        [_state(state) for state in request.states],
+        clearance,
+        [_state(state, rest) for state in request.states],
         request.periods,
         request.transient_periods,
         request.samples_per_period,
@@ -43,16 +51,34 @@ def compute(request: TrajectoriesRequest, report: Report) -> Document:
         None if request.times is None else np.array(request.times),
         MOST_RESULT_BYTES,
     )
+    observed = _observed(request)
     if isinstance(request.initial, InitialState):
-        return _document(next(found))
-    return {"trajectories": [_document(one) for one in counted(found, len(request.states), report, REPORTS)]}
+        one = next(found)
+        return _document(one) | observed(one)
+    listed = counted(found, len(request.states), report, REPORTS)
+    return {"trajectories": [_document(one) | observed(one) for one in listed]}
 
 
-def _state(state: InitialState) -> State:
+def _observed(request: TrajectoriesRequest) -> Callable[[Trajectory], Document]:
+    """Return a function that returns the fields of what is read off the record of a trajectory."""
+    from grazemap_core.simulation.observables import of_record
+    from grazemap_core.simulation.start import forced_oscillator
+
+    wanted = core_observables(request)
+    if wanted is None:
+        return lambda found: {}
+    oscillator, clearance = core_oscillator(request.oscillator), core_clearance(request.clearance)
+    models = forced_oscillator(oscillator, request.omega, clearance).models
+    return lambda found: observed_document(request, of_record(found.record, models, wanted, request.periods))
+
+
+def _state(state: InitialState, rest: NDArray[np.float64] | None) -> State:
     from grazemap_core.simulation.start import State
 
-    # the model has filled in values that were left out
-    return State(np.array(state.displacement), np.array(state.velocity), state.phase)
+    # the model has filled in values that were left out, except where rest is not at 0
+    given = rest if state.displacement is None else np.array(state.displacement)
+    assert given is not None
+    return State(given, np.array(state.velocity), state.phase)
 
 
 def _document(found: Trajectory) -> Document:

@@ -10,7 +10,7 @@ from grazemap.codec import Document
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
+from grazemap_worker.processes.conversion import Report, fields
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -28,13 +28,50 @@ def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document
     Each equals the document of its own process. Only the steps of the borders are reported. Raises CoreError.
     """
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
-    over = {
-        "grazing_curve": grazing_curves.compute(request.grazing_curve, _silent),
-        "codimension_two_points": codimension_two_points.compute(request.codimension_two_points, _silent),
-        "bifurcation_curves": bifurcation_curves.compute(request.bifurcation_curves, _silent),
-    }
+    over = _of_steady_motion(request) if request.horizontal is None else {"grazing_curves": _grazing_curves(request)}
+    over |= _bifurcation_curves(request)
     borders = {"borders": _borders(request, whole, report)} if request.borders else {}
     return {"unfolding_map": whole, **over, **borders}
+
+
+def _grazing_curves(request: UnfoldingDiagramsRequest) -> list[dict[str, Any]]:
+    """Return the grazing curves of a plane of any two parameters."""
+    from grazemap_core.maps.plane_grazes import graze_lines
+
+    names = ("stop", "horizontal", "vertical", "admissible")
+    return [fields(line, *names) for line in graze_lines(unfolding_maps.core_plane(request.plane))]
+
+
+def _bifurcation_curves(request: UnfoldingDiagramsRequest) -> Document:
+    """Return the document of the curves of motions with one impact, without a curve where a factor moves no stop."""
+    from grazemap_core.errors import ParameterError
+
+    if request.bifurcation_curves is None:
+        return {}
+    try:
+        return {"bifurcation_curves": bifurcation_curves.compute(request.bifurcation_curves, _silent)}
+    except ParameterError as error:
+        if not {"forcing", "bias"} & {*request.plane.names} or error.name not in ("clearance", "bias"):
+            raise
+        return {"bifurcation_curves": {"curves": [], "motions": []}}
+
+
+def _of_steady_motion(request: UnfoldingDiagramsRequest) -> Document:
+    """Return the documents of the grazing curve, or those of each stop, and of its points.
+
+    There is no curve and no point where the equilibrium lies beyond the fixed stop.
+    """
+    from grazemap_core.errors import ParameterError
+
+    try:
+        curve = grazing_curves.compute(request.grazing_curve, _silent)
+        points = codimension_two_points.compute(request.codimension_two_points, _silent)
+    except ParameterError as error:
+        if request.grazing_curve.clearance is None or error.name != "clearance":
+            raise
+        return {"codimension_two_points": {"points": []}}
+    at_once = "clearance" in curve
+    return {"grazing_curve" if at_once else "stop_grazing_curves": curve, "codimension_two_points": points}
 
 
 def _silent(done: int, total: int) -> None:
@@ -45,26 +82,29 @@ def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report)
     """Return arrays (p,) of the pairs of neighbouring points, and the curves that explain them, a list of records."""
     from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
 
-    found = map_borders(core_oscillator(request.oscillator), whole["omega"], whole["clearance"], whole, report)
+    found = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
     names = ("row", "column", "along", "regular", "explanation", "reason", "curve", "distance")
     return {
         **fields(found, *names),
         "explanations": np.array(EXPLANATIONS),
         "reasons": np.array(REASONS),
-        "curves": [_curve(found, number, curve) for number, curve in enumerate(found.curves)],
+        "curves": [_curve(found, number, curve, request) for number, curve in enumerate(found.curves)],
         "without_orbit": int(np.count_nonzero(found.without_orbit)),
         "irregular_pairs": found.irregular_pairs,
     }
 
 
-def _curve(found: MapBorders, number: int, curve: BorderCurve) -> dict[str, Any]:
-    name = curve.name
+def _curve(found: MapBorders, number: int, curve: BorderCurve, request: UnfoldingDiagramsRequest) -> dict[str, Any]:
+    name, ranges = curve.name, request.horizontal is None
     return {
-        **fields(curve, "type", "omega", "clearance", "admissible"),
-        "motion": motion_label(name.period, name.more, name.fewer),
+        "type": curve.type,
+        "omega" if ranges else "horizontal": curve.horizontal,
+        "clearance" if ranges else "vertical": curve.vertical,
+        "admissible": curve.admissible,
+        "motion": motion_label(name.period, name.right, name.left),
         "period": name.period,
-        "impacts_right": name.more,
-        "impacts_left": name.fewer,
+        "impacts_right": name.right,
+        "impacts_left": name.left,
         "symmetric": name.symmetric,
         "pairs": int(np.count_nonzero(found.curve == number)),
         "ends": ["window", "window"] if curve.orbits is None else list(curve.orbits.ends),

@@ -6,7 +6,7 @@ in `at_computed`, with values at computed points only, in the order of numpy's `
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,42 +14,55 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, fields, joined, record
+from grazemap_worker.processes.conversion import (
+    Report,
+    chance_document,
+    fields,
+    joined,
+    parameter_point,
+    record,
+    varying_oscillator,
+)
+from grazemap_worker.processes.observables import MEANS, OUTPUTS, core_observables, observed_document
 from grazemap_worker.processes.process import Process
 
-_AXES = ("omega", "clearance")
+if TYPE_CHECKING:
+    from grazemap.wire.planes import Plane
+    from grazemap_core.maps.planes import Plane as CorePlane
+
+_AXES = ("omega", "clearance", "horizontal", "vertical")
 _NAMES = ("kinds", "reasons")
 _AT_COMPUTED = "at_computed"
 _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed", "preview")
 
 
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
-    """Return a rectangle of the map: its omega and clearance, and the arrays [clearance, omega] of the core.
+    """Return a rectangle of the map: the values of its parameters, and the arrays [vertical, horizontal] of the core.
 
-    Omega and clearance are slices of those of the whole grid, so the bytes of a map that is not adaptive do not depend
-    on its tiles (those of a sweep are as tall as the map). Raises CoreError.
+    The values are slices of those of the whole grid, so the bytes of a map that is not adaptive do not depend on its
+    tiles (those of a sweep are as tall as the map). Raises CoreError.
     """
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.motion import KINDS, REASONS, SENSITIVE
 
-    omega, clearance = grid_values(request.omega)[tile.columns], grid_values(request.clearance)[tile.rows]
+    plane, settings = core_plane(request.plane).part(tile.rows, tile.columns), fields(request, *_SETTINGS)
     reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
     reasons[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
-    oscillator, settings = core_oscillator(request.oscillator), fields(request, *_SETTINGS)
     arrays: Document
     if request.adaptive:
-        arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
+        arrays = _without_figures_of_inferred(adaptive_map_tile(plane, **settings))
         assert len(reasons) == NOT_COMPUTED
         reasons.append(NOT_COMPUTED_REASON)
     else:
-        resolve = request.resolve_sensitive
-        arrays = unfolding_map_tile(oscillator, omega, clearance, **settings, resolve_sensitive=resolve)
+        observed = core_observables(request)
+        arrays = unfolding_map_tile(plane, **settings, resolve_sensitive=request.resolve_sensitive, observed=observed)
+        arrays |= observed_document(request, arrays.pop("figures", None))
     return {
-        "omega": omega,
-        "clearance": clearance,
+        **_axes(request, plane),
         **arrays,
+        **_margins(request, plane),
         "kinds": np.array(KINDS),
         "reasons": np.array(reasons),
     }
@@ -61,20 +74,50 @@ def assemble(
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
-    names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
+    plane = core_plane(request.plane)
+    names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS)]
     whole: Document = {name: joined(plan, [tile[name] for tile in tiles]) for name in names}
+    if OUTPUTS in tiles[0]:
+        whole[OUTPUTS] = [
+            one | {name: joined(plan, [tile[OUTPUTS][k][name] for tile in tiles]) for name in MEANS}
+            for k, one in enumerate(tiles[0][OUTPUTS])
+        ]
     if request.adaptive:
         whole |= _completed(request, plan, tiles, whole, report)
-    omega, clearance = grid_values(request.omega), grid_values(request.clearance)
-    settings = fields(request, *_SETTINGS)
-    chance = chance_in_map(whole["kind"], core_oscillator(request.oscillator), omega, clearance, **settings)
+    chance = chance_in_map(whole["kind"], plane, **fields(request, *_SETTINGS))
     return {
-        "omega": omega,
-        "clearance": clearance,
+        **_axes(request, plane),
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
         **chance_document(chance),
     }
+
+
+def core_plane(plane: Plane) -> CorePlane:
+    """Return the core's plane of two parameters. Raises CoreError."""
+    from grazemap_core.maps.planes import Axis
+    from grazemap_core.maps.planes import Plane as CorePlane
+
+    across, up = plane.horizontal, plane.vertical
+    oscillator = varying_oscillator(plane.parameters.oscillator, across.vary, up.vary)
+    axes = (Axis(one.vary, grid_values(one.values)) for one in (across, up))
+    return CorePlane(oscillator, parameter_point(oscillator, plane.parameters), *axes)
+
+
+def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
+    """Return the values of the parameters, named omega and clearance where they are given as ranges of these."""
+    names = ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
+    return dict(zip(names, (plane.horizontal.values, plane.vertical.values), strict=True))
+
+
+def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
+    """Return how far the stops are from the steady motion, whose zeros are the grazing curves in any plane."""
+    from grazemap_core.maps.margins import grazing_margins
+
+    if request.horizontal is None:  # their curves are those of grazing-curves
+        return {}
+    margins = zip(("margin_right", "margin_left"), grazing_margins(plane), strict=True)
+    return {name: np.where(np.isinf(margin), np.nan, margin) for name, margin in margins}
 
 
 def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
@@ -107,9 +150,7 @@ def _completed(
     from grazemap_core.maps.adaptive_map import complete_map
 
     rows, columns, fresh, wrong = complete_map(
-        core_oscillator(request.oscillator),
-        grid_values(request.omega),
-        grid_values(request.clearance),
+        core_plane(request.plane),
         whole | {"sensitive": _of_grid(plan, tiles, "sensitive")},
         list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),

@@ -202,10 +202,6 @@ class Jobs:
         """
         return bool(self._scripts.run("progress", id=identity, done=done, total=total, unit=unit))
 
-    def wanted(self, identity: str) -> bool:
-        """Return whether a job is accepted or running."""
-        return bool(self._redis.hexists(f"{PREFIX}unfinished", identity))
-
     def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
         """Return the events after an id, oldest first; does not wait for any.
 

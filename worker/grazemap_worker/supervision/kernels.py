@@ -1,9 +1,10 @@
 """The kernels of this machine's workers, by steps: those of a first start, and those that jobs ask for.
 
-A step (`grazemap_core.warmup`) is compiled in a process of its own, into the cache, and then loaded here, so that
-workers that are forked afterwards have it. Two processes compile at a first start where there are two cores: the
-kernels of maps take as long as all others. Two stacks that start at once each compile what is missing, and wait for
-nothing; what one of them has compiled, the other one loads.
+The components of a step (`grazemap_core.warmup`) are compiled in processes of their own, into the cache. When all are
+there the step is loaded here, so that workers that are forked afterwards have it. Two processes compile at a first
+start where there are two cores: the component that carries the lanes of maps takes as long as all others that a map
+needs or that come before it. Two stacks that start at once each compile what is missing, and wait for nothing; what one
+of them has compiled, the other one loads.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ _MOST_PROCESSES = 2
 
 @dataclass
 class _Compiler:
-    """A process that compiles steps one after another: those that it has not compiled yet, since when the first."""
+    """A process that compiles components one after another: those that it still has to, since when the first."""
 
     process: subprocess.Popen[bytes]
     progress: Progress
-    steps: list[str]
+    components: list[str]
     began: float
 
 
@@ -47,6 +48,8 @@ class Kernels:
     def __init__(self, steps: Iterable[str] = warmup.STEPS) -> None:
         self.ready: set[str] = set()
         self._wanted: list[str] = []
+        self._done: set[str] = set()
+        self._since: dict[str, float] = {}
         self._compilers: dict[int, _Compiler] = {}
         self._tries: Counter[str] = Counter()
         self._said_ready = 0
@@ -61,11 +64,15 @@ class Kernels:
 
     def advance(self) -> bool:
         """Load what is compiled, and go on compiling; return whether more is ready than the last time."""
-        for name in [name for name in self._wanted if kernel_folder.holds(name)]:
+        for compiler in self._compilers.values():
+            while compiler.components and self._has(compiler.components[0]):
+                compiler.components.pop(0)
+                compiler.began = time.monotonic()
+        for name in [name for name in self._wanted if all(map(self._has, warmup.components_of(name)))]:
             self._load(name)
         for compiler in self._compilers.values():
             if compiler.progress.hangs(computing=True):
-                self._log.warning("compiling hangs and is begun again", kernels=compiler.steps[:1])
+                self._log.warning("compiling hangs and is begun again", kernels=compiler.components[:1])
                 os.kill(compiler.process.pid, signal.SIGKILL)  # not Popen.kill, which may hide its end from `ended`
         self._compile()
         before, self._said_ready = self._said_ready, len(self.ready)
@@ -77,19 +84,21 @@ class Kernels:
         if compiler is None:
             return
         code = compiler.process.returncode = os.waitstatus_to_exitcode(status)
-        for name in [name for name in compiler.steps if not kernel_folder.holds(name)][:1]:
-            self._tries[name] += 1
-            self._log.warning("kernels not compiled", kernels=name, status=code, tries=self._tries[name])
+        for component in [component for component in compiler.components if not self._has(component)][:1]:
+            self._tries[component] += 1
+            self._log.warning("kernels not compiled", kernels=component, status=code, tries=self._tries[component])
             # an error of the kernels, or no space for them: the tile says what is wrong, or compiles them itself
-            if code >= 0 or self._tries[name] >= _MOST_TRIES:
-                self._load(name)
+            if code >= 0 or self._tries[component] >= _MOST_TRIES:
+                self._done.add(component)
 
     def said(self) -> dict[str, str]:
         """Return, for each step that is not ready, what is done for it."""
         said = {name: f"{_label(name)}, after others" for name in self._wanted}
         for compiler in self._compilers.values():
-            for name in compiler.steps[:1]:
-                took, usual = time.monotonic() - compiler.began, compiling_seconds(name)
+            for name in [name for name in self._wanted if {*compiler.components[:1]} & {*warmup.components_of(name)}][
+                :1
+            ]:
+                took, usual = time.monotonic() - self._since.setdefault(name, compiler.began), compiling_seconds(name)
                 said[name] = f"{_label(name)}, compiling for {took:.0f} s (about {usual:.0f} s usually)"
         return said
 
@@ -98,18 +107,27 @@ class Kernels:
         for compiler in self._compilers.values():
             compiler.process.kill()
 
+    def _has(self, component: str) -> bool:
+        """Return whether a component is stored, or given up; its entries are read once."""
+        if component not in self._done and kernel_folder.holds(component):
+            self._done.add(component)
+        return component in self._done
+
     def _compile(self) -> None:
         """Start processes for what is wanted and not yet compiled by one."""
         most = min(_MOST_PROCESSES, available_cores())
-        taken = {name for compiler in self._compilers.values() for name in compiler.steps}
-        free = [name for name in self._wanted if name not in taken]
-        maps = [name for name in free if warmup.masses_of(name)]
-        others = [name for name in free if name not in maps]
-        for steps in (others, maps) if most - len(self._compilers) > 1 else (free,):
-            if steps and len(self._compilers) < most:
-                command = [sys.executable, "-m", "grazemap_core.warmup", *steps]
+        taken = {component for compiler in self._compilers.values() for component in compiler.components}
+        wanted = dict.fromkeys(component for name in self._wanted for component in warmup.components_of(name))
+        free = [component for component in wanted if component not in taken and not self._has(component)]
+        lanes = [component for component in free if warmup.masses_of(component)]
+        others = [component for component in free if component not in lanes]
+        for components in (others, lanes) if most - len(self._compilers) > 1 else (free,):
+            if components and len(self._compilers) < most:
+                command = [sys.executable, "-m", "grazemap_core.warmup", *components]
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
-                self._compilers[process.pid] = _Compiler(process, Progress(process.pid), list(steps), time.monotonic())
+                self._compilers[process.pid] = _Compiler(
+                    process, Progress(process.pid), list(components), time.monotonic()
+                )
 
     def _load(self, name: str) -> None:
         try:
@@ -120,13 +138,9 @@ class Kernels:
             self._log.exception("kernels cannot be loaded", kernels=name)
         self._wanted.remove(name)
         self.ready.add(name)
-        for compiler in self._compilers.values():
-            if name in compiler.steps:
-                compiler.steps.remove(name)
-                compiler.began = time.monotonic()
 
 
 def _label(name: str) -> str:
     masses = warmup.masses_of(name)
     of_masses = f" of {masses} mass{'' if masses == 1 else 'es'}" if masses else ""
-    return f"kernels for {name.partition('-')[0]}{of_masses}"
+    return f"kernels for {name.partition('-')[0].replace('_', ' ')}{of_masses}"

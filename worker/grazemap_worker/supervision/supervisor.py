@@ -53,7 +53,7 @@ class _Slot:
     """One place for a worker, for small tiles or for others; `pid` 0: none runs."""
 
     small: bool
-    watched: Watched = field(default_factory=Watched)
+    watched: Watched = field(default_factory=Watched.shared)
     progress: Progress | None = None
     pid: int = 0
     name: str = ""
@@ -90,7 +90,7 @@ class Supervisor:
             now = time.monotonic()
             if self._kernels.advance():
                 for slot in self._slots:
-                    slot.watched.ask_to_stop()  # those that follow have the new kernels too
+                    slot.watched.asked_to_stop = True  # those that follow have the new kernels too
             for slot in self._slots:
                 if not slot.pid and now >= slot.not_before:
                     self._spawn(slot)

@@ -1,0 +1,103 @@
+"""The process basin-fractions: the shares of random initial states that lead to each attractor along a parameter.
+
+Tiles are values of the parameter by initial states.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grazemap.codec import Document
+from grazemap.wire import BasinFractionsRequest, StateRange, grid_values
+from grazemap_worker.planning import Plan, Tile
+from grazemap_worker.processes.conversion import (
+    Report,
+    chance_document,
+    core_line,
+    fields,
+    joined,
+    label,
+)
+from grazemap_worker.processes.process import Process
+
+if TYPE_CHECKING:
+    from grazemap_core.maps.basin_fractions import Point, Ranges
+
+_ARRAYS = (
+    "states",
+    "share",
+    "share_error",
+    "mean_position",
+    "mean_velocity",
+    "multiplier",
+    "lyapunov",
+    "verified",
+    "unresolved",
+    "unresolved_error",
+    "sensitive",
+)
+
+
+def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
+    """Return the arrays [value, state] of the core for some values and states. Raises CoreError."""
+    from grazemap_core.maps.basin_fractions import fraction_tile, random_states
+
+    points = _points(request)
+    states = random_states(points, _ranges(request, points), request.states, request.seed)
+    return fraction_tile(
+        points[tile.rows], states[tile.columns], request.phase, request.max_periods, request.max_period
+    )
+
+
+def assemble(
+    request: BasinFractionsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
+) -> Document:
+    """Return the attractors along the parameter with their shares, from the documents of the tiles."""
+    from grazemap_core.maps.basin_fractions import NAME, basin_fractions, random_states
+    from grazemap_core.maps.chaotic_transients import chance_in_fractions
+
+    whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
+    points = _points(request)
+    ranges = _ranges(request, points)
+    states = random_states(points, ranges, request.states, request.seed)
+    found = basin_fractions(whole)
+    values = grid_values(request.range)
+    chance = chance_in_fractions(whole["kind"], points, states, request.phase, request.max_periods, request.max_period)
+    return {
+        "parameter": values,
+        "attractors": [
+            _named(fields(attractor, *NAME), values[there > 0])
+            for attractor, there in zip(found.attractors, found.states, strict=True)
+        ],
+        **fields(found, *_ARRAYS),
+        "displacement": ranges.displacement,
+        "velocity": ranges.velocity,
+        **chance_document(chance),
+    }
+
+
+def _points(request: BasinFractionsRequest) -> list[Point]:
+    from grazemap_core.maps.basin_fractions import points_along
+
+    return points_along(core_line(request.line))
+
+
+def _ranges(request: BasinFractionsRequest, points: list[Point]) -> Ranges:
+    from grazemap_core.maps.basin_fractions import ranges_of
+
+    return ranges_of(points, *map(_pairs, (request.displacement, request.velocity)))
+
+
+def _pairs(ranges: list[StateRange] | None) -> Any:
+    return None if ranges is None else np.array([(one.start, one.stop) for one in ranges])
+
+
+def _named(name: Document, values: Any) -> Document:
+    """Return an attractor with its label, and the values between which it was found."""
+    named = {part: value for part, value in name.items() if value is not None}
+    return named | {"label": label(named), "first": float(values[0]), "last": float(values[-1]), "found": len(values)}
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)
