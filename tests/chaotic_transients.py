@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from beside_borders import SYSTEMS
+from exponents import lyapunov_exponents
 
 from grazemap_core.maps.chaotic_transients import ChanceToSettle, chance_in_map, sample
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import RUN_ON
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.simulation.lyapunov import lyapunov_exponents
 from grazemap_core.simulation.motion import KINDS
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -57,8 +58,8 @@ def points_of(name: str, count: int) -> Found:
     system, rng = SYSTEMS[name], np.random.default_rng(len(name))
     omega = np.sort(rng.uniform(*system.omega, COLUMNS))
     clearance = np.sort(rng.uniform(*system.clearance, ROWS))
-    found = unfolding_map_tile(system.oscillator, omega, clearance, PERIODS)
-    chance = chance_in_map(found["kind"], system.oscillator, omega, clearance, max_periods=PERIODS)
+    found = unfolding_map_tile(Plane.of(system.oscillator, omega, clearance), PERIODS)
+    chance = chance_in_map(found["kind"], Plane.of(system.oscillator, omega, clearance), max_periods=PERIODS)
     assert chance is not None
     rows, columns = np.nonzero(found["kind"] == KINDS.index("chaotic"))
     others = np.setdiff1d(np.arange(len(rows)), sample(len(rows), chance.watched))

@@ -44,6 +44,7 @@ def compute(size: str) -> dict[str, np.ndarray]:
     """Return every array by name."""
     sys.path.insert(0, str(Path(__file__).parents[1]))
     from benchmarks.ensemble import first_impacts
+    from grazemap_core.maps.planes import Plane
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.monodromy import monodromy
     from grazemap_core.simulation.trajectories import trajectory
@@ -60,7 +61,7 @@ def compute(size: str) -> dict[str, np.ndarray]:
     out |= {f"sticking.{name}": getattr(result.sticking, name) for name in ("start", "stop_time", "stop")}
     result = trajectory(default, OMEGA, 1.6, periods=periods, samples_per_period=8)
     out |= {"reference.time": result.impacts.time, "reference.displacement": result.displacement}
-    tile = unfolding_map_tile(default, np.array(columns), CLEARANCES, map_periods)
+    tile = unfolding_map_tile(Plane.of(default, np.array(columns), CLEARANCES), map_periods)
     out |= {f"map.{name}": value for name, value in tile.items()}
     out["monodromy"] = monodromy(default, OMEGA, 1.6, period=TANGENT_PERIODS).matrix
     return out

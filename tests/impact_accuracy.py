@@ -13,16 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from flint import arb
-from oracles import digits
-from swift_oracle import SwiftOracle
+from general_oracle import GeneralOracle
+from oracles import digits, tridiagonal
+from steady_displacements import forced_response
 
 from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels.workspace import IMPACT
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.trajectories import trajectory
 
 CHANGE = 1e-25
+_OF_CHAIN = ("masses", "stiffnesses", "forcing")
 IMPACTS = 20
 LOCKSTEP_PERIODS = 12
 STEP = 1e-8
@@ -61,32 +62,38 @@ def random_point(seed: int) -> tuple[Oscillator, float, float]:
     return oscillator, omega, float(rng.uniform(0.3, 0.95) * amplitude)
 
 
-def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> Iterator[SwiftOracle]:
+def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> Iterator[GeneralOracle]:
     """The simulation with one input after the other changed by its CHANGE."""
     with digits():
-        factor = 1 + arb(CHANGE)
-    every = range(oscillator.size)
-    lists = [(name, [i]) for name in ("masses", "stiffnesses") for i in every]
-    lists += [("forcing", [i]) for i in every if oscillator.forcing[i] != 0.0]
-    # one number gives the damping of all links, or each has its own
-    lists += [("links", [i]) for i in every] if oscillator.gamma is None else [("links", list(every))]
-    for name, places in lists:
-        run = SwiftOracle.of(oscillator, omega, clearance)
-        with digits():
-            values = [arb(v) * factor if i in places else v for i, v in enumerate(getattr(run, name))]
-        setattr(run, name, values)
-        if name == "stiffnesses" and oscillator.gamma is not None:  # the damping goes with the stiffness
-            with digits():
-                run.links = [2 * arb(oscillator.gamma) * arb(k) for k in values]
-        yield run
-    for name in ("restitution", "omega", "clearance"):
-        run = SwiftOracle.of(oscillator, omega, clearance)
-        with digits():
-            setattr(run, name, arb(getattr(run, name)) * factor)
-        yield run
+        given = {name: [arb(v) for v in getattr(oscillator, name).tolist()] for name in _OF_CHAIN}
+        # one number gives the damping of all links, or each has its own
+        given["damping"] = [arb(v) for v in ([oscillator.gamma] if oscillator.gamma else oscillator.link_damping)]
+        given["others"] = [arb(v) for v in (oscillator.restitution, omega, clearance)]
+        for name, values in given.items():
+            for i, value in enumerate(values):
+                if value != 0:
+                    changed = [value * (1 + arb(CHANGE)) if k == i else v for k, v in enumerate(values)]
+                    yield _of_numbers(oscillator.gamma is not None, **given | {name: changed})
 
 
-def exact_amplification(oscillator: Oscillator, omega: float, clearance: float, exact: SwiftOracle) -> np.ndarray:
+def _of_numbers(
+    proportional: bool,
+    masses: list[arb],
+    stiffnesses: list[arb],
+    forcing: list[arb],
+    damping: list[arb],
+    others: list[arb],
+) -> GeneralOracle:
+    """The simulation of a chain of these numbers, the damping 2 gamma K if it is proportional."""
+    restitution, omega, clearance = others
+    links = [2 * damping[0] * k for k in stiffnesses] if proportional else damping
+    mass = [[m if i == j else arb(0) for j in range(len(masses))] for i, m in enumerate(masses)]
+    contact = [int(i == 0) for i in range(len(masses))]
+    both = (restitution, restitution), (clearance, clearance)
+    return GeneralOracle(mass, tridiagonal(links), tridiagonal(stiffnesses), contact, [(1, forcing)], *both, omega)
+
+
+def exact_amplification(oscillator: Oscillator, omega: float, clearance: float, exact: GeneralOracle) -> np.ndarray:
     """The expected rounding error of every impact of a simulation, in 48 digits."""
     amplification = np.zeros(len(exact.times))
     for run in changed_inputs(oscillator, omega, clearance):
@@ -101,7 +108,7 @@ def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int
     found = trajectory(oscillator, omega, clearance, periods=40, samples_per_period=1).impacts
     chatter = np.flatnonzero(found.kind == "chatter")
     count = min([impacts, len(found.time), *(int(i) + 1 for i in chatter[:1])])
-    exact = SwiftOracle.of(oscillator, omega, clearance)
+    exact = GeneralOracle.between(oscillator, omega, clearance)
     exact.run(count)
     amplification = exact_amplification(oscillator, omega, clearance, exact)
     with digits():
@@ -145,7 +152,7 @@ def compare_lockstep(
         listed = int(np.count_nonzero(found.half[lane] >= 0))
         count = int(np.argmax(np.append(found.kind[lane, :listed] != IMPACT, True)))
         ends = count < listed  # the next one is the last of a complete chatter that is listed
-        exact = SwiftOracle.of(oscillator, omega, clearance)
+        exact = GeneralOracle.between(oscillator, omega, clearance)
         with digits():
             half_period = arb.pi() / arb(omega)
         end = 2 * LOCKSTEP_PERIODS * float(half_period)

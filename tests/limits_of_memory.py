@@ -138,6 +138,10 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "sweep": ("unfolding-maps", grid(1_000_000, 4, policy="sweep-up", max_periods=10)),
     "basins, 4 million states": ("basins", {**rectangle(2048), "max_periods": 2}),
+    "basin fractions, 64 masses": (
+        "basin-fractions",
+        chain(64, vary="clearance", range=[1.3, 1.4], omega=0.29, states=100_000, max_periods=2),
+    ),
     "borders": ("unfolding-diagrams", grid(547, 547, borders=True, max_periods=200)),
 }
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from steady_displacements import steady_response
 
-from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.trajectories import trajectory
 

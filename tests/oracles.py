@@ -196,3 +196,24 @@ def zeros_of(chain: Chain, kind: str, start: float, stop: float) -> list[arb]:
         for left, right in itertools.pairwise(places):
             found += isolate(lambda tau, order: residues.value(kind, tau, order), left.mid(), right.mid())
         return sorted(found, key=lambda zero: float(zero.mid()))
+
+
+def secant(function: Callable[[arb], arb], start: float) -> arb:
+    """A zero near a start, to 40 digits."""
+    before, here = arb(start), arb(start) + arb(1e-7)
+    at_before, at_here = function(before), function(here)
+    for _ in range(60):
+        following = (here - at_here * (here - before) / (at_here - at_before)).mid()
+        before, at_before = here, at_here
+        here, at_here = following, function(following)
+        if abs(here - before) < 1e-36:
+            return here
+    raise ArithmeticError("the secant method does not converge")
+
+
+def polynomial(places: list[arb], values: list[arb]) -> list[arb]:
+    """Coefficients, constant first, of the polynomial through the points."""
+    size = len(places)
+    rows = arb_mat([[place**power for power in range(size)] for place in places])
+    solved = rows.solve(arb_mat([[value] for value in values]))
+    return [solved[i, 0] for i in range(size)]

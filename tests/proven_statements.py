@@ -1,8 +1,8 @@
 """Statements proven, and false ones refused: `python -m tests.proven_statements [SHARE PROCESSES]`.
 
-Orbits, attractions, bifurcations and codimension-two points are proven at random points and on the branches there;
-certificates are then made false in six ways. Printed are counts, median times, and the reasons of refusals. SHARE = 1
-takes the full counts.
+Orbits, attractions, bifurcations and codimension-two points are proven at random points and on the branches there, and
+orbits and attractions of random general systems; certificates are then made false in seven ways. Printed are counts,
+median times, and the reasons of refusals. SHARE = 1 takes the full counts.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from unittest.mock import patch
 
 import numpy as np
 
-from grazemap.checker import FORMAT, check
+from grazemap.checker import FORMATS, check
 from grazemap.checker.arithmetic import Refused
+from grazemap_core.contact.cell_problem import both_clearances
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint
@@ -38,13 +39,14 @@ from grazemap_core.proofs.certificates import Search, Undecided, exact_oscillato
 from grazemap_core.proofs.orbits import orbit_theorem
 from grazemap_core.proofs.prove import KINDS, prove
 from grazemap_core.simulation.trajectories import trajectory
+from tests.general_systems import random_system
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 30
 MOST_IMPACTS = 12
 SEVERAL = 3
-COUNTS = {"orbit": 100, "attraction": 50, "SN": 20, "PD": 20, "SB": 20, "GR": 20}
-WAYS = ("centre", "parameter", "stability", "virtual", "beyond", "left out")
+COUNTS = {"orbit": 100, "attraction": 50, "SN": 20, "PD": 20, "SB": 20, "GR": 20, "general": 10}
+WAYS = ("centre", "parameter", "stability", "virtual", "beyond", "left out", "structure")
 FALSE = 200
 TOLERANCE = 1e-13
 PARAMETERS = ("clearance", "omega", "restitution")
@@ -59,7 +61,7 @@ def search(oscillator: Oscillator) -> Search:
 def certificate(found: Search, statement: dict[str, Any], theorem: dict[str, Any]) -> Certificate:
     """A certificate that no checker has seen."""
     return {
-        "format": FORMAT,
+        "format": FORMATS[0],
         "statement": statement,
         "verdict": "proven",
         "oscillator": found.data,
@@ -99,6 +101,7 @@ def statements(seed: int) -> Iterator[tuple[str, Certificate]]:
     yield "orbit", prove(DEFAULT, {"kind": "orbit", **place, **motion(sequence), "stable": True}, DIGITS)
     rest = {"displacement": ["0"] * 3, "velocity": ["0"] * 3, "phase": "0"}
     yield "attraction", prove(DEFAULT, {"kind": "attraction", **place, **rest}, DIGITS, 120.0)
+    yield from general_statements(seed)
     orbit = periodic_orbit(DEFAULT, omega, clearance, sequence)
     parameter = PARAMETERS[seed % len(PARAMETERS)]
     branch = orbit_branch(DEFAULT, orbit, *around(orbit, parameter, 0.3), parameter, max_points=300)
@@ -110,6 +113,19 @@ def statements(seed: int) -> Iterator[tuple[str, Certificate]]:
                 if other.converged:
                     bounds = around(other, parameter, 0.1)
                     yield from of_branch(orbit_branch(DEFAULT, other, *bounds, parameter, max_points=200))
+
+
+def general_statements(seed: int) -> Iterator[tuple[str, Certificate]]:
+    """A certificate of the orbit to which a random general system settles, or that it does so from equilibrium."""
+    system = random_system(seed)
+    if system is None or len(system.impacts.whole.stops) > MOST_IMPACTS:
+        return
+    right, left = (None if np.isinf(one) else repr(float(one)) for one in both_clearances(system.clearance))
+    place = {"omega": repr(system.omega), "clearance": {"right": right, "left": left}}
+    rest = {"displacement": "equilibrium", "velocity": ["0"] * system.oscillator.size, "phase": "0"}
+    orbit = {"kind": "orbit", **motion(system.impacts), "stable": True}
+    statement = place | (orbit if seed % 2 else {"kind": "attraction", **rest})
+    yield "general", prove(system.oscillator, statement, DIGITS, 120.0)
 
 
 def around(orbit: PeriodicOrbit, parameter: str, share: float) -> tuple[float, float]:
@@ -212,6 +228,9 @@ def falsified(proof: Certificate, way: str) -> Certificate | None:
             mass[0][0] = str(Fraction(mass[0][0]) * (1 + Fraction(1, 10**7)))
     elif way == "stability" and theorem["kind"] == "orbit" and theorem["unstable"] > 0:
         theorem["unstable"], statement["stable"] = 0, True
+    elif way == "structure":
+        damping = false["oscillator"]["damping"]
+        damping[0][0] = str(Fraction(damping[0][0]) * (1 + Fraction(1, 10**7)))
     elif way == "left out" and theorem["kind"] == "attraction" and theorem["transient"]["times"]:
         for name in ("stops", "times"):
             theorem["transient"][name].pop(len(theorem["transient"][name]) // 2)

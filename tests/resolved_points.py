@@ -1,10 +1,10 @@
 """Points after long transients, resolved and run once more exactly: `python resolved_points.py POINTS [PROCESSES]`.
 
-Maps of random chains with R = 0.9 to 0.999 are searched for periodic motions that settle late: many of these transients
-are chaotic, and double precision does not decide where they go. `sensitive_points` does, and every point that it
-decides is compared with a run of `swift_oracle`, which shares nothing with it: from rest, with as many digits as the
-less precise of the two runs that decided it, until the impacts repeat. The label is read off these impacts alone. Here
-a motion and its mirror image are two answers.
+Maps of random chains, and of random general systems, with R = 0.9 to 0.999 are searched for periodic motions that
+settle late: many of these transients are chaotic, and double precision does not decide where they go.
+`sensitive_points` does, and every point that it decides is compared with a run of `general_oracle`, which shares
+nothing with it: from rest, with as many digits as the less precise of the two runs that decided it, until the impacts
+repeat. The label is read off these impacts alone. Here a motion and its mirror image are two answers.
 """
 
 from __future__ import annotations
@@ -12,19 +12,24 @@ from __future__ import annotations
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
+from general_oracle import GeneralOracle
+from lines import column as column_of
 from random_chains import random_oscillator
-from swift_oracle import SwiftOracle
-from verified_points import DEFAULT, DIGITS, Point, impacts_in_digits, label_of
+from random_systems import random_system
+from verified_points import DEFAULT, DIGITS, Point, clearance_of, impacts_in_digits, label_of
 
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver
-from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 
 COLUMN = 48  # points of a map in which late motions are sought
@@ -66,39 +71,72 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def late_points(seed: int, most: int) -> list[tuple[Point, bool, bool]]:
-    """Points of a random chain's map that are named late; whether they are verified, and whether they are sensitive."""
+class Points(NamedTuple):
+    """An oscillator, a frequency, and clearances (n,) of equal stops, or (n, 2) of the right and the left one."""
+
+    oscillator: Oscillator
+    omega: float
+    clearances: np.ndarray[Any, np.dtype[np.float64]]
+
+    def clearance(self, i: int) -> Clearance:
+        """Return one of the clearances, as trajectories take it."""
+        return clearance_of(self.clearances[i])
+
+
+def chain_column(rng: np.random.Generator) -> Points:
+    """Return points of one frequency of a random chain between equal stops."""
+    oscillator = random_oscillator(rng, int(rng.integers(1, 4)), bool(rng.integers(2)))
+    oscillator = replace(oscillator, restitution=float(rng.uniform(0.9, 0.999)))
+    omega = float(rng.uniform(0.3, 1.5))
+    amplitude = float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
+    return Points(oscillator, omega, amplitude * np.sort(rng.uniform(0.2, 1.02, COLUMN)))
+
+
+def late_points(
+    seed: int, most: int, random_column: Callable[[np.random.Generator], Points] = chain_column
+) -> list[tuple[Point, bool, bool]]:
+    """Points of a random map that are named late; whether they are verified, and whether they are sensitive."""
     rng = np.random.default_rng(seed)
     while True:
-        oscillator = random_oscillator(rng, int(rng.integers(1, 4)), bool(rng.integers(2)))
-        oscillator = replace(oscillator, restitution=float(rng.uniform(0.9, 0.999)))
-        omega = float(rng.uniform(0.3, 1.5))
-        amplitude = float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
-        clearances = amplitude * np.sort(rng.uniform(0.2, 1.02, COLUMN))
-        tile = unfolding_map_tile(oscillator, np.array([omega]), clearances, MAX_PERIODS)
+        points = random_column(rng)
+        oscillator, omega, clearances = points
+        tile = column_of(oscillator, omega, clearances, MAX_PERIODS)
         column = {name: values[:, 0] for name, values in tile.items()}
         verified, sensitive = column["verified"], column["sensitive"]
         late = np.flatnonzero((verified | sensitive) & (column["settled_after"] >= LATE))
         if len(late):
-            place = oscillator, omega
             return [
-                (_point(*place, float(clearances[i]), column, i), bool(verified[i]), bool(sensitive[i]))
-                for i in rng.permutation(late)[:most]
+                (
+                    Point.of(oscillator, omega, points.clearance(i), {k: v[i].item() for k, v in column.items()}),
+                    bool(verified[i]),
+                    bool(sensitive[i]),
+                )
+                for i in rng.permutation(late)[:most].tolist()
             ]
 
 
-def _point(oscillator: Oscillator, omega: float, clearance: float, column: dict[str, Any], i: int) -> Point:
-    found = {name: values[i].item() for name, values in column.items()}
-    right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
-    named = found["period"], right, left, found["symmetric"], found["settled_after"]
-    return Point(oscillator, omega, clearance, *named, found["least_impact_velocity"], found["multiplier"])
+def general_points(seed: int, most: int) -> list[Point]:
+    """Sensitive points of a column of a map of a random general system with one to three degrees of freedom."""
+    system, rng = random_system(6 * (seed // 3) + seed % 3), np.random.default_rng(seed)
+    right, left = rng.uniform(0.9, 0.999, 2).tolist()
+    oscillator = replace(system.oscillator, restitution=right, restitution_left=left)
+    both = np.array(both_clearances(system.clearance))
+    clearances = np.array([both * factor for factor in rng.uniform(0.4, 1.1, COLUMN)])
+    rest = contact_equilibrium(oscillator)
+    clearances = clearances[np.all(clearances > [rest, -rest], axis=1)]  # no run begins on a preloaded stop
+    if len(clearances) == 0:
+        return []
+    tile = column_of(oscillator, system.omega, clearances, MAX_PERIODS)
+    column = {name: values[:, 0] for name, values in tile.items()}
+    return [
+        Point.of(oscillator, system.omega, clearance_of(clearances[i]), {k: v[i].item() for k, v in column.items()})
+        for i in np.flatnonzero(column["sensitive"] & ~column["sticking"])[:most].tolist()
+    ]
 
 
 def resolved_point(point: Point) -> tuple[Point | None, str, int]:
     """The point with the motion that multi-precision arithmetic decides, or why it does not; and the bits."""
-    found = Resolver(point.oscillator, point.omega, MAX_PERIODS).resolve(
-        point.clearance, np.zeros((2, point.oscillator.size))
-    )
+    found = Resolver(point.oscillator, point.omega, MAX_PERIODS).resolve(point.clearance)
     if found.reason:
         return None, found.reason, found.bits
     codes, figures = found.codes, found.figures
@@ -116,7 +154,7 @@ def exact_label(point: Point, bits: int) -> Label | None:
     """The label of a run in as many digits as the less precise run with `bits` bits at most had."""
     digits = max(DIGITS, round(0.5 * bits * np.log10(2.0)))
     if point.right + point.left == 0:
-        run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=digits)
+        run = GeneralOracle.of(point.oscillator, point.omega, *both_clearances(point.clearance), digits=digits)
         length = 2.0 * np.pi / point.omega
         run.run(MOST_IMPACTS, (point.settled_after + QUIET) * length)
         return (1, 0, 0, True) if not run.times or run.times[-1] < point.settled_after * length else None
@@ -124,20 +162,19 @@ def exact_label(point: Point, bits: int) -> Label | None:
     return None if impacts is None else label_of(impacts, point.period)
 
 
-def label(point: Point) -> Label:
-    """What an exact label is compared with."""
-    return point.period, point.right, point.left, point.symmetric
-
-
 def outcome_of(seed: int) -> Outcome:
     """Find a point, resolve it, and run it exactly."""
-    ((point, verified, sensitive),) = late_points(seed, 1)
+    if seed % 5 == 4:
+        point = next(one for k in count(seed, 1000) for one in general_points(k, 1))
+        verified, sensitive = False, True
+    else:
+        ((point, verified, sensitive),) = late_points(seed, 1)
     began = time.process_time()
     decided, reason, bits = resolved_point(point)
     seconds = time.process_time() - began
     if decided is None:
         return Outcome(point, verified, sensitive, reason, None, None, bits, seconds)
-    return Outcome(point, verified, sensitive, "", label(decided), exact_label(decided, bits), bits, seconds)
+    return Outcome(point, verified, sensitive, "", decided.label, exact_label(decided, bits), bits, seconds)
 
 
 def main(points: int, processes: int) -> int:
@@ -148,14 +185,14 @@ def main(points: int, processes: int) -> int:
             outcomes.append(one)
             if one.resolved != one.exact:
                 print(f"decided {one.resolved}, exactly {one.exact}: {one}", flush=True)
-            elif one.verified and one.resolved not in (None, label(one.point)):
-                print(f"verified {label(one.point)}, exactly {one.exact}: {one}", flush=True)
+            elif one.verified and one.resolved not in (None, one.point.label):
+                print(f"verified {one.point.label}, exactly {one.exact}: {one}", flush=True)
             if len(outcomes) % 20 == 0:
                 counts = dict(Counter(outcome.reason or DECIDED for outcome in outcomes))
                 print(f"{len(outcomes)} of {points}: {counts}", flush=True)
     decided = [one for one in outcomes if one.resolved is not None]
     wrong = sum(one.resolved != one.exact for one in decided)
-    wrong_verified = sum(one.verified and label(one.point) != one.resolved for one in decided)
+    wrong_verified = sum(one.verified and one.point.label != one.resolved for one in decided)
     print(f"{len(outcomes)} points that settle after {LATE} to {MAX_PERIODS} periods")
     print(f"{sum(one.verified for one in outcomes)} verified, {wrong_verified} of them wrong")
     print(f"{sum(one.sensitive for one in outcomes)} sensitive")

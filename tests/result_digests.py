@@ -47,36 +47,53 @@ def platform_key() -> str:
 
 
 def compute() -> dict[str, str]:
-    """Return the digests of five maps, two periodic orbits and a bifurcation diagram, by name."""
+    """Return the digests of five maps, two periodic orbits, two branches and a bifurcation diagram, by name."""
+    from grazemap_core.continuation.branches import orbit_branch
+    from grazemap_core.continuation.parameters import Parameter
     from grazemap_core.maps.bifurcation_diagrams import sections
+    from grazemap_core.maps.planes import Plane
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.model.oscillator import Oscillator
-    from grazemap_core.orbits.periodic_orbits import periodic_orbit
+    from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
     from grazemap_core.orbits.search import sequence_of_stops
+    from tests.lines import line
 
     three = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
     softer = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.6)
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.3, 2.0, 24)
 
-    def orbit(oscillator: Oscillator, frequency: float, gap: float, stops: list[int]) -> list[Any]:
+    def solved(oscillator: Oscillator, frequency: float, gap: float, stops: list[int]) -> PeriodicOrbit:
         guess = sequence_of_stops(oscillator, frequency, gap, 1, stops)
         assert guess is not None
-        found = periodic_orbit(oscillator, frequency, gap, guess)
+        return periodic_orbit(oscillator, frequency, gap, guess)
+
+    def orbit(*of: Any) -> list[Any]:
+        found = solved(*of)
         return [found.impacts.phases, found.impacts.velocities, found.multipliers]
 
-    diagram = sections(three, "clearance", np.linspace(1.4, 1.9, 12), 0.27, "rest", 20, 200, 32)
+    def branch(parameter: Parameter, start: float, stop: float) -> list[Any]:
+        found = orbit_branch(three, solved(three, 0.27, 1.55, [1, 1, -1, -1]), start, stop, parameter, max_points=30)
+        return [found.phases, found.velocities, found.multipliers]
+
+    diagram = sections(line(three, "clearance", np.linspace(1.4, 1.9, 12), 0.27), "rest", 20, 200, 32)
     return {
-        "map from rest": digest(unfolding_map_tile(three, omega, clearance).values()),
-        "map in a sweep": digest(unfolding_map_tile(softer, omega[::2], clearance[::2], policy="sweep-down").values()),
+        "map from rest": digest(unfolding_map_tile(Plane.of(three, omega, clearance)).values()),
+        "map in a sweep": digest(
+            unfolding_map_tile(Plane.of(softer, omega[::2], clearance[::2]), policy="sweep-down").values()
+        ),
         "map of an ensemble": digest(
-            unfolding_map_tile(three, omega[::3], clearance[::6], policy="ensemble", initial_conditions=3).values()
+            unfolding_map_tile(
+                Plane.of(three, omega[::3], clearance[::6]), policy="ensemble", initial_conditions=3
+            ).values()
         ),
         "sensitive point resolved": digest(
-            unfolding_map_tile(three, omega[5:], clearance[6:7], resolve_sensitive=True).values()
+            unfolding_map_tile(Plane.of(three, omega[5:], clearance[6:7]), resolve_sensitive=True).values()
         ),
-        "preview of a map": digest(unfolding_map_tile(three, omega, clearance, preview=True).values()),
+        "preview of a map": digest(unfolding_map_tile(Plane.of(three, omega, clearance), preview=True).values()),
         "periodic orbit of four impacts": digest(orbit(three, 0.27, 1.55, [1, 1, -1, -1])),
         "periodic orbit of two impacts": digest(orbit(softer, 0.3, 1.0, [1, -1])),
+        "branch over clearance": digest(branch("clearance", 1.5, 1.7)),
+        "branch over restitution": digest(branch("restitution", 0.75, 0.85)),
         "bifurcation diagram": digest(
             array for found in diagram for array in (found.displacement, found.velocity, found.impact_velocity)
         ),

@@ -44,6 +44,15 @@ class StructureOracle:
     def _along(self, vector: arb_mat) -> arb:
         return sum((arb(float(h)) * vector[i, 0] for i, h in enumerate(self.contact)), arb(0))
 
+    def _generator(self) -> arb_mat:
+        """Return A of ``(x, v)' = A (x, v)``."""
+        count = self.size
+        mass, damping, stiffness = map(self._matrix, (self.mass, self.damping, self.stiffness))
+        below = [mass.solve(matrix) for matrix in (stiffness, damping)]
+        rows = [[arb(int(j == count + i)) for j in range(2 * count)] for i in range(count)]
+        rows += [[-part[i, j] for part in below for j in range(count)] for i in range(count)]
+        return arb_mat(rows)
+
     def effective_mass(self) -> float:
         with digits():
             return float((1 / self._along(self._of_mass())).mid())
@@ -77,30 +86,14 @@ class StructureOracle:
         """Return ``g = h^T exp(A t) (0, a)``."""
         with digits():
             ctx.prec += 200
-            count = self.size
-            mass, damping, stiffness = map(self._matrix, (self.mass, self.damping, self.stiffness))
-            below = [mass.solve(matrix) for matrix in (stiffness, damping)]
-            rows = [[arb(0)] * (2 * count) for _ in range(2 * count)]
-            for i in range(count):
-                rows[i][count + i] = arb(1)
-                for j in range(count):
-                    rows[count + i][j], rows[count + i][count + j] = -below[0][i, j], -below[1][i, j]
             jump, size = self._of_mass(), self._along(self._of_mass())
-            start = arb_mat([[arb(0)] for _ in range(count)] + [[jump[i, 0] / size] for i in range(count)])
-            return float(self._along((arb_mat(rows) * arb(time)).exp() * start).mid())
+            start = arb_mat([[arb(0)]] * self.size + [[entry / size] for entry in jump.entries()])
+            return float(self._along((self._generator() * arb(time)).exp() * start).mid())
 
     def exponents(self) -> list[complex]:
         """Return all exponents of the free motion."""
         with digits():
-            count = self.size
-            mass, damping, stiffness = map(self._matrix, (self.mass, self.damping, self.stiffness))
-            below = [mass.solve(matrix) for matrix in (stiffness, damping)]
-            whole = acb_mat(2 * count, 2 * count)
-            for i in range(count):
-                whole[i, count + i] = 1
-                for j in range(count):
-                    whole[count + i, j], whole[count + i, count + j] = -below[0][i, j], -below[1][i, j]
-            return [complex(float(x.real.mid()), float(x.imag.mid())) for x in whole.eig()]
+            return [complex(float(x.real.mid()), float(x.imag.mid())) for x in acb_mat(self._generator()).eig()]
 
     def natural_frequencies(self) -> list[float]:
         with digits():

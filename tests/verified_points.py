@@ -1,22 +1,27 @@
 """Verified points of maps, run once more in 50 digits: `python verified_points.py POINTS [PROCESSES]`.
 
-What is compared with is a simulator that shares nothing with the core (`swift_oracle`): from rest, past the periods
+What is compared with is a simulator that shares nothing with the core (`general_oracle`): from rest, past the periods
 after which the map says that the motion was known, until its impacts repeat. The label is read off its impacts alone.
-A motion and its mirror image are one answer: which of them is reached from the same start can depend on round-off. A
-run whose impacts do not repeat yet is no verdict.
+Between equal stops a motion and its mirror image are one answer: which of them is reached from the same start can
+depend on round-off. A run whose impacts do not repeat yet is no verdict.
 """
 
 from __future__ import annotations
 
 import sys
+from collections import Counter
+from collections.abc import Callable, Iterable
+from functools import partial
 from multiprocessing import get_context
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from general_oracle import GeneralOracle
 from random_chains import random_oscillator
-from swift_oracle import SwiftOracle
 
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 
@@ -26,17 +31,18 @@ SETTLED = 1e-5  # relative distance of impacts from those of the motion up to wh
 REPEATS = 1e-4  # up to which they are the same
 LONGEST = 4000  # forcing periods of a run
 MOST_IMPACTS = 1500  # complete chatter has infinitely many
+MOST_IMPACTS_IN_GENERAL = 10_000  # of the simulator of any structure, which is faster
 MAX_PERIODS = 400
 
 EQUAL, OTHER, NO_VERDICT = "equal", "other", "no verdict"
 
 
 class Point(NamedTuple):
-    """A verified point of a map."""
+    """A verified point of a map; the clearance is one number where the stops are equal."""
 
     oscillator: Oscillator
     omega: float
-    clearance: float
+    clearance: Clearance
     period: int
     right: int
     left: int
@@ -44,6 +50,35 @@ class Point(NamedTuple):
     settled_after: int
     least_velocity: float
     multiplier: float
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, omega: float, clearance: Clearance, found: dict[str, Any]) -> Self:
+        """Return a point with what a map has there."""
+        right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
+        named = found["period"], right, left, found["symmetric"], found["settled_after"]
+        return cls(oscillator, omega, clearance, *named, found["least_impact_velocity"], found["multiplier"])
+
+    @property
+    def label(self) -> tuple[int, int, int, bool]:
+        """Period, impacts on the right and on the left stop, and symmetry."""
+        return self.period, self.right, self.left, self.symmetric
+
+    @property
+    def is_general(self) -> bool:
+        """Whether this is not a chain between equal stops."""
+        return isinstance(self.clearance, tuple)
+
+    def exact_run(self, digits: int) -> GeneralOracle:
+        """Return a run from rest in multi-precision arithmetic that has not begun."""
+        return GeneralOracle.of(self.oscillator, self.omega, *both_clearances(self.clearance), digits=digits)
+
+
+def clearance_of(value: Any) -> Clearance:
+    """Return a clearance of an array (n,), or (n, 2) with infinities for absent stops, as trajectories take it."""
+    if np.ndim(value) == 0:
+        return float(value)
+    right, left = (None if np.isinf(one) else float(one) for one in value)
+    return right, left
 
 
 def verified_point(seed: int) -> Point:
@@ -60,21 +95,10 @@ def verified_point(seed: int) -> Point:
         else:
             oscillator = DEFAULT
             omega, clearance = float(rng.uniform(0.26, 0.32)), float(rng.uniform(1.2, 2.1))
-        one = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), MAX_PERIODS)
+        one = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), MAX_PERIODS)
         found = {name: values[0, 0].item() for name, values in one.items()}
         if found["verified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
-            return Point(
-                oscillator,
-                omega,
-                clearance,
-                found["period"],
-                max(found["impacts_right"], 0),
-                max(found["impacts_left"], 0),
-                found["symmetric"],
-                found["settled_after"],
-                found["least_impact_velocity"],
-                found["multiplier"],
-            )
+            return Point.of(oscillator, omega, clearance, found)
 
 
 class Impacts(NamedTuple):
@@ -86,7 +110,7 @@ class Impacts(NamedTuple):
 
 def impacts_in_fifty_digits(point: Point) -> Impacts | None:
     """As `impacts_in_digits`, in fifty."""
-    return impacts_in_digits(point, DIGITS, MOST_IMPACTS)
+    return impacts_in_digits(point, DIGITS, MOST_IMPACTS_IN_GENERAL if point.is_general else MOST_IMPACTS)
 
 
 def impacts_in_digits(point: Point, digits: int, most_impacts: int) -> Impacts | None:
@@ -94,7 +118,7 @@ def impacts_in_digits(point: Point, digits: int, most_impacts: int) -> Impacts |
 
     None where that takes too long.
     """
-    run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=digits)
+    run = point.exact_run(digits)
     length = 2.0 * np.pi / point.omega
     until = point.settled_after + 4 * point.period
     # what one motion period changes is less than what is left, the more so the slower it settles
@@ -129,15 +153,12 @@ def _repeats(
 
 
 def verdict(point: Point, impacts: Impacts | None) -> str:
-    """Whether a run has settled to the point's motion, or its mirror image."""
+    """Whether a run has settled to the point's motion, or between equal stops to its mirror image."""
     if impacts is None:
         return NO_VERDICT
-    found = label_of(impacts, point.period)
-    if found is None:
-        return OTHER
-    period, right, left, symmetric = found
-    same = period == point.period and symmetric == point.symmetric
-    return EQUAL if same and sorted([right, left]) == sorted([point.right, point.left]) else OTHER
+    found, label = label_of(impacts, point.period), point.label
+    mirrored = label if point.is_general else (label[0], label[2], label[1], label[3])
+    return EQUAL if found in (label, mirrored) else OTHER
 
 
 def label_of(impacts: Impacts, longest: int) -> tuple[int, int, int, bool] | None:
@@ -158,26 +179,30 @@ def _quiet_moment(impacts: Impacts) -> float:
     return float(0.5 * (times[longest] + times[longest + 1]))
 
 
-def verdict_of(seed: int) -> tuple[str, Point]:
-    """Find a point and judge it."""
-    point = verified_point(seed)
-    return verdict(point, impacts_in_fifty_digits(point)), point
+def verdicts_of(find: Callable[[int], Iterable[Point]], seed: int) -> tuple[int, list[tuple[str, Point]]]:
+    """Find points for a seed, and judge them."""
+    return seed, [(verdict(point, impacts_in_fifty_digits(point)), point) for point in find(seed)]
 
 
-def main(points: int, processes: int) -> int:
-    """Judge points, print the outcome, and those that differ. Returns how many do."""
-    counts = {EQUAL: 0, OTHER: 0, NO_VERDICT: 0}
+def _one(seed: int) -> list[Point]:
+    return [verified_point(seed)]
+
+
+def main(seeds: int, processes: int, find: Callable[[int], Iterable[Point]] = _one) -> Counter[str]:
+    """Judge the points that are found for so many seeds, print the outcome and those that differ; return the counts."""
+    counts: Counter[str] = Counter()
     with get_context("spawn").Pool(processes) as pool:
-        for done, (outcome, point) in enumerate(pool.imap_unordered(verdict_of, range(points)), 1):
-            counts[outcome] += 1
-            if outcome != EQUAL:
-                print(f"{outcome}: {point}", flush=True)
+        for done, (seed, outcomes) in enumerate(pool.imap_unordered(partial(verdicts_of, find), range(seeds)), 1):
+            counts.update(outcome for outcome, _ in outcomes)
+            for outcome, point in outcomes:
+                if outcome != EQUAL:
+                    print(f"{outcome}, seed {seed}: {point[1:]}", flush=True)
             if done % 50 == 0:
-                print(f"{done} of {points}: {counts}", flush=True)
+                print(f"{done} of {seeds}: {dict(counts)}", flush=True)
     judged = counts[EQUAL] + counts[OTHER]
     print(f"{counts[EQUAL]} of {judged} verified points as in {DIGITS} digits; {counts[NO_VERDICT]} without a verdict")
-    return counts[OTHER]
+    return counts
 
 
 if __name__ == "__main__":
-    sys.exit(1 if main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2) else 0)
+    sys.exit(1 if main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2)[OTHER] else 0)

@@ -15,13 +15,21 @@ from thorough import KERNELS_FIRST
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.motion_curves import orbit_in_window
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.monodromy import monodromy
+
+
+def in_window(oscillator, omega, clearance, period, stops, vertical="clearance", other=None):
+    """The orbit that is found in a window of the frequency and a clearance; `other` is that of the other stop."""
+    at = ParameterPoint.of(oscillator, 1.0, (None, other) if vertical == "clearance_right" else (other, None))
+    found = orbit_in_window(oscillator, at, {"omega": omega, vertical: clearance}, period, stops)
+    return None if found is None else found.orbit
 
 
 def two_impacts():
@@ -123,9 +131,9 @@ def test_along_a_curve_of_grazes_the_orbit_without_the_graze_touches_a_stop():
 @pytest.mark.parametrize(
     ("name", "change"),
     [
-        ("omega", {"omega": (0.28, 0.29)}),
-        ("omega", {"omega": (0.0, 0.29)}),
-        ("clearance", {"clearance": (1.9, 1.4)}),
+        ("omega", {"horizontal": (0.28, 0.29)}),
+        ("omega", {"horizontal": (0.0, 0.29)}),
+        ("clearance", {"vertical": (1.9, 1.4)}),
         ("longest_step", {"longest_step": 2.0}),
         ("max_points", {"max_points": 0}),
         ("point", {}),
@@ -136,14 +144,14 @@ def test_invalid_curve_requests_are_refused(name, change):
     if name == "point":
         point = dataclasses.replace(point, status="guess")
     with pytest.raises(ParameterError) as refused:
-        bifurcation_curve(DEFAULT, point, **({"omega": (0.26, 0.28), "clearance": (1.2, 1.9)} | change))
+        bifurcation_curve(DEFAULT, point, **({"horizontal": (0.26, 0.28), "vertical": (1.2, 1.9)} | change))
     assert refused.value.name == name
 
 
 @pytest.mark.parametrize(("stops", "kind"), [((1,), "SN"), ((1,), "PD"), ((1, -1), "SB"), ((1, 1, -1, -1), "SB")])
 def test_the_gradient_of_a_condition_is_that_of_the_smallest_singular_value(stops, kind):
     """Beside a special point, where neither the condition nor the orbit's equations vanish."""
-    orbit = orbit_in_window(DEFAULT, (0.27, 0.29), (1.5, 1.9), 1, list(stops))
+    orbit = in_window(DEFAULT, (0.27, 0.29), (1.5, 1.9), 1, list(stops))
     branch = orbit_branch(DEFAULT, orbit, 1.3, 1.95, "clearance")
     point = next(one for one in branch.special_points if one.type == kind and one.status == "converged")
     impacts = point.impacts

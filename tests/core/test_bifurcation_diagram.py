@@ -6,20 +6,22 @@ import numpy as np
 import pytest
 from one_impact_orbits import orbits_at_clearance
 from resolved_points import ONE_MASS, SENSITIVE
+from steady_displacements import steady_response
 from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import ROUNDING_DECIDES, STICKS
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
 from grazemap_core.maps.kernels.lane_state import IMPACTS
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS, REASONS
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import trajectory
+from tests.lines import line
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
@@ -30,7 +32,7 @@ def distinct(values, tolerance=1e-6):
 
 
 def test_a_motion_of_period_n_shows_n_points_and_its_impacts():
-    found = list(sections(DEFAULT, "clearance", [1.6, 1.99, 2.1], 0.29))
+    found = list(sections(line(DEFAULT, "clearance", [1.6, 1.99, 2.1], 0.29)))
     assert [section.motion.period for section in found] == [1, 3, 1]
     assert [distinct(section.displacement) for section in found] == [1, 3, 1]
     assert [section.displacement.size for section in found] == [64] * 3
@@ -42,8 +44,8 @@ def test_a_motion_of_period_n_shows_n_points_and_its_impacts():
 
 
 def test_omega_may_vary_too():
-    one = next(sections(DEFAULT, "omega", [0.29, 0.30], 1.6))
-    same = next(sections(DEFAULT, "clearance", [1.6, 1.7], 0.29))
+    one = next(sections(line(DEFAULT, "omega", [0.29, 0.30], 1.6)))
+    same = next(sections(line(DEFAULT, "clearance", [1.6, 1.7], 0.29)))
     np.testing.assert_array_equal(one.displacement, same.displacement)
 
 
@@ -51,8 +53,8 @@ def test_a_sweep_keeps_to_its_branch_and_agrees_with_the_closed_form():
     # between the graze of the steady motion and the saddle-node two motions coexist: down from above it is the steady
     # one, up from below the one with an impact
     clearance = np.append(np.linspace(1.850, 1.867, 12), 1.875)  # the last one is above the saddle-node
-    up = list(sections(DEFAULT, "clearance", clearance, 0.27, "sweep-up"))
-    down = list(sections(DEFAULT, "clearance", clearance, 0.27, "sweep-down"))[::-1]
+    up = list(sections(line(DEFAULT, "clearance", clearance, 0.27), "sweep-up"))
+    down = list(sections(line(DEFAULT, "clearance", clearance, 0.27), "sweep-down"))[::-1]
     amplitude = abs(steady_response(DEFAULT, [0.27])[0, 0])
     branch = one_impact_branch(DEFAULT, 0.27)
     coexist = 0
@@ -70,8 +72,8 @@ def test_a_sweep_keeps_to_its_branch_and_agrees_with_the_closed_form():
 def test_sweeps_name_what_sweeps_of_maps_name():
     clearance = np.linspace(1.55, 1.95, 15)
     for policy in ("rest", "sweep-up", "sweep-down"):
-        tile = unfolding_map_tile(DEFAULT, np.array([0.29]), clearance, policy=policy)
-        found = list(sections(DEFAULT, "clearance", clearance, 0.29, policy, transient_periods=1000))
+        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), clearance), policy=policy)
+        found = list(sections(line(DEFAULT, "clearance", clearance, 0.29), policy, transient_periods=1000))
         if policy == "sweep-down":
             found = found[::-1]
         for i, section in enumerate(found):
@@ -83,8 +85,8 @@ def test_sweeps_name_what_sweeps_of_maps_name():
 
 def test_labels_from_rest_are_those_of_a_map():
     clearance = np.linspace(1.3, 1.99, 9)
-    tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance, max_periods=30 + 20 + EXPONENT_PERIODS)
-    found = list(sections(DEFAULT, "clearance", clearance, 0.28, "rest", 20, 30))
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearance), max_periods=30 + 20 + EXPONENT_PERIODS)
+    found = list(sections(line(DEFAULT, "clearance", clearance, 0.28), "rest", 20, 30))
     assert {section.motion.kind for section in found} == {"chaotic", "periodic"}
     assert [KINDS.index(section.motion.kind) for section in found] == tile["kind"][:, 0].tolist()
     for name in ("verified", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
@@ -95,7 +97,7 @@ def test_labels_from_rest_are_those_of_a_map():
 
 def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
     # as `test_capture`: the trajectory comes close to the verified orbit 3-2r-2l, and leaves it again
-    (found,) = sections(DEFAULT, "clearance", [1.7718524462135552], 0.2604494382022472)
+    (found,) = sections(line(DEFAULT, "clearance", [1.7718524462135552], 0.2604494382022472))
     motion = found.motion
     assert (motion.period, motion.impacts_right, motion.impacts_left, motion.verified) == (1, 1, 1, True)
 
@@ -106,18 +108,18 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
     ids=["three masses", "one mass"],
 )
 def test_a_motion_after_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
-    (found,) = sections(oscillator, "omega", [omega], clearance)
+    (found,) = sections(line(oscillator, "omega", [omega], clearance))
     assert (found.motion.kind, found.motion.verified, found.sensitive) == ("periodic", False, True)
     assert found.motion.reason == REASONS[ROUNDING_DECIDES]
 
 
 def test_a_trajectory_of_a_sweep_has_the_error_of_the_one_before_unless_that_was_captured():
     clearance = [1.383333, 1.390909, 1.398485]
-    chaotic, after, captured = sections(DEFAULT, "clearance", clearance, 0.28, "sweep-down")
+    chaotic, after, captured = sections(line(DEFAULT, "clearance", clearance, 0.28), "sweep-down")
     assert (chaotic.motion.kind, chaotic.sensitive) == ("chaotic", False)
     assert (after.motion.kind, after.motion.verified, after.sensitive) == ("periodic", False, True)
     assert (captured.motion.verified, captured.sensitive) == (True, False)
-    from_rest = list(sections(DEFAULT, "clearance", clearance, 0.28))[1]
+    from_rest = list(sections(line(DEFAULT, "clearance", clearance, 0.28)))[1]
     assert (from_rest.motion.verified, from_rest.sensitive) == (True, False)
 
 
@@ -136,7 +138,7 @@ def test_a_state_on_a_stop_is_followed_as_by_a_recorded_trajectory(stop, velocit
 
 def test_a_sweep_goes_on_from_a_rest_on_a_stop():
     soft = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
-    rested, after = sections(soft, "omega", [0.457, 0.465], 0.5, "sweep-up")
+    rested, after = sections(line(soft, "omega", [0.457, 0.465], 0.5), "sweep-up")
     assert (abs(after.start.displacement[0]), after.start.velocity[0]) == (0.5, 0.0)
     for motion in (rested.motion, after.motion):
         assert (motion.period, motion.impacts_right, motion.impacts_left, motion.sticking) == (1, -2, -2, True)
@@ -145,8 +147,8 @@ def test_a_sweep_goes_on_from_a_rest_on_a_stop():
 
 def test_chaos_is_distinguished_from_motions_that_have_not_settled():
     clearance = np.linspace(1.2, 2.1, 32)
-    tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance)
-    found = list(sections(DEFAULT, "clearance", clearance, 0.28))
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearance))
+    found = list(sections(line(DEFAULT, "clearance", clearance, 0.28)))
     kinds = [section.motion.kind for section in found]
     assert kinds.count("chaotic") >= 2
     for i, section in enumerate(found):
@@ -158,21 +160,23 @@ def test_chaos_is_distinguished_from_motions_that_have_not_settled():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "name"),
+    ("arguments", "settings", "name"),
     [
-        (("restitution", [1.0, 2.0], 0.3), "vary"),
-        (("clearance", [2.0, 1.0], 0.3), "values"),
-        (("clearance", [0.0, 1.0], 0.3), "values"),
-        (("clearance", [1.0, np.nan], 0.3), "values"),
-        (("clearance", [1.0, 2.0], -0.3), "omega"),
-        (("omega", [1.0, 2.0], np.inf), "clearance"),
-        (("clearance", [1.0, 2.0], 0.3, "ensemble"), "policy"),
-        (("clearance", [1.0, 2.0], 0.3, "rest", 0), "periods"),
-        (("clearance", [1.0, 2.0], 0.3, "rest", 1, -1), "transient_periods"),
-        (("clearance", [1.0, 2.0], 0.3, "rest", 1, 1, 0), "max_period"),
+        (("restitution", [1.0, 2.0], 0.3), {}, "restitution"),
+        (("masses[1]", [1.0, 2.0], 0.3), {}, "masses[1]"),
+        (("clearance", [2.0, 1.0], 0.3), {}, "clearance"),
+        (("clearance", [0.0, 1.0], 0.3), {}, "clearance"),
+        (("clearance", [1.0, np.nan], 0.3), {}, "clearance"),
+        (("clearance", [1.0, 2.0], -0.3), {}, "omega"),
+        (("omega", [1.0, 2.0], np.inf), {}, "clearance"),
+        (("omega", [1.0, 2.0], (-1.0, 0.5)), {}, "clearance"),
+        (("clearance", [1.0, 2.0], 0.3), {"policy": "ensemble"}, "policy"),
+        (("clearance", [1.0, 2.0], 0.3), {"periods": 0}, "periods"),
+        (("clearance", [1.0, 2.0], 0.3), {"transient_periods": -1}, "transient_periods"),
+        (("clearance", [1.0, 2.0], 0.3), {"max_period": 0}, "max_period"),
     ],
 )
-def test_an_invalid_diagram_is_refused_before_anything_is_simulated(arguments, name):
+def test_an_invalid_diagram_is_refused_before_anything_is_simulated(arguments, settings, name):
     with pytest.raises(ParameterError) as caught:
-        sections(DEFAULT, *arguments)
+        sections(line(DEFAULT, *arguments), **settings)
     assert caught.value.name == name

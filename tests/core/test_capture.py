@@ -10,18 +10,20 @@ from numpy.typing import NDArray
 from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.contact.kernels import half_period
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.verification import verify
+from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
+from tests.lines import line
 
 Floats = NDArray[np.float64]
 
@@ -71,14 +73,14 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
     place: tuple[float, float], motion: list[int], preview: bool
 ) -> None:
     omega, clearance = place
-    point = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]), preview=preview)
+    point = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), np.array([clearance])), preview=preview)
     assert point["verified"][0, 0]
     assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion
     across, up = (Coordinate(quantity, 1, np.array([-0.1, 0.0])) for quantity in ("displacement", "velocity"))
     state = basin_tile(DEFAULT, omega, clearance, across, up)
     assert state["verified"][1, 1]
     assert [int(state[name][1, 1]) for name in ("period", "impacts_right", "impacts_left")] == motion
-    section = next(sections(DEFAULT, "omega", [omega, omega + 0.01], clearance)).motion
+    section = next(sections(line(DEFAULT, "omega", [omega, omega + 0.01], clearance))).motion
     assert section.verified
     assert [section.period, section.impacts_right, section.impacts_left] == motion
     later = trajectory(DEFAULT, omega, clearance, transient_periods=3000, samples_per_period=1).motion
@@ -91,7 +93,7 @@ class Arrival(NamedTuple):
     settler: Settler
     problem: Any
     held: Any
-    clearance: float
+    stops: Stops
     length: int
     count: int
     returns: int
@@ -101,7 +103,7 @@ class Arrival(NamedTuple):
         scratch = self.settler._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        found = verify(self.problem, self.settler._blocks, scratch, self.clearance, self.count, self.length, 1e6, 0.0)
+        found = verify(self.problem, self.settler._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
         scratch.capture.arrival[...] = before
         assert found.reason == RESOLVED
         return float(found.ratio)
@@ -114,7 +116,7 @@ def arrivals(name: str, number: int) -> list[Arrival]:
     while len(found) < number:
         omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
         settler = Settler(oscillator, Settling(1000, 32, linearised=False))
-        steady = forced_response(oscillator, np.array([omega]))[0]
+        steady = settler.steady(np.array([omega]))[0]
         at_rest = np.zeros((1, 2, oscillator.size))
         codes, figures = (part[0, 0] for part in settler.run(omega, steady, np.array([clearance]), at_rest[0], at_rest))
         impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
@@ -122,10 +124,11 @@ def arrivals(name: str, number: int) -> list[Arrival]:
             continue
         symmetric = bool(codes[lane_state.SYMMETRIC])
         length = int(codes[lane_state.PERIOD]) * (1 if symmetric else 2)
-        problem, held = cell_problem(trajectory_models(oscillator), steady, omega)
+        forced = forced_oscillator(oscillator, omega, clearance)
+        problem, held = forced.problems(0.0)
         over_return = np.log(figures[lane_state.MULTIPLIER]) / (2 if symmetric else 1)
         count, returns = int(impacts) // (2 if symmetric else 1), 200 + int(np.log(1e-4) / over_return)
-        found.append(Arrival(settler, problem, held, clearance, length, count, returns))
+        found.append(Arrival(settler, problem, held, forced.stops, length, count, returns))
     return found
 
 
@@ -137,7 +140,7 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
         if half % arrival.length == 0:
             impacts.append(0)
         work.cursor[ROWS] = 0
-        assert half_period.run_half(arrival.problem, arrival.held, u, arrival.clearance, half, work) == OK
+        assert half_period.run_half(arrival.problem, arrival.held, arrival.stops, u, half, work) == OK
         impacts[-1] += int(work.cursor[ROWS])
     return u, impacts
 
@@ -164,8 +167,8 @@ def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
 def test_what_is_not_captured_says_so() -> None:
     """With few periods, trajectories on the way to an orbit are named after it, without being verified."""
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.3, 2.0, 48)
-    early = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=45)
-    late = unfolding_map_tile(DEFAULT, omega, clearance)
+    early = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=45)
+    late = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance))
     slow = early["reason"] == NOT_CAPTURED
     assert np.any(slow)
     assert not np.any(early["verified"][slow])
@@ -178,7 +181,7 @@ def test_what_is_not_captured_says_so() -> None:
 def test_a_slow_approach_is_named_after_the_orbit_that_was_verified(
     place: tuple[float, float], motion: list[int]
 ) -> None:
-    point = unfolding_map_tile(DEFAULT, *(np.array([number]) for number in place))
+    point = unfolding_map_tile(Plane.of(DEFAULT, *(np.array([number]) for number in place)))
     assert point["reason"][0, 0] == NOT_CAPTURED
     assert not point["verified"][0, 0]
     assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion

@@ -15,11 +15,13 @@ from grazemap_core.maps import chaotic_transients
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import Section, sections
 from grazemap_core.maps.chaotic_transients import chance_in_basins, chance_in_diagram, chance_in_map, sample
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, Motion
 from grazemap_core.simulation.start import State
+from tests.lines import line
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
@@ -59,10 +61,10 @@ WATCHED = 150
 
 @WINDOWS
 def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic(window: Window) -> None:
-    short = unfolding_map_tile(*window, WATCHED)
-    chance = chance_in_map(short["kind"], *window, max_periods=WATCHED)
+    short = unfolding_map_tile(Plane.of(*window), WATCHED)
+    chance = chance_in_map(short["kind"], Plane.of(*window), max_periods=WATCHED)
     assert chance is not None
-    longer = unfolding_map_tile(*window, RUN_ON * WATCHED, preview=True)
+    longer = unfolding_map_tile(Plane.of(*window), RUN_ON * WATCHED, preview=True)
     chaotic = np.flatnonzero(short["kind"] == CHAOTIC)
     chosen = sample(len(chaotic), WATCHED)
     then = longer["kind"].ravel()[chaotic[chosen]]
@@ -80,11 +82,11 @@ def test_a_point_is_run_on_along_the_trajectory_of_the_map(
     policy: str, window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings: dict[str, Any] = {"max_periods": WATCHED, "policy": policy, "initial_conditions": 3}
-    kind = unfolding_map_tile(*window, **settings)["kind"]
-    longer = chance_in_map(kind, *window, **settings)
+    kind = unfolding_map_tile(Plane.of(*window), **settings)["kind"]
+    longer = chance_in_map(kind, Plane.of(*window), **settings)
     # after as many periods as in the map nothing of it is periodic
     monkeypatch.setattr(chaotic_transients, "RUN_ON", 1)
-    chance = chance_in_map(kind, *window, **settings)
+    chance = chance_in_map(kind, Plane.of(*window), **settings)
     assert longer is not None
     assert chance is not None
     assert (longer.sampled, chance.sampled, chance.settled) == (RUN_ON_SAMPLE, RUN_ON_SAMPLE, 0)
@@ -94,20 +96,20 @@ def test_a_point_is_run_on_along_the_trajectory_of_the_map(
 def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest(window: Window) -> None:
     for row in (0, 2):
         one = window.row(row)
-        kind = unfolding_map_tile(*one, WATCHED)["kind"]
-        rest = chance_in_map(kind, *one, max_periods=WATCHED)
+        kind = unfolding_map_tile(Plane.of(*one), WATCHED)["kind"]
+        rest = chance_in_map(kind, Plane.of(*one), max_periods=WATCHED)
         assert rest is not None
         assert rest.settled > 0
         for policy in ("sweep-up", "sweep-down"):
-            assert chance_in_map(kind, *one, max_periods=WATCHED, policy=policy) == rest
+            assert chance_in_map(kind, Plane.of(*one), max_periods=WATCHED, policy=policy) == rest
 
 
 def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() -> None:
     omega, clearance = np.array([0.29]), np.array([1.6, 1.7])
-    kind = unfolding_map_tile(DEFAULT, omega, clearance, 200)["kind"]
+    kind = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), 200)["kind"]
     assert np.all(kind == PERIODIC)
-    assert chance_in_map(kind, DEFAULT, omega, clearance, max_periods=200) is None
-    planted = chance_in_map(np.full_like(kind, CHAOTIC), DEFAULT, omega, clearance, max_periods=200)
+    assert chance_in_map(kind, Plane.of(DEFAULT, omega, clearance), max_periods=200) is None
+    planted = chance_in_map(np.full_like(kind, CHAOTIC), Plane.of(DEFAULT, omega, clearance), max_periods=200)
     assert planted is not None
     assert (planted.sampled, planted.settled, planted.high) == (2, 2, 1.0)
 
@@ -135,16 +137,18 @@ def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories(
     oscillator: Oscillator, omega: float, clearance: float
 ) -> None:
     values = np.array([0.95 * clearance, clearance])
-    found = list(sections(oscillator, "clearance", values, omega, periods=10, transient_periods=100))
+    found = list(sections(line(oscillator, "clearance", values, omega), periods=10, transient_periods=100))
     assert [section.motion.kind for section in found][1] == "chaotic"
-    chance = chance_in_diagram(oscillator, "clearance", values[1:], omega, found[1:], 610, 32)
+    chance = chance_in_diagram(line(oscillator, "clearance", values[1:], omega), found[1:], 610, 32)
     assert chance is not None
     assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (610, 6100, 1, 0)
     nothing = np.zeros(0)
     states = [State(np.zeros(3), np.zeros(3)), State(np.array([1.6, 0.0, 0.0]), np.zeros(3))]
     stops = nothing.astype(np.int8)
-    planted = [Section(nothing, nothing, nothing, stops, Motion("chaotic"), False, np.nan, one) for one in states]
-    chance = chance_in_diagram(DEFAULT, "omega", np.array([0.29, 0.29]), 1.6, planted, 200, 32)
+    planted = [
+        Section(nothing, nothing, nothing, stops, Motion("chaotic"), False, np.nan, one, nothing) for one in states
+    ]
+    chance = chance_in_diagram(line(DEFAULT, "omega", np.array([0.29, 0.29]), 1.6), planted, 200, 32)
     assert chance is not None
     assert (chance.chaotic, chance.sampled, chance.settled) == (2, 2, 2)
 
@@ -152,8 +156,8 @@ def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories(
 @WINDOWS
 def test_a_trajectory_that_ends_early_does_not_count(window: Window) -> None:
     point = window._replace(omega=np.array([0.9]), clearance=np.array([1e-17]))
-    assert unfolding_map_tile(*point, 50)["reason"] == HIDDEN_BY_ROUNDING
-    chance = chance_in_map(np.full((1, 1), CHAOTIC), *point, max_periods=50)
+    assert unfolding_map_tile(Plane.of(*point), 50)["reason"] == HIDDEN_BY_ROUNDING
+    chance = chance_in_map(np.full((1, 1), CHAOTIC), Plane.of(*point), max_periods=50)
     assert chance is not None
     assert (chance.sampled, chance.low, chance.high) == (0, 0.0, 1.0)
     assert np.isnan(chance.chance)

@@ -14,8 +14,8 @@ from random_chains import chain_of
 
 from grazemap_core.errors import ConditioningError, ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.grazing.kernels.root_isolation import COMPLETE, NEAR_DOUBLE, isolate
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.kernels.response_sums import IMPULSE
 from grazemap_core.model.modal import modal_model

@@ -1,22 +1,27 @@
 """How kernels are compiled: without numba's runtime, as parts of one another, with their tuples by reference."""
 
+import ast
+import inspect
 import os
 import pkgutil
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numba import float64, njit
+from numba import float64, int64, njit
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
 import grazemap_core
 from grazemap_core.numerics.jit import compiled
+from grazemap_core.numerics.jit.by_address import ApartKernel
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.inlining import Kernel
 
@@ -39,7 +44,8 @@ ALLOCATES = {
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
 def test_no_kernel_counts_references(module: object) -> None:
-    kernels = {name: value for name, value in vars(module).items() if isinstance(value, Dispatcher | Kernel)}
+    kinds = Dispatcher | Kernel | ApartKernel
+    kernels = {name: value for name, value in vars(module).items() if isinstance(value, kinds)}
     for name, dispatcher in kernels.items():
         inlined_before = dispatcher.targetoptions.get("inline") == "always"  # it has its callers' options
         assert dispatcher.targetoptions.get("_nrt") is False or inlined_before or name in ALLOCATES, name
@@ -52,6 +58,27 @@ def test_a_kernel_that_allocates_does_not_compile() -> None:
 
     with pytest.raises(TypingError, match="Only accept returning of array passed into the function"):
         allocates(3)
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
+def test_no_index_of_a_kernel_counts_from_the_end(module: ModuleType) -> None:
+    """Numba's test for it is left out, so it would be an access before the array."""
+    for node in ast.walk(ast.parse(inspect.getsource(module))):
+        if isinstance(node, ast.Subscript):
+            indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            signed = [isinstance(one, ast.UnaryOp) and isinstance(one.op, ast.USub) for one in indices]
+            assert not any(signed), f"line {node.lineno}"
+
+
+def test_an_index_has_no_test_for_the_end_of_the_array() -> None:
+    @compiled.kernel
+    def entry(array: np.ndarray, i: int) -> float:
+        return array[i]
+
+    entry.part.compile((float64[::1], int64))
+    (part,) = entry.part.overloads.values()
+    assert "select" not in part.library.get_llvm_str()
+    assert entry(np.array([1.0, 2.0]), 1) == 2.0
 
 
 def test_copies_are_copies() -> None:
@@ -115,6 +142,24 @@ def test_a_plain_function_may_call_kernels() -> None:
 def test_outside_kernels_a_reference_is_the_tuple_itself() -> None:
     pair = Pair(np.array([1.0]), np.array([2.0]))
     assert reference(pair) is pair
+
+
+def test_a_kernel_that_is_called_by_its_address_is_compiled_when_its_caller_runs() -> None:
+    @compiled.apart_kernel
+    def enters(nested: Nested, index: int, number: int) -> int:
+        nested.pair.first[index] = number
+        return number + 1
+
+    @compiled.kernel
+    def calls(nested: Nested, enters: Callable[..., int]) -> int:
+        return enters(reference(nested), 1, 5)
+
+    nested = Nested(Pair(np.zeros(2), np.zeros(2)), 0.5)
+    assert (calls(nested, enters.address(nested)), nested.pair.first.tolist()) == (6, [0.0, 5.0])
+    assert enters.targetoptions["_nrt"] is False
+    (signature,) = enters._dispatcher.signatures
+    assert calls(nested, enters.address(nested)) == 6
+    assert enters._dispatcher.signatures == [signature]
 
 
 ASSEMBLY = """

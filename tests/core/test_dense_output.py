@@ -6,11 +6,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb
+from general_oracle import GeneralOracle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_accuracy import random_point
 from oracles import digits
-from tangent_oracle import LandingOracle
 from test_sticking import random_case
 
 from grazemap_core.errors import ParameterError
@@ -54,11 +54,11 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
         moved = trajectory(oscillator, omega, clearance, start[:size], start[size:], 0.4, periods=2).at(times)
         scale += np.abs(np.concatenate(moved) - np.concatenate([x, v])) / 1e-9
     scale += np.concatenate([np.full((size, 1), clearance), np.full((size, 1), omega * clearance)])
-    oracle = LandingOracle.of(oscillator, omega, clearance, phase=0.4)
+    oracle = GeneralOracle.between(oscillator, omega, clearance, phase=0.4)
     resting = 0
     for n, time in enumerate(times):
         with digits():
-            places, speeds = oracle.run_to(arb(float(time)))
+            places, speeds, _ = oracle.at(arb(float(time)))
             pairs = zip([*places, *speeds], [*x[:, n], *v[:, n]], strict=True)
             error = [abs(float(e - arb(float(f)))) for e, f in pairs]
         assert np.all(error <= 128 * EPSILON * scale[:, n])

@@ -9,7 +9,8 @@ import pytest
 from flint import arb
 from graze_oracle import PRECISION, GrazeOracle
 from oracles import digits
-from random_chains import chain_of, random_grazing_points
+from random_chains import random_grazing_points
+from random_systems import general_grazing_points
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.discontinuity_mapping import (
@@ -21,6 +22,7 @@ from grazemap_core.grazing.discontinuity_mapping import (
     overshoot_of,
 )
 from grazemap_core.grazing.point import grazing_point
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
@@ -29,7 +31,7 @@ OVERSHOOTS = 10.0 ** np.arange(-10.0, -3.5)
 
 def remainder(point, overshoots=OVERSHOOTS):
     """(error - gamma u^2)/(|gamma| u^2) of the leading-order mapping, sizes as the point measures them."""
-    error = mapping_error(point, overshoots * point.clearance)
+    error = mapping_error(point, overshoots * point.amplitude)
     u = np.sqrt(2.0 * error.overshoot / abs(point.acceleration))
     return error.second / (point.size(point.gamma) * u * u)
 
@@ -40,7 +42,7 @@ def slope(overshoots, values):
 
 def error_beside_oracle(point, deviation, scan=False):
     """Error of the exact mapping in 60 digits, and the displacement, both as sizes."""
-    oracle = GrazeOracle(chain_of(point.oscillator), point.oscillator.restitution, point.omega, point.stop)
+    oracle = GrazeOracle.of(point)
     ours = exact_mapping(point, deviation).displacement
     exact = oracle.mapped(deviation.tolist(), scan)
     with digits(PRECISION):
@@ -54,9 +56,46 @@ def test_the_second_order_coefficient_is_the_remainder_of_the_leading_order():
         # a wrong coefficient would leave a constant; the third order falls as the square root of the overshoot
         assert slope(OVERSHOOTS, left) == pytest.approx(0.5, abs=0.02)
         assert left[0] < 1e-3
-        error = mapping_error(point, OVERSHOOTS * point.clearance)
+        error = mapping_error(point, OVERSHOOTS * point.amplitude)
         assert error.leading_order == pytest.approx(1.0, abs=0.02)
         assert error.second_order == pytest.approx(1.5, abs=0.02)
+
+
+def test_the_expansion_holds_for_any_structure_and_any_harmonics():
+    """Dense and gyroscopic matrices, any row, a bias, two restitutions; the maximum of several harmonics is skew."""
+    found, few = general_grazing_points(6), OVERSHOOTS[1::2]
+    assert sum(len(point.orders) > 1 for point in found) > 2
+    for point in found:
+        assert slope(few, remainder(point, few)) == pytest.approx(0.5, abs=0.05)
+        error = mapping_error(point, few * point.amplitude)
+        assert error.leading_order == pytest.approx(1.0, abs=0.03)
+        assert error.second_order == pytest.approx(1.5, abs=0.03)
+
+
+@pytest.mark.parametrize("term", ["jerk", "damping"])
+def test_a_second_order_term_of_general_systems_that_is_left_out_is_detected(term):
+    point = next(point for point in general_grazing_points(12) if len(point.orders) > 1)
+    jump, restitution = point.oscillator.jump, point.oscillator.restitution_of(point.stop)
+    wrong = point.gamma.copy()
+    if term == "jerk":
+        jerk = -np.sum((point.orders * point.omega) ** 3 * point.contact_steady.real)
+        wrong[1::2] += (1.0 + restitution) * jerk / 3.0 * jump
+    else:
+        coupling = point.oscillator.structure.solve_mass(point.oscillator.damping_matrix @ jump)
+        wrong[1::2] -= restitution * (1.0 + restitution) * point.acceleration * coupling
+    off = remainder(replace(point, gamma=wrong))
+    assert abs(slope(OVERSHOOTS, off) - 0.5) > 0.1
+
+
+def test_the_exact_mapping_of_any_structure_is_that_of_sixty_digits():
+    for point in general_grazing_points(6):
+        assert point.clearance == pytest.approx(
+            float(GrazeOracle.of(point).gap) + point.stop * contact_equilibrium(point.oscillator), rel=1e-13
+        )
+        for overshoot in (1e-3, 1e-6, 1e-9):
+            error, size = error_beside_oracle(point, beyond_stop(point, overshoot * point.amplitude))
+            # several harmonics cancel at the graze to round-off
+            assert error < 1e-13 * size + 1e-15 * (len(point.orders) - 1) * point.size(point.state)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
@@ -125,8 +164,8 @@ def test_a_state_inside_the_stop_is_mapped_to_itself():
 
 def test_both_stops_are_mirror_images():
     for point in random_grazing_points(5, 8, 2.0):
-        other = point.opposite()
-        np.testing.assert_array_equal(other.opposite().state[:-1], point.state[:-1])
+        other = point.next()
+        np.testing.assert_array_equal(other.next().state[:-1], point.state[:-1])
         direct = grazing_point(point.oscillator, point.omega, other.stop)
         np.testing.assert_allclose(direct.state, other.state, rtol=1e-14, atol=1e-14 * point.clearance)
         here = exact_mapping(point, beyond_stop(point, 1e-4 * point.clearance)).displacement

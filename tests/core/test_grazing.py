@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from flint import arb
 from oracles import Chain, digits, impulse, steady_amplitude
+from steady_displacements import forced_response, steady_response
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.chain import Chain as ModelChain
-from grazemap_core.model.harmonic_response import forced_response, steady_response
 from grazemap_core.model.kernels import tridiagonal
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator

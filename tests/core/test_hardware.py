@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from general_oracle import GeneralOracle
 from hardware_run import (
     CLEARANCES,
     DEFAULT,
@@ -28,8 +29,6 @@ from hardware_run import (
 )
 from impact_accuracy import compare_lockstep, lockstep_amplification
 from llvmlite import binding
-from sticking_oracle import StickingOracle
-from swift_oracle import SwiftOracle
 
 from benchmarks.ensemble import Ensemble
 from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
@@ -67,10 +66,10 @@ def events(arrays: Arrays, name: str) -> Ensemble:
 
 
 @cache
-def exact_chatter(clearance: float) -> StickingOracle:
+def exact_chatter(clearance: float) -> GeneralOracle:
     """A period of the slow mass, in which it comes to rest twice."""
-    exact = StickingOracle.of(Oscillator.create(*SLOW), SLOW_OMEGA, clearance)
-    exact.run_to_releases(2, 2 * math.pi / SLOW_OMEGA)
+    exact = GeneralOracle.between(Oscillator.create(*SLOW), SLOW_OMEGA, clearance)
+    exact.run(until=2 * math.pi / SLOW_OMEGA, releases=2)
     return exact
 
 
@@ -98,7 +97,7 @@ def assert_exact(found: Arrays) -> None:
             for name, times in (("start", exact.rests), ("stop_time", exact.releases)):
                 np.testing.assert_allclose(found[f"sticking.{name}"], [float(t) for t in times], rtol=0, atol=1e-12)
 
-    reference = SwiftOracle.of(default, OMEGA, 1.6)
+    reference = GeneralOracle.between(default, OMEGA, 1.6)
     reference.run(len(found["reference.time"]))
     assert len(reference.times) >= 6
     np.testing.assert_allclose(

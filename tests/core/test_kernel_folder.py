@@ -98,7 +98,7 @@ import sys, time
 import numpy as np
 from grazemap_core import kernel_folder
 from numba.core import event
-from grazemap_core.numerics.kernels.double_double import two_prod, two_sum
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector
 
 compiled = []
 
@@ -110,8 +110,8 @@ event.register("numba:compile", Listener())
 number = np.float32 if "float32" in sys.argv else np.float64
 while "after" in sys.argv and time.time() < float(sys.argv[-1]):
     pass
-two_sum(number(1.0), number(2.0))
-two_prod(number(1.0), number(2.0))
+copy_vector(np.zeros(2, number), np.ones(2, number))
+copy_matrix(np.zeros((2, 2), number), np.ones((2, 2), number))
 kernel_folder.record("step")
 print(*compiled)
 """
@@ -137,22 +137,22 @@ def entries(folder: Path, name: str = "") -> list[Path]:
 
 
 def test_a_damaged_entry_is_compiled_again_alone(tmp_path: Path) -> None:
-    assert compiled(tmp_path) == (["two_sum", "two_prod"], "")
-    (damaged,) = entries(tmp_path, "two_sum")
+    assert compiled(tmp_path) == (["copy_vector", "copy_matrix"], "")
+    (damaged,) = entries(tmp_path, "copy_vector")
     content = damaged.read_bytes()
     damaged.write_bytes(content[:500] + bytes(1000) + content[1500:])
     names, said = compiled(tmp_path)
-    assert names == ["two_sum"]
+    assert names == ["copy_vector"]
     assert "is damaged and is compiled again" in said
     assert compiled(tmp_path) == ([], "")
 
 
 def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(tmp_path: Path) -> None:
     with call(tmp_path) as process:
-        while not entries(tmp_path, "two_sum"):
+        while not entries(tmp_path, "copy_vector"):
             assert process.poll() is None
         process.kill()
-    assert "two_sum" not in compiled(tmp_path)[0]
+    assert "copy_vector" not in compiled(tmp_path)[0]
 
 
 @pytest.mark.thorough
@@ -162,7 +162,7 @@ def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernel
         for process in (one, other):
             process.communicate()
             assert process.returncode == 0
-    assert len(entries(tmp_path, "two_sum")) == 2
+    assert len(entries(tmp_path, "copy_vector")) == 2
     assert compiled(tmp_path) == ([], "")
 
 
@@ -171,7 +171,7 @@ def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypat
     assert not holds("step")
     compiled(tmp_path)
     assert holds("step")
-    (entry,) = entries(tmp_path, "two_prod")
+    (entry,) = entries(tmp_path, "copy_matrix")
     content = entry.read_bytes()
     entry.write_bytes(content[:-1])
     assert not holds("step")
@@ -191,7 +191,7 @@ def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Pa
 
 @pytest.mark.skipif(not has_level_3(), reason="the processor is not of the level x86-64-v3")
 def test_kernels_that_were_compiled_ahead_are_loaded_where_they_fit(tmp_path: Path) -> None:
-    both = ["two_sum", "two_prod"]
+    both = ["copy_vector", "copy_matrix"]
     assert compiled(tmp_path / "made", **TARGET)[0] == both
     package = tmp_path / "installed" / PACKAGE
     shutil.copytree(tmp_path / "made", package)
@@ -208,6 +208,6 @@ def test_kernels_that_were_compiled_ahead_are_loaded_where_they_fit(tmp_path: Pa
     assert list((tmp_path / "ahead").rglob("*.kernel")) == []
     assert run("ahead", GRAZEMAP_KERNELS="native") == both
     # a damaged one is compiled into the user's folder
-    (damaged,) = package.rglob("*two_sum.*.kernel")
+    (damaged,) = package.rglob("*copy_vector.*.kernel")
     damaged.write_bytes(b"")
-    assert run("beside") == ["two_sum"]
+    assert run("beside") == ["copy_vector"]

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from impact_accuracy import LOCKSTEP_PERIODS, Accuracy, compare_lockstep, lockstep_amplification, plane_points
 from numpy.typing import NDArray
+from steady_displacements import forced_response
 from thorough import KERNELS_FIRST
 
 from benchmarks.ensemble import Ensemble, first_impacts
-from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lanes import LANES
-from grazemap_core.maps.settling import Settling, settle_grid
-from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.start import forced_oscillator, initial_state, start
 
 pytestmark = KERNELS_FIRST
 
@@ -36,16 +37,13 @@ def amplitude(oscillator: Oscillator, omega: float) -> float:
 
 def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> list[Floats]:
     """The first events of every clearance by the scalar kernel, one row each."""
-    steady = forced_response(oscillator, np.array([omega]))[0]
-    models = trajectory_models(oscillator)
-    problem, held = cell_problem(models, steady, omega)
-    rest = np.zeros(oscillator.size)
-    initial = free_state(models.free, steady, omega, rest, rest, 0.0)
     found = []
-    for clearance in clearances:
-        work, u = workspace(oscillator.size, 4 * FIRST), initial.copy()
+    for clearance in clearances.tolist():
+        forced = forced_oscillator(oscillator, omega, clearance)
+        begun = start(forced, initial_state(forced, None, None, 0.0))
+        work, u = workspace(oscillator.size, 4 * FIRST), begun.u
         for half in range(2 * periods):
-            status = half_period.run_half(problem, held, u, clearance, half, work)
+            status = half_period.run_half(begun.problem, begun.held, forced.stops, u, half, work)
             assert status == OK
             if work.cursor[ROWS] >= 2 * FIRST:
                 break
@@ -130,7 +128,9 @@ def test_the_bytes_of_a_lane_do_not_depend_on_the_other_lanes(omega: float) -> N
 
 def test_a_map_counts_the_periods_that_it_computed() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
-    codes, _ = settle_grid(default(), np.array([0.28]), clearances, Settling(30, 8, early=False, linearised=False))
+    codes, _ = PlaneSettler(
+        Plane.of(default(), np.array([0.28]), clearances), Settling(30, 8, early=False, linearised=False)
+    ).grid()
     assert (codes[lane_state.HALVES_RUN] == 60).all()
     ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
     np.testing.assert_array_equal(codes[lane_state.IMPACTS, :, 0, 0], ensemble.impacts)

@@ -8,8 +8,8 @@ from test_sticking import random_case
 
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.simulation import start
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import trajectories, trajectory
@@ -75,15 +75,16 @@ def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize("size", [1, 3])
 def test_a_problem_shifted_to_a_phase_equals_the_one_made_for_it(size: int) -> None:
     oscillator = Oscillator.create([1.0, 2.0, 3.0][:size], [1.0] * size, 0.1, [1.0, 0.3, -0.2][:size], 0.5)
-    models, steady = trajectory_models(oscillator), forced_response(oscillator, np.array([0.3]))[0]
-    chain = start.ForcedChain(oscillator, 0.3, 1.0, models, steady)
+    models = trajectory_models(oscillator)
+    steady = reference_response(oscillator, models.free, np.array([0.3]))[0]
+    forced = start.ForcedOscillator(oscillator, 0.3, 1.0, models, steady)
     for phase in (0.0, 0.7, -3.0, 1e6):
         made = cell_problem(models, steady, 0.3, phase)
-        turned = chain.problems(phase)
-        for name in ("state", "since", "physical"):  # what changes in place is nobody else's
+        turned = forced.problems(phase)
+        for name in ("state", "since", "physical", "turn"):  # what changes in place is nobody else's
             getattr(turned[1], name)[...] = math.nan
             getattr(made[1], name)[...] = math.nan
-            assert np.all(np.isfinite(getattr(chain.problems(phase)[1], name)))
+            assert np.all(np.isfinite(getattr(forced.problems(phase)[1], name)))
         for one, other in zip(made, turned, strict=True):
             for name in one._fields:
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)

@@ -2,17 +2,18 @@
 
 import numpy as np
 import pytest
+from exponents import lyapunov_exponents
 from thorough import KERNELS_FIRST
 from tori import TORI
 
 from grazemap_core.codes import NOT_CLOSED
 from grazemap_core.errors import LinearisationError
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.lyapunov import lyapunov_exponents
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
@@ -32,7 +33,7 @@ def amplitude(oscillator: Oscillator, omega: float) -> float:
 @pytest.mark.parametrize(("oscillator", "omega"), [(DEFAULT, 0.28), (DEFAULT, 0.45), (PER_LINK, 0.6), (STICKY, 0.3)])
 def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: float) -> None:
     clearances = np.linspace(0.5, 1.05, 36) * amplitude(oscillator, omega)
-    found = unfolding_map_tile(oscillator, np.array([omega]), clearances)
+    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), clearances))
     compared = 0
     for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
         period, multiplier = int(found["period"][i, 0]), found["multiplier"][i, 0]
@@ -55,7 +56,7 @@ def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: floa
 def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
     for oscillator, omega in ((DEFAULT, 0.29), (PER_LINK, 0.6)):
         clearance = 3.0 * amplitude(oscillator, omega)
-        found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
+        found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
         assert found["impacts_right"][0, 0] == -1
         expected = monodromy(oscillator, omega, clearance, period=1)
         assert found["multiplier"][0, 0] == pytest.approx(abs(expected.multipliers[0]), rel=1e-11)
@@ -63,7 +64,7 @@ def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
 
 
 def test_an_exponent_is_finite_where_its_multiplier_underflows() -> None:
-    found = unfolding_map_tile(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0]), 5, 1)
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0])), 5, 1)
     assert found["multiplier"][0, 0] == 0.0
     assert found["lyapunov"][0, 0] == pytest.approx(2.0 * found["lyapunov"][0, 1], rel=1e-9)
     assert np.isfinite(found["lyapunov"]).all()
@@ -71,7 +72,7 @@ def test_an_exponent_is_finite_where_its_multiplier_underflows() -> None:
 
 def test_chaos_is_named_with_its_exponent() -> None:
     clearances = np.linspace(1.2, 2.1, 32)
-    found = unfolding_map_tile(DEFAULT, np.array([0.28]), clearances)
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearances))
     chaotic = np.flatnonzero(found["kind"][:, 0] == CHAOTIC)
     assert len(chaotic) >= 1
     for i in chaotic[:2]:
@@ -95,14 +96,14 @@ def test_chaos_is_named_with_its_exponent() -> None:
 def test_chaos_with_uneven_growth_is_named() -> None:
     """Its exponent is within five standard errors of zero after 500 periods, beyond them after 4000."""
     omega, clearances = np.array([0.297]), np.linspace(1.33, 1.385, 96)
-    short = unfolding_map_tile(DEFAULT, omega, clearances, max_periods=500)
+    short = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), max_periods=500)
     uneven = ((short["kind"] == CHAOTIC) & (short["lyapunov"] < 5.0 * short["lyapunov_error"]))[:, 0]
     assert uneven.sum() >= 8
-    long = unfolding_map_tile(DEFAULT, omega, clearances[uneven], max_periods=4000)
+    long = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), max_periods=4000)
     assert (long["lyapunov"] > 5.0 * long["lyapunov_error"]).mean() > 0.8
     assert (long["kind"] == CHAOTIC).all()
     # with less time it is not told
-    brief = unfolding_map_tile(DEFAULT, omega, clearances[uneven], max_periods=150)
+    brief = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), max_periods=150)
     assert (brief["kind"] == UNRESOLVED).mean() > 0.8
 
 
@@ -110,7 +111,7 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     """Motions that are not named because they take two periods and more, and go on with growth until the last one."""
     clearances = np.linspace(1.2, 2.1, 64)
     task = Settling(80, 1, early=False)
-    codes, figures = settle_grid(DEFAULT, np.array([0.27]), clearances, task)
+    codes, figures = PlaneSettler(Plane.of(DEFAULT, np.array([0.27]), clearances), task).grid()
     exponents = figures[lane_state.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
     grown = np.flatnonzero((codes[lane_state.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
     compared = 0
@@ -125,7 +126,7 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
 
 
 def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() -> None:
-    found = unfolding_map_tile(DEFAULT, np.array([0.2860869565217391]), np.array([1.5010443864229766]))
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.2860869565217391]), np.array([1.5010443864229766])))
     assert found["kind"][0, 0] != CHAOTIC
     assert abs(found["lyapunov"][0, 0]) < found["lyapunov_error"][0, 0]
 
@@ -134,7 +135,7 @@ def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() ->
 @pytest.mark.parametrize("numbers", TORI)
 def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]
-    found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), max_periods=2500)
+    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), max_periods=2500)
     assert found["kind"][0, 0] == QUASI_PERIODIC
     assert abs(found["lyapunov"][0, 0]) < 1e-3
     assert found["settled_after"][0, 0] == -1
@@ -144,8 +145,8 @@ def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
     rng = np.random.default_rng(3)
     clearances = np.sort(rng.uniform(1.2, 2.1, 96))
     omegas = rng.uniform(0.26, 0.32, 5)
-    quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
-    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, early=False))
+    quick, _ = PlaneSettler(Plane.of(DEFAULT, omegas, clearances), Settling(1000, 32)).grid()
+    slow, _ = PlaneSettler(Plane.of(DEFAULT, omegas, clearances), Settling(1000, 32, early=False)).grid()
     named = (quick[lane_state.REASON] == 0) & (slow[lane_state.REASON] == 0)
     assert named.mean() > 0.8
     assert (quick[lane_state.REASON] == 0).sum() >= (slow[lane_state.REASON] == 0).sum()
@@ -165,11 +166,11 @@ def test_a_sweep_follows_its_motion() -> None:
     """Up and down, a sweep stays on a branch past where rest leads elsewhere; every column on its own."""
     omega, clearances = np.array([0.27, 0.281]), np.linspace(1.5, 1.9, 41)
     maps = {
-        policy: unfolding_map_tile(DEFAULT, omega, clearances, 400, policy=policy)
+        policy: unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), 400, policy=policy)
         for policy in ("rest", "sweep-up", "sweep-down")
     }
     for policy in ("sweep-up", "sweep-down"):
-        alone = unfolding_map_tile(DEFAULT, omega[1:], clearances, 400, policy=policy)
+        alone = unfolding_map_tile(Plane.of(DEFAULT, omega[1:], clearances), 400, policy=policy)
         for name, array in alone.items():
             assert array.tobytes() == maps[policy][name][:, 1:].tobytes(), name
         # it begins at rest at its first clearance
@@ -191,7 +192,7 @@ def test_a_sweep_follows_its_motion() -> None:
 def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: str) -> None:
     """The same sweep by single trajectories, each from the last one's end, settled to round-off."""
     omega, clearances = 0.27, np.linspace(1.6, 1.7, 6)
-    found = unfolding_map_tile(DEFAULT, np.array([omega]), clearances, policy=policy)
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), policy=policy)
     order = range(6) if policy == "sweep-up" else range(5, -1, -1)
     displacement, velocity = np.zeros(3), np.zeros(3)
     for i in order:
@@ -218,8 +219,10 @@ def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: st
 
 def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
     omega, clearances = np.array([0.29]), np.array([1.9, 1.9927])
-    found = unfolding_map_tile(DEFAULT, omega, clearances, policy="ensemble", initial_conditions=12, seed=4)
-    again = unfolding_map_tile(DEFAULT, omega, clearances[1:], policy="ensemble", initial_conditions=12, seed=4)
+    found = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), policy="ensemble", initial_conditions=12, seed=4)
+    again = unfolding_map_tile(
+        Plane.of(DEFAULT, omega, clearances[1:]), policy="ensemble", initial_conditions=12, seed=4
+    )
     for name, array in again.items():
         assert array.tobytes() == found[name][1:].tobytes(), name
     starts = np.random.default_rng(4).uniform(-1.0, 1.0, (12, 2, 3))

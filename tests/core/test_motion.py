@@ -2,16 +2,17 @@
 
 import numpy as np
 import pytest
+from steady_displacements import steady_response
 from thorough import KERNELS_FIRST
 
 from grazemap_core import codes
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.contact.kernels.workspace import MIN_UNPRESSED_SPEED, workspace
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.motion import KINDS, REASONS
+from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
@@ -19,13 +20,14 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]
     """Record a planted half-period orbit until its period is detected; return the result, and when."""
-    problem, _ = cell_problem(trajectory_models(DEFAULT), steady_response(DEFAULT, np.array([0.29]))[0], 0.29)
+    forced = forced_oscillator(DEFAULT, 0.29, 1.6)
+    problem, _ = forced.problems(0.0)
     ring, work = period_detection.stroboscopic_history(3, max_period), workspace(3)
     for k in range(halves):
         work.tally[:3] = impacts(k)
         work.tally[MIN_UNPRESSED_SPEED] = work.tally[2]
         period_detection.record_half_period(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = period_detection.detect_period(problem, ring, 0, k, max_period, 1.6, k, 1.6)
+        said = period_detection.detect_period(problem, forced.stops, ring, 0, k, max_period, k, 1.6)
         if said[0] == codes.RESOLVED:
             return said, k
     return said, None
@@ -92,10 +94,13 @@ def test_periods_beyond_the_longest_are_not_named() -> None:
 
 def test_map_agrees_with_single_trajectories_and_with_any_tiling() -> None:
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.4, 2.0, 7)
-    whole = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=300)
+    whole = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=300)
     for name, array in whole.items():
         parts = [
-            [unfolding_map_tile(DEFAULT, omega[j : j + 2], clearance[i : i + 3], 300)[name] for j in (0, 2, 4)]
+            [
+                unfolding_map_tile(Plane.of(DEFAULT, omega[j : j + 2], clearance[i : i + 3]), 300)[name]
+                for j in (0, 2, 4)
+            ]
             for i in (0, 3, 6)
         ]
         assert np.block(parts).tobytes() == array.tobytes(), name
@@ -109,21 +114,21 @@ def test_map_agrees_with_single_trajectories_and_with_any_tiling() -> None:
 
 def test_free_motion_is_certified_above_the_grazing_curve() -> None:
     amplitude = abs(steady_response(DEFAULT, np.array([0.29]))[0, 0])
-    result = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([amplitude * 3]))
+    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([amplitude * 3])))
     assert (result["period"][0, 0], result["impacts_right"][0, 0], result["impacts_left"][0, 0]) == (1, -1, -1)
     assert np.isnan(result["least_impact_velocity"][0, 0])
 
 
 def test_one_sided_motion_exists_in_the_range_of_its_closed_form() -> None:
     # theory: at omega = 0.27 the motion 1-1r-(-1)l lives from b = 1.844237331 to 1.868341055
-    result = unfolding_map_tile(DEFAULT, np.array([0.27]), np.array([1.85]))
+    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.27]), np.array([1.85])))
     assert result["period"][0, 0] == 1
     assert sorted([result["impacts_right"][0, 0], result["impacts_left"][0, 0]]) == [-1, 1]
     assert not result["symmetric"][0, 0]
 
 
 def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
-    result = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([1.6]), max_periods=3)
+    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([1.6])), max_periods=3)
     assert KINDS[result["kind"][0, 0]] == "unresolved"
     assert REASONS[result["reason"][0, 0]]
     assert result["period"][0, 0] == 0
@@ -133,7 +138,7 @@ def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
 @pytest.mark.thorough  # ten million impacts, and the kernels for one mass
 def test_an_elastic_mass_between_close_stops_ends_with_too_many_impacts() -> None:
     elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
-    result = unfolding_map_tile(elastic, np.array([0.3]), np.array([1e-3]), max_periods=100_000)
+    result = unfolding_map_tile(Plane.of(elastic, np.array([0.3]), np.array([1e-3])), max_periods=100_000)
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
 
 
@@ -149,7 +154,7 @@ def test_nearly_equal_multipliers_do_not_reduce_the_estimated_distance(
 ) -> None:
     oscillator = Oscillator.create([1.0], [1.0], gamma, [1.0], restitution)
     column = np.array([clearance])
-    early = unfolding_map_tile(oscillator, np.array([omega]), column)
+    early = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), column))
     late = trajectory(oscillator, omega, clearance, transient_periods=6000, periods=4, samples_per_period=1).motion
     if KINDS[early["kind"][0, 0]] == "periodic":
         named = (early["period"][0, 0], early["impacts_right"][0, 0], early["impacts_left"][0, 0])

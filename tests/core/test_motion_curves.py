@@ -7,16 +7,18 @@ import functools
 
 import numpy as np
 import pytest
-from test_bifurcation_curves import orbit_on
+from test_bifurcation_curves import in_window, orbit_on
 from test_branch_switching import orbit_of, parent, special
 from test_periodic_orbits import DEFAULT
 
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.continuation.motion_curves import lies_on, motion_curves, orbit_in_window
+from grazemap_core.continuation.motion_curves import lies_on, motion_curves
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.search import explicit_sequences
 from grazemap_core.simulation.monodromy import monodromy
 
 WINDOW = ((0.265, 0.295), (1.5, 2.0))
@@ -24,7 +26,7 @@ WINDOW = ((0.265, 0.295), (1.5, 2.0))
 
 @functools.cache
 def orbit_of_stops(*stops):
-    return orbit_in_window(DEFAULT, *WINDOW, 1, list(stops))
+    return in_window(DEFAULT, *WINDOW, 1, list(stops))
 
 
 @functools.cache
@@ -99,8 +101,8 @@ def test_a_doubled_motion_leads_to_the_curve_at_which_it_appears():
 
 
 def test_a_motion_that_does_not_exist_in_a_window_is_not_found():
-    assert orbit_in_window(DEFAULT, (0.27, 0.28), (2.2, 2.3), 1, [1]) is None
-    place = orbit_in_window(DEFAULT, (0.27, 0.27), (1.85, 1.85), 1, [1])
+    assert in_window(DEFAULT, (0.27, 0.28), (2.2, 2.3), 1, [1]) is None
+    place = in_window(DEFAULT, (0.27, 0.27), (1.85, 1.85), 1, [1])
     assert (place.omega, place.clearance, place.label) == (0.27, 1.85, "1-1r-(-1)l")
 
 
@@ -112,3 +114,67 @@ def test_windows_that_do_not_contain_the_orbit_are_refused():
         assert refused.value.name == name
     with pytest.raises(ParameterError, match="converged"):
         motion_curves(DEFAULT, dataclasses.replace(orbit, converged=False), *WINDOW)
+
+
+@functools.cache
+def nearly_symmetric(offset):
+    """The default oscillator with its equilibrium moved toward the right stop."""
+    push = np.array([offset, 0.0, 0.0]) / np.linalg.inv(DEFAULT.stiffness_matrix)[0, 0]
+    return dataclasses.replace(DEFAULT, bias=push)
+
+
+def test_the_pitchfork_that_unfolds_is_found_on_both_sides():
+    """From an orbit of either branch: of that which goes on, and of that which turns at a saddle-node.
+
+    Beyond the saddle-node curve there are two orbits more, by the search that is explicit in the lag of the impacts.
+    """
+    oscillator, window = nearly_symmetric(1e-3), ((0.268, 0.272), (1.78, 1.9))
+    stops = np.array([1, -1])
+    orbits = [
+        periodic_orbit(oscillator, 0.27, 1.835, one) for one in explicit_sequences(oscillator, 0.27, 1.835, 1, stops)
+    ]
+    assert len(orbits) == 3
+    kinds = []
+    for orbit in orbits:
+        assert orbit.admissible
+        curves = motion_curves(oscillator, orbit, *window)
+        assert not [curve for curve in curves if curve.type == "SB"]
+        kinds.append(sorted(curve.type for curve in curves))
+        (fold,) = [curve for curve in curves if curve.type == "SN" and np.all(curve.admissible)]
+        for place in (0, len(fold.omega) // 2, -1):
+            assert np.min(np.abs(fold.multipliers[place] - 1.0)) < 1e-5
+            number = [
+                len(explicit_sequences(oscillator, fold.horizontal[place], at, 1, stops))
+                for at in fold.vertical[place] * np.array([0.995, 1.005])
+            ]
+            assert number == [1, 3]
+    assert kinds[0] == kinds[1] == kinds[2]
+
+
+def test_other_branches_are_looked_for_between_unlike_stops_only(monkeypatch):
+    monkeypatch.setattr("grazemap_core.continuation.motion_curves.mirrored", lambda _: pytest.fail("looked for"))
+    motion_curves(DEFAULT, orbit_of_stops(1, -1), *WINDOW, max_points=2)
+    with pytest.raises(pytest.fail.Exception):
+        motion_curves(nearly_symmetric(1e-3), orbit_of_unlike(), *WINDOW, max_points=2)
+
+
+def orbit_of_unlike():
+    return in_window(nearly_symmetric(1e-3), *WINDOW, 1, [1, -1])
+
+
+def test_motions_of_several_impacts_between_unlike_stops_have_curves_over_one_clearance():
+    """A motion that trajectories settle to; the orbits of its curves are special by their multipliers."""
+    window = (0.265, 0.28), (1.45, 1.8)
+    orbit = in_window(DEFAULT, *window, 1, [1, 1, -1, -1], "clearance_right", 1.61)
+    assert orbit is not None
+    assert orbit.clearance[1] == 1.61
+    curves = motion_curves(DEFAULT, orbit, *window, plane=("omega", "clearance_right"), max_points=40)
+    assert curves
+    for curve in curves:
+        assert curve.plane == ("omega", "clearance_right")
+        assert not curve.symmetric
+        assert np.all(curve.values_of("clearance_left") == 1.61)
+        assert np.max(curve.residual) < 1e-11
+        target = {"SN": 1.0, "PD": -1.0}.get(curve.type)
+        if target is not None:
+            assert np.max(np.min(np.abs(curve.multipliers - target), axis=1)) < 1e-5

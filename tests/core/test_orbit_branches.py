@@ -197,15 +197,14 @@ def born_at(oscillator, point, amount):
     impacts, count = point.impacts, len(point.impacts.stops)
     sign = -1 if impacts.symmetric else 1
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    values = {"clearance": point.clearance, "omega": point.omega}
-    path = ContinuationProblem(family, impacts.stops, ("clearance",), values)
-    unknowns = path.unknowns(impacts, values)
-    residual, matrix, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 2)), np.zeros((count, 3))
+    path = ContinuationProblem(family, impacts.stops, ("clearance",), point.values)
+    unknowns = path.unknowns(impacts, point.values)
+    residual, matrix, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 1)), np.zeros((count, 3))
     phases, speeds = unknowns[:count], unknowns[count : 2 * count]
-    problem = path.problem(point.omega)
-    assemble(problem, path.stops, point.clearance, phases, speeds, residual, matrix, before)
+    problem, gaps = path.problem_at(unknowns), path.gaps(unknowns)
+    assemble(problem, path.stops, gaps, phases, speeds, residual, matrix, before)
     doubled = np.zeros((2 * count, 2 * count))
-    assemble_doubled(problem, phases, speeds, before, doubled)
+    assemble_doubled(problem, path.stops, gaps, phases, speeds, before, doubled)
     change = amount * np.linalg.svd(doubled)[2][-1]
     shift, kick = change[:count], change[count:] * path.length * point.omega
     return ImpactSequence.create(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = {
@@ -83,3 +84,17 @@ def test_si_and_nondimensional_descriptions_agree(per_link):
         (p.kind, p.order, p.multiple, p.bifurcation) for p in there
     ]
     assert max(abs(q.omega / rate / p.omega - 1.0) for p, q in zip(here, there, strict=True)) < 1e-13
+
+
+def test_a_contact_beyond_a_stop_is_moved_onto_it():
+    chain = Oscillator.create(**DEFAULT)
+    inside, right, left = ([place, 0.1, 0.2] for place in (0.3, 2.0, -2.0))
+    assert chain.between(np.array(inside), (1.5, 1.0)).tolist() == inside
+    assert chain.between(np.array(right), (1.5, 1.0)).tolist() == [1.5, 0.1, 0.2]
+    assert chain.between(np.array(left), (1.5, 1.0)).tolist() == [-1.0, 0.1, 0.2]
+    assert chain.between(np.array(left), (1.5, math.inf)).tolist() == left
+    # an impulse along the stop moves it
+    several = replace(chain, contact=np.array([1.0, -0.5, 0.0]))
+    moved = several.between(np.array(right), (1.5, 1.0)) - right
+    assert several.contact @ moved == pytest.approx(1.5 - (2.0 - 0.05), rel=1e-14)
+    np.testing.assert_allclose(moved, several.jump * (several.contact @ moved), rtol=0, atol=1e-15)

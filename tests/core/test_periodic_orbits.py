@@ -16,12 +16,14 @@ from random_chains import random_oscillator
 from scipy.linalg import expm
 from test_one_impact_orbits import mismatch, random_families
 
+from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
@@ -216,33 +218,33 @@ def test_the_derivatives_are_those_of_the_equations():
         for damping in (0.08, [0.05, 0.2, 1.5]):
             oscillator = Oscillator.create([1.0, 2.0, 1.5], [1.0, 1.5, 0.7], damping, [1.0, 0.3, -0.2], 0.7)
             family, omega, count = OrbitFamily.of(oscillator, 1, symmetric), 0.9, 3
-            stops = np.array([1.0, -1.0, 1.0])
+            stops, gaps = np.array([1.0, -1.0, 1.0]), stops_between(oscillator, 0.7, 0.0)
             phases, speeds = np.array([0.3, 1.1, 2.4]), rng.normal(size=count)
 
-            def residual(phases, speeds, clearance, omega, family=family, stops=stops):
+            def residual(phases, speeds, omega, family=family, stops=stops, gaps=gaps):
                 problem = family.problem(omega, 2.0, family.steady(omega))
-                left, matrix, before = np.zeros(6), np.zeros((6, 8)), np.zeros((3, 3))
-                assemble(problem, stops, clearance, phases, speeds, left, matrix, before)
+                left, matrix, before = np.zeros(6), np.zeros((6, 7)), np.zeros((3, 3))
+                assemble(problem, stops, gaps, phases, speeds, left, matrix, before)
                 return left, matrix, before
 
-            _, matrix, before = residual(phases, speeds, 0.7, omega)
+            _, matrix, before = residual(phases, speeds, omega)
             step = 1e-5
-            for column in range(8):
+            for column in range(7):
                 ends = []
                 for sign in (1.0, -1.0):
-                    point = np.concatenate([phases, speeds, [0.7, omega]])
+                    point = np.concatenate([phases, speeds, [omega]])
                     point[column] += sign * step
-                    ends.append(residual(point[:3], point[3:6], point[6], point[7])[0])
+                    ends.append(residual(point[:3], point[3:6], point[6])[0])
                 np.testing.assert_allclose((ends[0] - ends[1]) / (2.0 * step), matrix[:, column], rtol=0, atol=3e-8)
             # changes that come back with the opposite sign are those of the doubled (of the whole) period
             whole = OrbitFamily.of(oscillator, 1 if symmetric else 2, False)
             turn = family.turn
-            both = np.zeros((12, 14))
+            both = np.zeros((12, 13))
             sign = -1.0 if symmetric else 1.0
             assemble(
                 whole.problem(omega, 2.0, whole.steady(omega)),
                 np.concatenate([stops, sign * stops]),
-                0.7,
+                gaps,
                 np.concatenate([phases, phases + turn]),
                 np.concatenate([speeds, sign * speeds]),
                 np.zeros(12),
@@ -250,7 +252,8 @@ def test_the_derivatives_are_those_of_the_equations():
                 np.zeros((6, 3)),
             )
             doubled = np.zeros((6, 6))
-            assemble_doubled(family.problem(omega, 2.0, family.steady(omega)), phases, speeds, before, doubled)
+            problem = family.problem(omega, 2.0, family.steady(omega))
+            assemble_doubled(problem, stops, gaps, phases, speeds, before, doubled)
             rows, first = np.r_[0:3, 6:9], both[np.r_[0:3, 6:9]]
             assert rows.shape == (6,)
             # a change of velocities is mirrored too: phases come back with -1, velocities with -sign
@@ -262,7 +265,7 @@ def test_the_derivatives_are_those_of_the_equations():
 def test_the_test_functions_are_those_of_the_monodromy_matrix():
     """``prod v_i det(M -+ I)`` over that of the free flow, in units of omega and one length."""
     for oscillator, orbit in [(o, p) for o, _, p in random_orbits()] + [(DEFAULT, default_orbit("3-4r-4l"))]:
-        values = {"clearance": orbit.clearance, "omega": orbit.omega}
+        values = ParameterPoint.of(oscillator, orbit.omega, orbit.clearance)
         family = OrbitFamily.of(oscillator, orbit.impacts.period, orbit.impacts.symmetric)
         path = ContinuationProblem(family, orbit.impacts.stops, ("clearance",), values)
         unknowns = path.unknowns(orbit.impacts, values)
@@ -289,9 +292,10 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     clearances = orbit.clearance + rng.uniform(-0.01, 0.01, 20)
     family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric)
     steady = family.steady(0.27)
-    problem = family.problem(0.27, max(abs(steady[0]), float(np.max(clearances))), steady)
+    problem = family.problem(0.27, max(steady_size(steady), float(np.max(clearances))), steady)
+    gaps = [stops_between(DEFAULT, float(one), 0.0) for one in clearances]
     guesses = [np.tile(values, (20, 1)) for values in (orbit.impacts.phases, orbit.impacts.velocities)]
-    phases, speeds, many = solve_sequences(problem, orbit.impacts, clearances, *guesses, floor=-ORBIT_FLOOR)
+    phases, speeds, many = solve_sequences(problem, orbit.impacts, gaps, *guesses, floor=-ORBIT_FLOOR)
     multipliers = many.real + 1j * many.imaginary
     assert np.all(many.status == CONVERGED)
     assert np.all(many.contact == CLEAR)

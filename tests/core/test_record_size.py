@@ -15,6 +15,7 @@ from grazemap_core.simulation import trajectories as module
 from grazemap_core.simulation.record import EVENT_BYTES
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import Trajectory, trajectories, trajectory
+from tests.lines import line
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ELASTIC = dataclasses.replace(DEFAULT, restitution=1.0)
@@ -96,9 +97,9 @@ def test_a_long_transient_keeps_few_events_and_changes_nothing(
 
 
 def test_the_impacts_of_a_diagram_are_counted_over_all_its_values() -> None:
-    found = list(sections(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29))
+    found = list(sections(line(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29)))
     bytes_of_all = sum(one.impact_velocity.nbytes + one.impact_stop.nbytes for one in found)
-    assert len(list(sections(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29, most_bytes=bytes_of_all * 8))) == 3
-    kept = sections(DEFAULT, "clearance", np.linspace(1.5, 1.7, 60), 0.29, most_bytes=bytes_of_all * 8)
+    assert len(list(sections(line(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29), most_bytes=bytes_of_all * 8))) == 3
+    kept = sections(line(DEFAULT, "clearance", np.linspace(1.5, 1.7, 60), 0.29), most_bytes=bytes_of_all * 8)
     with pytest.raises(RecordSizeError, match=f"more than {bytes_of_all * 8 // 9} impacts"):
         list(kept)

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from next_contacts import simulated_contact
 from random_chains import random_oscillator
+from random_systems import general_grazing_points
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points, families_of_order
-from grazemap_core.grazing.curve import grazing_curve
-from grazemap_core.grazing.half_period_maps import flow_jacobian, half_period_jacobian
+from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.poincare_map import simulated_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence, xi_along
+from grazemap_core.grazing.return_maps import flow_jacobian, return_jacobian
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -33,12 +35,12 @@ def systems(seed, count=5):
 
 
 def term_by_term(point, max_order, jacobian):
-    """Return ``h_D J ... J beta`` for 1 .. max_order factors J of alternating stops, shape (max_order,)."""
-    across, back = jacobian(point), jacobian(point.opposite())
+    """Return ``h_D J ... J beta`` for 1 .. max_order factors J of successive returns, shape (max_order,)."""
+    across, back = jacobian(point), jacobian(point.next())
     vector, result = point.beta, np.empty(max_order)
     for m in range(max_order):
         vector = (across if m % 2 == 0 else back) @ vector
-        result[m] = -vector[0]  # h_D = (-1, 0, ..., 0)
+        result[m] = -point.contact_of(vector)[0]  # h_D = (-1, 0, ..., 0) for mass 1
     return result
 
 
@@ -48,15 +50,27 @@ def test_xi_is_the_same_by_jacobians_by_flows_and_by_the_impulse_response(seed):
     worst = 0.0
     for oscillator in systems(seed, 10):
         for omega in random.uniform(0.2, 2.0, 5):
-            sequence = recurrence_sequence(oscillator, float(omega), 8)
-            scale = np.max(sequence.size)
-            for jacobian in (half_period_jacobian, flow_jacobian):  # as (42) and (57) are written
-                other = [term_by_term(grazing_point(oscillator, float(omega), stop), 8, jacobian) for stop in (1, -1)]
-                worst = max(worst, np.max(np.abs(other - sequence.xi)) / scale)
+            points = [grazing_point(oscillator, float(omega), stop) for stop in (1, -1)]
+            sequences = [recurrence_sequence(point, 8) for point in points]
+            for point, sequence in zip(points, sequences, strict=True):
+                for jacobian in (return_jacobian, flow_jacobian):  # as (42) and (57) are written
+                    other = term_by_term(point, 8, jacobian)
+                    worst = max(worst, np.max(np.abs(other - sequence.xi)) / np.max(sequence.size))
             # a graze at C is the mirror image of one at A
-            np.testing.assert_array_equal(sequence.xi[1], -sequence.xi[0])
+            np.testing.assert_array_equal(sequences[1].xi, -sequences[0].xi)
     print(f"worst difference of the three ways: {worst:.1e}")
     assert worst < 1e-12
+
+
+def test_xi_of_one_stop_is_that_of_whole_periods():
+    for point in general_grazing_points(8):
+        sequence = recurrence_sequence(point, 6)
+        for jacobian in (return_jacobian, flow_jacobian):
+            other = term_by_term(point, 6, jacobian)
+            assert np.max(np.abs(other - sequence.xi)) < 1e-12 * np.max(sequence.size)
+        first = next((m for m in range(1, 7) if point.stop * sequence.xi[m - 1] < 0.0), 0)
+        assert sequence.first_recurrence == first
+        assert sequence.recurrence_stop == (point.stop if first else 0)
 
 
 def test_xi_follows_the_families_of_the_paper():
@@ -70,19 +84,21 @@ def test_xi_follows_the_families_of_the_paper():
     ]
     # the order m = 2 vanishes at the paper's codimension-two point, with a change of sign
     point = next(p for p in codimension_two_points(DEFAULT, 0.28, 0.285, 2, 0) if p.order == 2)
-    at, before, after = (recurrence_sequence(DEFAULT, point.omega * f, 2) for f in (1.0, 1.0 - 1e-9, 1.0 + 1e-9))
-    assert abs(at.xi[0, 1]) < 1e-14 * at.size[1]
-    composed = term_by_term(grazing_point(DEFAULT, point.omega), 2, half_period_jacobian)
+    at, before, after = (
+        recurrence_sequence(grazing_point(DEFAULT, point.omega * f), 2) for f in (1.0, 1.0 - 1e-9, 1.0 + 1e-9)
+    )
+    assert abs(at.xi[1]) < 1e-14 * at.size[1]
+    composed = term_by_term(grazing_point(DEFAULT, point.omega), 2, return_jacobian)
     assert abs(composed[1]) < 1e-12 * at.size[1]
-    assert before.xi[0, 1] * after.xi[0, 1] < 0.0
+    assert before.xi[1] * after.xi[1] < 0.0
 
 
 def test_the_sign_of_xi_decides_what_recurs():
     for oscillator in systems(3):
         for omega in np.random.default_rng(4).uniform(0.2, 1.5, 20):
-            sequence = recurrence_sequence(oscillator, float(omega), 8)
+            sequence = recurrence_sequence(grazing_point(oscillator, float(omega)), 8)
             # mass 1 moves by -xi u: to A at even returns, to C at odd ones
-            toward = -sequence.xi[0] * (-1.0) ** sequence.order
+            toward = -sequence.xi * (-1.0) ** sequence.order
             first = next((int(m) for m, value in zip(sequence.order, toward, strict=True) if value > 0.0), 0)
             assert sequence.first_recurrence == first
             assert sequence.recurrence_stop == (0 if first == 0 else (-1) ** first)
@@ -104,6 +120,19 @@ def test_the_predicted_next_contact_is_the_simulated_one(frequencies):
     print(f"undecidable at this distance: {undecided} of {5 * frequencies}; orders seen: {sorted(seen)}")
     assert undecided <= 2
     assert len(seen) >= 3
+
+
+def test_the_predicted_next_contact_of_one_stop_is_the_simulated_one():
+    orders = set()
+    for point in general_grazing_points(4):
+        distance = 1e-8
+        found = next_contact(point.oscillator, [point.omega], distance, 4, point.stop, point.varied)
+        assert found.margin[0] > UNDECIDABLE
+        seen = simulated_returns(point, np.zeros(len(point.state)), 4, distance * point.amplitude).overshoot[1:]
+        order = int(np.argmax(seen > 0.0)) + 1 if np.any(seen > 0.0) else 0
+        assert (found.order[0], found.stop[0]) == (order, point.stop if order else 0)
+        orders.add(order)
+    assert len(orders) > 1
 
 
 def test_far_from_a_codimension_two_point_it_is_the_first_recurrence():
@@ -141,13 +170,13 @@ def test_between_both_thresholds_the_squared_factor_gives_the_correct_answer():
 
 def test_systems_without_a_sequence_are_refused():
     with pytest.raises(SteadyMotionError):
-        recurrence_sequence(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.5)
+        grazing_point(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.5)
     with pytest.raises(SteadyMotionError):
         next_contact(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), [0.5], 1e-6)
     with pytest.raises(ParameterError, match="forcing"):
         next_contact(Oscillator.create([1.0], [1.0], 0.1, [0.0], 0.8), [0.5], 1e-6)
     with pytest.raises(ParameterError, match="max_order"):
-        recurrence_sequence(DEFAULT, 0.29, 0)
+        recurrence_sequence(grazing_point(DEFAULT, 0.29), 0)
     with pytest.raises(ParameterError, match="max_order"):
         next_contact(DEFAULT, [0.29], 1e-6, 0)
     for distance in (0.0, 1.0, -1e-3, math.nan, [1e-3, 1e-3]):
@@ -160,7 +189,9 @@ def test_the_sequence_along_a_curve_is_that_of_its_points_and_gives_its_recurren
     xi = xi_along(DEFAULT, omega, 6)
     curve = grazing_curve(DEFAULT, omega, 6)
     for k in (0, 17, 43):
-        np.testing.assert_allclose(xi[k], recurrence_sequence(DEFAULT, float(omega[k]), 6).xi[0], rtol=1e-12)
+        np.testing.assert_allclose(
+            xi[k], recurrence_sequence(grazing_point(DEFAULT, float(omega[k])), 6).xi, rtol=1e-12
+        )
     recurs = (-1.0) ** np.arange(1, 7) * xi < 0.0
     first = np.where(recurs.any(axis=1), recurs.argmax(axis=1) + 1, 0)
     np.testing.assert_array_equal(first, curve.first_recurrence)

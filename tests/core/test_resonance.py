@@ -8,15 +8,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb
+from general_oracle import GeneralOracle
 from oracles import digits
 from resonance import compare, exact_impacts, random_case
-from sticking_oracle import StickingOracle
-from tangent_oracle import LandingOracle
+from steady_displacements import forced_response
 from thorough import KERNELS_FIRST
 
 from grazemap_core.maps.basins import Coordinate, basin_tile
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.kernels.forced_flow import response_from_rest
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -81,9 +81,9 @@ def test_samples_agree_with_fifty_digits(damping: float | list[float]) -> None:
     oscillator = Oscillator.create([1.0, 2.0, 1.5], [1.0, 1.5, 0.7], damping, [1.0, 0.3, 0.2], 0.7)
     omega = math.sqrt(modal_model(oscillator).frequency_squared[1])
     found = trajectory(oscillator, omega, 0.7, periods=4, samples_per_period=8)
-    exact = LandingOracle.of(oscillator, omega, 0.7)
+    exact = GeneralOracle.between(oscillator, omega, 0.7)
     with digits():
-        x, v = exact.run_to(13 * arb.pi() / (4 * arb(omega)))
+        x, v, _ = exact.at(13 * arb.pi() / (4 * arb(omega)))
         assert len(exact.times) > 0
         errors = [
             abs(float(a - arb(float(b))))
@@ -97,8 +97,8 @@ def test_rests_and_releases_at_resonance(restitution: float) -> None:
     oscillator = Oscillator.create([1.0, 2.0], [1.0, 1.5], 0.0, [1.0, 0.3], restitution)
     omega = math.sqrt(modal_model(oscillator).frequency_squared[0])
     found = trajectory(oscillator, omega, 0.4, periods=6, samples_per_period=1)
-    exact = StickingOracle.of(oscillator, omega, 0.4)
-    exact.run_to_releases(4, float(found.time[-1]))
+    exact = GeneralOracle.between(oscillator, omega, 0.4)
+    exact.run(until=float(found.time[-1]), releases=4)
     assert len(exact.releases) >= 3
     count = min(len(exact.releases), len(found.sticking.start))
     assert count >= 3
@@ -119,7 +119,7 @@ def test_rests_and_releases_at_resonance(restitution: float) -> None:
 def test_maps_and_basins_are_continuous_through_a_resonance(
     oscillator: Oscillator, clearances: list[float], max_periods: int
 ) -> None:
-    arrays = unfolding_map_tile(oscillator, np.array(OMEGAS[:3]), np.array(clearances), max_periods)
+    arrays = unfolding_map_tile(Plane.of(oscillator, np.array(OMEGAS[:3]), np.array(clearances)), max_periods)
     assert np.all(arrays["kind"] == 1)
     for name in ("period", "impacts_right", "impacts_left", "symmetric"):
         assert np.all(arrays[name] == arrays[name][:, :1])
@@ -146,12 +146,14 @@ def test_with_little_damping_the_steady_motion_is_known_and_other_orbits_are_ver
     oscillator = Oscillator.create([1.0], [1.0], 1e-3, [1.0], 0.8)
     amplitude = float(abs(forced_response(oscillator, np.array([1.0]))[0, 0]))
     clearances = np.array([1.0, 0.935 * amplitude, 2.5 * amplitude])
-    arrays = unfolding_map_tile(oscillator, np.array([1.0]), clearances, max_periods=3000)
+    arrays = unfolding_map_tile(Plane.of(oscillator, np.array([1.0]), clearances), max_periods=3000)
     assert np.all(arrays["kind"] == 1)
     assert np.all(arrays["verified"])
     assert arrays["impacts_right"][:, 0].tolist() == [1, 1, -1]
     # on the way to some of these motions impacts are so slow that the error of the long transient may decide them
-    more = unfolding_map_tile(oscillator, np.array([1.0]), amplitude * np.linspace(0.88, 0.95, 12), max_periods=3000)
+    more = unfolding_map_tile(
+        Plane.of(oscillator, np.array([1.0]), amplitude * np.linspace(0.88, 0.95, 12)), max_periods=3000
+    )
     assert np.all(more["verified"] | (more["reason"] > 0))
     assert np.any(more["sensitive"])
     # the rate at which all free motions decay

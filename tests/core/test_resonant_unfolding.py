@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flint import arb
-from oracles import digits
-from orbit_oracle import Family, polynomial
+from impact_orbit_oracle import OneImpact
+from oracles import digits, polynomial
 
 from grazemap_core.grazing import codimension_two
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
@@ -45,15 +45,16 @@ def fitted(oscillator, point):
         places, heights, speeds = [], [], []
         for k in range(1, NODES + 1):
             omega = arb(point.omega) + arb(unfolding.curve_omega * k) * arb(step)
-            family = Family.of(oscillator, omega, half_periods(point), point.symmetric)
+            family = OneImpact(oscillator, omega, half_periods(point), -1 if point.symmetric else 1)
+            ((_, _, steady),) = family.linear.amplitudes(omega)
             curves = one_impact_branch(oscillator, float(omega), point.multiple, point.symmetric)
             near = [p.angle for p in curves.special_points if p.type == point.bifurcation]
             # the closed form only says where to look: 1 % beside it
             start = 0.5 * math.pi - 1.01 * (0.5 * math.pi - near[0])
-            angle = family.special(multiplier, start)
+            phase = family.special(multiplier, start - curves.phase)
             places.append(omega - arb(point.omega))
-            heights.append(family.clearance(angle) - family.amplitude)
-            speeds.append(family.speed(angle))
+            heights.append(family.gap(phase) - abs(steady[0]))
+            speeds.append(family.speed(phase))
             assert speeds[-1] > 0
         return [float(a) for a in polynomial(places, heights)], [float(a) for a in polynomial(places, speeds)]
 

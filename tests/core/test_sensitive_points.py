@@ -7,20 +7,31 @@ import sys
 
 import numpy as np
 import pytest
-from resolved_points import ONE_MASS, SENSITIVE, exact_label, label, late_points, resolved_point
-from swift_oracle import SwiftOracle
+from flint import arb
+from general_oracle import GeneralOracle
+from oracles import digits
+from random_systems import random_system
+from resolved_points import ONE_MASS, SENSITIVE, exact_label, general_points, late_points, resolved_point
 from thorough import KERNELS_FIRST
 from verified_points import DEFAULT
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
+from grazemap_core.contact.cell_problem import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
-from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.multiprecision import Impact, MultiprecisionRun, known_bits, same_impacts
+from grazemap_core.simulation.multiprecision import (
+    SHORTEST_FLIGHT,
+    Impact,
+    MultiprecisionRun,
+    known_bits,
+    same_impacts,
+)
 
 CHAOTIC, OMEGA, CLEARANCE = ONE_MASS[:3]
 
@@ -40,25 +51,59 @@ CHAINS = [
 ]
 
 
+def assert_as_exactly(run: MultiprecisionRun, exact: GeneralOracle, periods: int) -> tuple[int, int]:
+    """Check all events and the state after so many periods; return the numbers of impacts and of rests."""
+    run.run(periods)
+    assert not run.ended
+    with digits(exact.digits):
+        exact.run(until=(2 * arb.pi() / arb(exact.omega) * periods).mid())
+        names = ("times", "rests", "releases")
+        events = sorted(
+            ((time, name) for name in names for time in getattr(exact, name)), key=lambda one: float(one[0])
+        )
+        # of a chatter, only its end counts
+        short = float(SHORTEST_FLIGHT * run.period)
+        bounces = [float(b - a) < 1.001 * short for a, b in zip(exact.times, exact.times[1:], strict=False)]
+        chatter = {float(b) for b, is_one in zip(exact.times[1:], bounces, strict=True) if is_one}
+        counted = [time for time, name in events if name != "times" or float(time) not in chatter]
+        for impact in run.impacts:
+            assert min(abs(float(impact.time - time)) for time, _ in events) < 1e-25 * run.period
+        for time in counted:
+            assert min(abs(float(impact.time - time)) for impact in run.impacts) < 1e-25 * run.period
+        apart = np.array(exact.state().floats()) - run.states[periods]
+        assert np.abs(apart).max() < 1e-12 * np.abs(run.states[periods]).max()
+    return len(exact.times), len(exact.rests)
+
+
 @pytest.mark.parametrize(("oscillator", "omega", "clearance", "state", "phase"), CHAINS)
 def test_impacts_are_those_of_the_series_of_the_equations(oscillator, omega, clearance, state, phase):
     """Damping per link and proportional, overdamped, from any state and phase."""
-    start = np.zeros((2, oscillator.size)) if state is None else np.array(state)
+    start = None if state is None else np.array(state)
     run = MultiprecisionRun(oscillator, omega, clearance, start, phase, 192)
-    run.run(12)
-    initial = {"displacement": start[0].tolist(), "velocity": start[1].tolist(), "phase": phase}
-    series = SwiftOracle.of(oscillator, omega, clearance, digits=57, **initial)
-    series.run(10_000, 12 * run.period)
-    count = len(run.impacts)
-    assert count > 10
-    assert [impact.stop for impact in run.impacts] == series.stops[:count]
-    late = [abs(float(impact.time - time)) for impact, time in zip(run.impacts, series.times[:count], strict=True)]
-    assert max(late) < 1e-25 * run.period
-    assert series.times[count:] == [] or series.times[count] > 12 * run.period
-    place, velocity = series.state_at(12 * run.period)
-    if len(series.times) == count:
-        apart = np.array([[float(x) for x in place], [float(v) for v in velocity]]) - run.states[12]
-        assert np.abs(apart).max() < 1e-12 * np.abs(run.states[12]).max()
+    given = [None, None] if state is None else start.tolist()
+    initial = {"displacement": given[0], "velocity": given[1], "phase": phase}
+    exact = GeneralOracle.of(oscillator, omega, clearance, clearance, digits=57, **initial)
+    impacts, rests = assert_as_exactly(run, exact, 12)
+    assert (impacts > 10, rests) == (True, 0)
+
+
+QUICK = [(2, None), (3, None), (5, None), (9, None), (14, None), (14, 0.0), (14, 0.2), (21, 0.2), (45, None)]
+LONG = [(seed, restitution) for seed in range(60) for restitution in (None, 0.0, 0.2, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("seed", "restitution"), [*QUICK, *(pytest.param(*one, marks=pytest.mark.thorough) for one in LONG)]
+)
+def test_events_of_any_structure_between_any_stops_are_those_of_the_series(seed, restitution):
+    """Dense and gyroscopic matrices, any row, several harmonics and phases, a bias, one stop or two that differ.
+
+    Complete chatter, rest and release included.
+    """
+    system = random_system(seed, restitution=restitution)
+    run = MultiprecisionRun(*system, None, 0.3, 256)
+    exact = GeneralOracle.of(system.oscillator, system.omega, *both_clearances(system.clearance), digits=77, phase=0.3)
+    _, rests = assert_as_exactly(run, exact, 8)
+    assert rests > 0 or (seed, restitution) not in QUICK[4:]
 
 
 @pytest.mark.parametrize("faster", [1e-9, 2.0**-44, 2.0**-52])
@@ -84,7 +129,9 @@ def counts(found):
 def resolved_in_map(point):
     """Check that the map of this point alone has its motion where sensitive points are resolved, and only there."""
     grid = np.array([point.omega]), np.array([point.clearance])
-    before, after = (unfolding_map_tile(point.oscillator, *grid, resolve_sensitive=wanted) for wanted in (False, True))
+    before, after = (
+        unfolding_map_tile(Plane.of(point.oscillator, *grid), resolve_sensitive=wanted) for wanted in (False, True)
+    )
     assert before["reason"] == ROUNDING_DECIDES
     assert not before["verified"]
     assert after.keys() == before.keys() | {"resolved"}
@@ -98,17 +145,17 @@ def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
     resolved_in_map(SENSITIVE)
     resolved, reason, bits = resolved_point(SENSITIVE)
     assert not reason
-    assert label(resolved) == label(SENSITIVE) == exact_label(resolved, bits)
+    assert resolved.label == SENSITIVE.label == exact_label(resolved, bits)
     assert bits >= 512
 
 
 @KERNELS_FIRST
 def test_the_exact_motion_is_found_where_double_precision_finds_another():
-    found = unfolding_map_tile(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE]))
+    found = unfolding_map_tile(Plane.of(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE])))
     assert counts(found) != [3, 4, 4]
     resolved, reason, bits = resolved_point(ONE_MASS)
     assert not reason
-    assert label(resolved) == label(ONE_MASS) == exact_label(resolved, bits)
+    assert resolved.label == ONE_MASS.label == exact_label(resolved, bits)
     assert bits >= 512
 
 
@@ -117,7 +164,7 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
     ((point, _, _),) = late_points(seed, 1)
     resolved, reason, bits = resolved_point(point)
     assert not reason
-    assert exact_label(resolved, bits) == label(resolved)
+    assert exact_label(resolved, bits) == resolved.label
 
 
 @pytest.mark.parametrize(
@@ -128,11 +175,12 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
 def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplier):
     omega, clearance = np.array([0.5, 1.0]) * point.omega, np.array([1.0, 1.1]) * point.clearance
     task = Settling(1000, 32)
-    before = settle_grid(point.oscillator, omega, clearance, task)
+    before = PlaneSettler(Plane.of(point.oscillator, omega, clearance), task).grid()
     codes, figures = (part.copy() for part in before)
     sensitive = np.zeros((2, 2, 1), dtype=bool)
     sensitive[0, 1, 0] = True
-    resolved = resolve_grid(point.oscillator, omega, clearance, task, sensitive, codes, figures)
+    plane = Plane.of(point.oscillator, omega, clearance)
+    resolved = resolve_grid(plane, task, sensitive, codes, figures)
     np.testing.assert_array_equal(resolved, sensitive)
     for after, was in zip((codes, figures), before, strict=True):
         np.testing.assert_array_equal(after[:, ~sensitive], was[:, ~sensitive])
@@ -146,12 +194,13 @@ def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplie
 def all_sensitive(monkeypatch):
     """Planted: every trajectory of a map counts as sensitive."""
 
-    def planted(*arguments):
-        codes, figures = settle_grid(*arguments)
-        codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
-        return codes, figures
+    class Planted(PlaneSettler):
+        def grid(self, down=False):
+            codes, figures = super().grid(down)
+            codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
+            return codes, figures
 
-    monkeypatch.setattr(unfolding, "settle_grid", planted)
+    monkeypatch.setattr(unfolding, "PlaneSettler", Planted)
 
 
 @KERNELS_FIRST
@@ -167,30 +216,52 @@ def test_the_trajectories_of_an_ensemble_are_resolved_before_the_most_frequent_m
     oscillator, omega, clearance, all_sensitive
 ):
     grid, settings = (np.array([omega]), np.array([clearance])), {"policy": "ensemble", "initial_conditions": 3}
-    found = unfolding_map_tile(oscillator, *grid, **settings, resolve_sensitive=True)
+    found = unfolding_map_tile(Plane.of(oscillator, *grid), **settings, resolve_sensitive=True)
     assert found["resolved"]
     assert found["verified"]
     assert found["share"] >= 1 / 3
 
 
-STICKS = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.2)
-ONE_STICKS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.2)
-
-
-@pytest.mark.parametrize(
-    ("sticks", "place", "chaotic", "other"),
-    [
-        (STICKS, (0.28, 0.8), DEFAULT, (0.297, 1.36)),
-        pytest.param(ONE_STICKS, (0.4, 0.3), CHAOTIC, (OMEGA, CLEARANCE), marks=KERNELS_FIRST),
-    ],
-    ids=["three masses", "one mass"],
-)
-def test_chatter_and_slow_transients_are_undecided(sticks, place, chaotic, other):
-    rest = np.zeros((2, sticks.size))
-    assert Resolver(sticks, place[0]).resolve(place[1], rest).reason == "mass 1 comes to rest on a stop"
-    late = Resolver(chaotic, other[0], max_periods=20).resolve(other[1], rest)
+def test_slow_transients_are_undecided():
+    late = Resolver(DEFAULT, 0.297, max_periods=20).resolve(1.36)
     assert late.reason == "not captured within the periods simulated"
     assert len(late.codes) == 0
+
+
+@pytest.mark.parametrize("seed", [8, *(pytest.param(k, marks=pytest.mark.thorough) for k in (3, 7, 12, 18, 20, 37))])
+def test_sensitive_points_of_general_systems_are_resolved_as_exactly(seed):
+    """One mass and dense matrices, several harmonics, a bias, one stop or two, of different restitution."""
+    points = general_points(seed, 1)
+    assert points
+    for point in points:
+        resolved, reason, bits = resolved_point(point)
+        assert not reason
+        assert exact_label(resolved, bits) == resolved.label
+
+
+LOSSY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
+
+
+def test_a_motion_that_rests_on_its_way_is_resolved_as_exactly():
+    state = np.array([[1.7999, -6.0, 0.0], [0.001, 0.0, 0.0]])
+    found = Resolver(LOSSY, 0.29).resolve(1.8, state, 0.5)
+    assert not found.reason
+    names = lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT
+    assert [found.codes[name] for name in names] == [1, 1, 1]
+    initial = {"displacement": state[0].tolist(), "velocity": state[1].tolist(), "phase": 0.5}
+    exact = GeneralOracle.of(LOSSY, 0.29, 1.8, 1.8, **initial)
+    exact.run(until=80 * 2.0 * np.pi / 0.29)
+    assert len(exact.rests) > 3
+    assert float(exact.rests[-1]) < 20 * 2.0 * np.pi / 0.29
+    late = np.array([float(time) for time in exact.times[-9:]])
+    np.testing.assert_allclose(np.diff(late), np.pi / 0.29, rtol=1e-6)
+    assert exact.stops[-3:] in ([1, -1, 1], [-1, 1, -1])
+
+
+def test_a_motion_with_rests_is_undecided():
+    found = Resolver(LOSSY, 0.29).resolve(1.6)
+    assert found.reason == "the contact comes to rest on a stop again and again"
+    assert len(found.codes) == 0
 
 
 def test_a_steady_motion_that_cancels_is_undecided():
@@ -217,7 +288,7 @@ def test_bits_below_the_error_are_not_needed():
 @pytest.mark.parametrize("velocity", [0.0, 0.5])
 def test_a_start_against_a_stop_is_undecided(velocity):
     found = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))
-    assert found.reason == "mass 1 starts on a stop"
+    assert found.reason == "the contact starts on a stop"
 
 
 def test_runs_that_never_have_the_same_impacts_end():
@@ -261,9 +332,9 @@ def test_runs_with_different_impacts_decide_nothing():
 def test_a_sweep_is_not_resolved_nor_without_python_flint(monkeypatch):
     grid = np.array([0.29]), np.array([1.6])
     with pytest.raises(ParameterError, match="sweep"):
-        unfolding_map_tile(CHAOTIC, *grid, policy="sweep-up", resolve_sensitive=True)
+        unfolding_map_tile(Plane.of(CHAOTIC, *grid), policy="sweep-up", resolve_sensitive=True)
     monkeypatch.delitem(sys.modules, "grazemap_core.maps.sensitive_points")
     monkeypatch.delitem(sys.modules, "grazemap_core.simulation.multiprecision")
     monkeypatch.setitem(sys.modules, "flint", None)
     with pytest.raises(ParameterError, match=r"resolve_sensitive: .*grazemap\[proofs\]"):
-        unfolding_map_tile(CHAOTIC, *grid, resolve_sensitive=True)
+        unfolding_map_tile(Plane.of(CHAOTIC, *grid), resolve_sensitive=True)

@@ -5,24 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from flint import arb
+from general_oracle import GeneralOracle
 from numpy.typing import NDArray
 from oracles import digits
 from resolved_points import ONE_MASS, SENSITIVE
-from swift_oracle import SwiftOracle
 from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import ERROR_SAFETY
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.start import forced_oscillator, initial_state
+from grazemap_core.simulation.start import start as begin
 
 Floats = NDArray[np.float64]
 HALVES = 60
@@ -35,13 +36,12 @@ def default() -> Oscillator:
 def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tuple[Floats, Floats]:
     """The impacts from rest, and the estimated error W at the end of every half period."""
     size = oscillator.size
-    models = trajectory_models(oscillator)
-    problem, held = cell_problem(models, forced_response(oscillator, np.array([omega]))[0], omega)
-    rest = np.zeros(size)
-    start = free_state(models.free, forced_response(oscillator, np.array([omega]))[0], omega, rest, rest, 0.0)
+    forced = forced_oscillator(oscillator, omega, clearance)
+    begun = begin(forced, initial_state(forced, None, None, 0.0))
+    problem, held, start = begun.problem, begun.held, begun.u
     group, work = lanes(size, 50 * HALVES), workspace(size, 50 * HALVES)
-    tangents = lane_tangents(models.free.decay, models.free.frequency_squared, 0)
-    start_lane(group, 0, problem, start.copy(), clearance)
+    tangents = lane_tangents(problem.decay, problem.frequency_squared, 0)
+    start_lane(group, 0, problem, forced.stops, start.copy())
     forget_error(tangents.errors, 0)
     begin_error(problem.frequency, tangents.errors, 0)
     model, u, widths = LaneModel(problem, held, lane_tables(problem, held.viscous_term)), start.copy(), []
@@ -63,7 +63,7 @@ def test_the_error_is_the_one_estimated(clearance):
     """Against 60 digits: the time by which an impact differs, times its speed, is below W with its safety factor."""
     oscillator, omega = default(), 0.28
     impacts, widths = run_with_error(oscillator, omega, clearance)
-    exact = SwiftOracle.of(oscillator, omega, clearance, digits=60)
+    exact = GeneralOracle.between(oscillator, omega, clearance, digits=60)
     exact.run(len(impacts) + 1, HALVES * np.pi / omega)
     largest = 0.0
     for impact, time, speed in zip(impacts, exact.times, exact.speeds, strict=False):
@@ -84,7 +84,7 @@ def test_the_error_is_the_one_estimated(clearance):
     ids=["three masses", "one mass"],
 )
 def test_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
-    found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
+    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
     assert found["sensitive"][0, 0]
     assert not found["verified"][0, 0]
     assert found["reason"][0, 0] == ROUNDING_DECIDES
@@ -92,7 +92,7 @@ def test_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
 
 
 def test_hardly_any_point_of_the_papers_map_is_sensitive():
-    found = unfolding_map_tile(default(), np.linspace(0.26, 0.3, 4), np.linspace(1.3, 2.0, 64))
+    found = unfolding_map_tile(Plane.of(default(), np.linspace(0.26, 0.3, 4), np.linspace(1.3, 2.0, 64)))
     periodic = found["kind"] == 1
     share = found["sensitive"][periodic].mean()
     assert share < 0.05
@@ -108,7 +108,9 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy):
 
     def at(*clearances: float) -> dict[str, NDArray[np.generic]]:
         settings = {"policy": policy, "initial_conditions": 1, "seed": 3}
-        return unfolding_map_tile(oscillator, np.array([omega]), np.array(clearances), preview=True, **settings)
+        return unfolding_map_tile(
+            Plane.of(oscillator, np.array([omega]), np.array(clearances)), preview=True, **settings
+        )
 
     def label(found: dict[str, NDArray[np.generic]], row: int) -> tuple[int, ...]:
         return tuple(int(found[name][row, 0]) for name in ("kind", "period", "impacts_right", "impacts_left"))

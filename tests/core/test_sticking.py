@@ -4,18 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from sticking_oracle import StickingOracle
+from general_oracle import GeneralOracle
+from steady_displacements import forced_response
 from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.contact.cell_problem import trajectory_models
+from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import trajectory
 
-oracle = StickingOracle.of
+oracle = GeneralOracle.between
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
@@ -45,7 +46,7 @@ def test_accumulation_and_release_times_are_those_of_50_digits(seed: int) -> Non
     count = 1 if oscillator.restitution > 0.9 else 2
     result = trajectory(oscillator, omega, clearance, periods=2, samples_per_period=40)
     exact = oracle(oscillator, omega, clearance)
-    exact.run_to_releases(count, 4 * math.pi / omega)
+    exact.run(until=4 * math.pi / omega, releases=count)
     assert len(exact.releases) == count
     np.testing.assert_array_equal(result.sticking.stop[:count], exact.held_on)
     np.testing.assert_allclose(result.sticking.start[:count], [float(t) for t in exact.rests], rtol=0, atol=1e-12)
@@ -53,10 +54,9 @@ def test_accumulation_and_release_times_are_those_of_50_digits(seed: int) -> Non
         result.sticking.stop_time[:count], [float(t) for t in exact.releases], rtol=0, atol=1e-12
     )
     # the whole state where mass 1 leaves, by samples that were taken while it rested and after
-    x, v, _ = exact.state()
     after = int(np.searchsorted(result.time, float(exact.releases[-1])))
     if not np.any((result.impacts.time > float(exact.releases[-1])) & (result.impacts.time < result.time[after])):
-        x, v = exact.state_at(float(result.time[after]))
+        x, v = exact.at(float(result.time[after]))[:2]
         np.testing.assert_allclose(result.displacement[:, after], [float(a) for a in x], rtol=0, atol=1e-12)
         np.testing.assert_allclose(result.velocity[:, after], [float(a) for a in v], rtol=0, atol=1e-12)
     kinds = set(result.impacts.kind.tolist())
@@ -67,7 +67,7 @@ def test_every_listed_impact_of_a_chatter_is_that_of_50_digits() -> None:
     oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
     result = trajectory(oscillator, 0.2, 0.3, periods=1)
     exact = oracle(oscillator, 0.2, 0.3)
-    exact.run_to_releases(1, 30.0)
+    exact.run(until=30.0, releases=1)
     count = int(np.argmax(result.impacts.kind == "chatter")) + 1
     assert count > 20
     np.testing.assert_allclose(result.impacts.time[:count], [float(t) for t in exact.times[:count]], rtol=0, atol=1e-12)
@@ -112,7 +112,7 @@ def test_a_period_one_orbit_with_sticking_is_found_and_repeats() -> None:
     )
     np.testing.assert_allclose(again.displacement[:, -1], start["displacement"], rtol=0, atol=1e-12)
     exact = oracle(oscillator, omega, clearance, **start)
-    exact.run_to_releases(1, period)
+    exact.run(until=period, releases=1)
     assert again.sticking.stop_time[0] == pytest.approx(float(exact.releases[0]), abs=1e-12)
 
 
@@ -176,7 +176,7 @@ def test_a_start_at_rest_on_a_stop_stays_when_pressed_and_leaves_when_not() -> N
     x, v = np.array([0.1, 0.0]), np.zeros(2)
     pressed = trajectory(oscillator, 0.3, 0.1, x, v, phase=math.pi / 2, periods=1)
     exact = oracle(oscillator, 0.3, 0.1, displacement=[0.1, 0.0], velocity=[0.0, 0.0], phase=math.pi / 2)
-    exact.run_to_releases(1, 20.0)
+    exact.run(until=20.0, releases=1)
     assert pressed.sticking.start[0] == 0.0
     assert pressed.sticking.stop_time[0] == pytest.approx(float(exact.releases[0]), abs=1e-12)
     assert np.all(pressed.displacement[0, pressed.time <= pressed.sticking.stop_time[0]] == 0.1)
@@ -241,7 +241,7 @@ def test_an_undamped_resonance_of_the_held_chain_ends_the_run_with_a_reason() ->
 
 def test_points_that_chatter_in_their_transient_settle() -> None:
     omega, clearance = np.linspace(0.262, 0.27, 3), np.linspace(1.3, 1.4, 3)
-    result = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=400)
+    result = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=400)
     assert not np.any(result["reason"] == 4)
 
 
@@ -256,7 +256,7 @@ def test_points_that_chatter_in_their_transient_settle() -> None:
 def test_a_point_of_a_map_that_rests_on_both_stops_is_named(
     oscillator: Oscillator, omega: float, clearance: float
 ) -> None:
-    result = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
+    result = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
     assert (result["period"][0, 0], bool(result["sticking"][0, 0])) == (1, True)
     assert result["impacts_right"][0, 0] == result["impacts_left"][0, 0] == INFINITE
     assert result["least_impact_velocity"][0, 0] == 0.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from flint import acb, arb
+from general_systems import positive
 from structure_oracle import StructureOracle
 
 from grazemap_core.errors import ParameterError
@@ -30,11 +31,6 @@ class System:
     second: np.ndarray
     omega: float
     time: float
-
-
-def positive(random: np.random.Generator, size: int) -> np.ndarray:
-    root = random.normal(size=(size, size))
-    return root @ root.T + 0.3 * size * np.eye(size)
 
 
 def random_system(seed: int) -> System:

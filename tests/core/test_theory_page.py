@@ -6,15 +6,17 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from next_contacts import simulated_contact
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, largest_overshoot, mapping_error
+from grazemap_core.grazing.one_stop import VariedStop, grazing_curve
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact
+from grazemap_core.model.drive import force
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -65,6 +67,18 @@ def test_points_near_the_paper_s(label, system, which):
     point = chosen[0]
     expected = [f"{point.omega:.12f}", f"{point.clearance:.12f}", f"{point.omega - PAPER_OMEGA:.2e}"]
     assert cells(label) == expected
+
+
+@pytest.mark.parametrize(
+    ("label", "kind", "near"),
+    [("corner of the right stop", "corner", 0.51), ("equal clearances, double graze", "double-graze", 0.27)],
+)
+def test_points_of_two_harmonics(label, kind, near):
+    parts = [force(k, np.array([a, 0.0, 0.0]), np.array([p, 0.0, 0.0])) for k, a, p in ((1, 1.0, 0.0), (2, 0.7, 0.3))]
+    system = Oscillator.of_structure(PROPORTIONAL.structure, PROPORTIONAL.contact, parts, 0.8)
+    points = codimension_two_points(system, near - 0.01, near + 0.01, 1, 0, VariedStop(1, together=True))
+    (point,) = (point for point in points if point.kind == kind)
+    assert cells(f"two harmonics, {label}") == [f"{point.omega:.12f}", f"{point.clearance:.12f}"]
 
 
 def test_multiplier_and_exponent():

@@ -10,7 +10,8 @@ from thorough import every_fourth
 from verified_points import DEFAULT, EQUAL, NO_VERDICT, OTHER, Point, impacts_in_fifty_digits, verdict, verified_point
 
 from grazemap_core import codes
-from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import impacts_of
@@ -36,7 +37,7 @@ def test_verified_points_are_as_in_fifty_digits(first: int) -> None:
 
 def test_wrong_labels_are_caught() -> None:
     omega, clearance = 0.27, 1.85  # one impact, on one stop
-    found = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]))
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), np.array([clearance])))
     label = [found[name][0, 0].item() for name in ("period", "impacts_right", "impacts_left", "symmetric")]
     assert label[0] == 1
     assert sorted(label[1:3]) == [-1, 1]
@@ -67,7 +68,10 @@ def test_a_preview_names_what_is_verified(policy: str, alike: float) -> None:
     """
     grid = (DEFAULT, np.linspace(0.26, 0.3, 6), np.linspace(1.3, 2.05, 64))
     settings = {"max_periods": 400, "policy": policy, "initial_conditions": 3}
-    full, preview = unfolding_map_tile(*grid, **settings), unfolding_map_tile(*grid, **settings, preview=True)
+    full, preview = (
+        unfolding_map_tile(Plane.of(*grid), **settings),
+        unfolding_map_tile(Plane.of(*grid), **settings, preview=True),
+    )
     assert full.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
     if policy == "rest":
         assert ((full["kind"] == PERIODIC) == (preview["kind"] == PERIODIC)).all()
@@ -85,7 +89,7 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)
     omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
-    found = unfolding_map_tile(DEFAULT, omegas, clearances, 400)
+    found = unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances), 400)
     compared = 0
     for i, j in np.argwhere(found["verified"]):
         one = {name: values[i, j].item() for name, values in found.items()}
@@ -110,14 +114,14 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
 
 def test_a_point_that_is_not_verified_has_a_reason() -> None:
     sticky = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
-    found = unfolding_map_tile(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40))
+    found = unfolding_map_tile(Plane.of(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40)))
     rests = (found["kind"] == PERIODIC) & found["sticking"]
     assert rests.any()
     assert not found["verified"][rests].any()
     assert set(found["reason"][rests].tolist()) == {codes.STICKS}
     assert found["verified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
-    found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
+    found = unfolding_map_tile(Plane.of(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12)))
     named = found["kind"] == PERIODIC
     assert not found["verified"].any()
     assert set(found["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
@@ -126,7 +130,7 @@ def test_a_point_that_is_not_verified_has_a_reason() -> None:
 
 def test_a_motion_that_is_named_at_the_end_is_not_verified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
-    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, early=False))
+    codes, figures = PlaneSettler(Plane.of(DEFAULT, *grid), Settling(400, 32, early=False)).grid()
     found = arrays_of(codes[..., 0], figures[..., 0])
     named = found["kind"] == PERIODIC
     assert named.any()
@@ -135,7 +139,7 @@ def test_a_motion_that_is_named_at_the_end_is_not_verified() -> None:
 
 def test_motions_without_impacts_are_verified_only_clear_of_the_stops() -> None:
     """The steady motion is the only one where its amplitude, and all that is left of the start, stay below them."""
-    found = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([2.5, 3.0]))
+    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([2.5, 3.0])))
     assert found["verified"].all()
     assert (found["impacts_right"] == -1).all()
     assert (found["impacts_left"] == -1).all()
@@ -151,6 +155,6 @@ def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
     assert places
     for clearance in places:
         near = clearance * (1.0 + np.array([-1e-3, -1e-12, 1e-12, 1e-3]))
-        found = unfolding_map_tile(DEFAULT, np.array([0.28]), np.sort(near), 400)
+        found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), 400)
         one_one = (found["period"] == 1) & (found["impacts_right"] == 1) & (found["impacts_left"] == 1)
         assert not (found["verified"] & found["symmetric"] & one_one)[1:3].any()

@@ -23,13 +23,13 @@ def pieces():
 def test_pieces_lie_inside_the_window_and_on_the_closed_forms(pieces):
     assert {piece.type for piece in pieces} >= {"SN", "PD", "SB", "GR"}
     for piece in pieces:
-        assert piece.omega.size == piece.clearance.size == piece.impact_velocity.size >= 2
-        assert np.all((piece.clearance >= 1.3) & (piece.clearance <= 2.05))
+        assert piece.omega.size == piece.value.size == piece.impact_velocity.size >= 2
+        assert np.all((piece.value >= 1.3) & (piece.value <= 2.05))
         assert np.all(np.diff(piece.omega) > 0.0)
         middle = len(piece.omega) // 2
         branch = one_impact_branch(DEFAULT, float(piece.omega[middle]), piece.period, piece.symmetric)
         points = [point for point in branch.special_points[1:] if point.type == piece.type]
-        assert [point.clearance for point in points] == [piece.clearance[middle]]
+        assert [point.clearance for point in points] == [piece.value[middle]]
         assert points[0].admissible is piece.admissible
 
 

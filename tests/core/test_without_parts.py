@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from thorough import KERNELS_FIRST
 
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 
 OMEGA = np.linspace(0.2, 0.4, 20)
@@ -61,17 +61,28 @@ def add_nested(nested):
     return total
 add_nested = compiled.kernel(add_nested)
 
+@compiled.apart_kernel
+def last(nested, place):
+    nested.pair.first[place] += nested.pair.second[place]
+    return place + 1
+
+def call_last(nested, last):
+    return last(reference(nested), 0)
+call_last = compiled.kernel(call_last)
+
 nested = Nested(Pair(np.array([1.0]), np.array([2.0])), 0.5)
 assert add_nested(nested) == 350.0
 before = sys.getrefcount(nested.pair.first), sys.getrefcount(nested.pair.second)
 for _ in range(100):
     add_nested(nested)
+    assert call_last(nested, last.address(nested)) == 1
+assert nested.pair.first[0] == 201.0
 assert (sys.getrefcount(nested.pair.first), sys.getrefcount(nested.pair.second)) == before
 """
 
 COMPUTED = """
 import numpy as np
-from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 curve = grazing_curve(oscillator, np.linspace(0.2, 0.4, 20), max_order=2)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,24 +25,13 @@ from examples.reproduce.figure_8 import (
 )
 from examples.reproduce.motions import Run
 from examples.reproduce.one_stop import attractors, search
-from examples.reproduce.page import PICTURES, Section
 from examples.reproduce.paper import GAMMA, REGIONS, Region
 from examples.reproduce.samples import samples_of
 from examples.reproduce.touching import speeds
 from grazemap.local_stack import LocalClient
+from tests.pages import DOCS, NUMBER, assert_on_page, same
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reproduction.md").read_text(encoding="utf-8")
-NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]\d+)?|1e-1\d")
-
-
-def same(printed: str, computed: str) -> bool:
-    """Whether two numbers are equal but for their last digit; bounds of round-off need only be as small."""
-    if printed == computed or (printed.startswith("1e-1") and computed.startswith("1e-1")):
-        return True
-    digits, _, exponent = printed.partition("e")
-    unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
-    return abs(float(printed) - float(computed)) < 1.5 * unit
 
 
 def table_rows(title: str, page: str = PAGE) -> list[list[str]]:
@@ -75,27 +63,13 @@ def title_of_line(omega: float) -> str:
     return f"omega = {omega}, clearance from {high:g} down to {low:g}"
 
 
-def assert_on_page(section: Section) -> None:
-    title = f"## {section.title}\n"
-    assert title in PAGE
-    printed = PAGE[PAGE.index(title) :].removeprefix(title).partition("\n## ")[0].split()
-    computed = section.markdown().removeprefix(title).split()
-    text = [NUMBER.sub("#", " ".join(words)) for words in (printed, computed)]
-    assert text[0] == text[1]
-    pairs = zip(NUMBER.findall(" ".join(printed)), NUMBER.findall(" ".join(computed)), strict=True)
-    assert [pair for pair in pairs if not same(*pair)] == []
-    for row in section.rows:
-        assert f"| {row.what} | {row.printed} |" in PAGE
-    assert set(section.pictures) <= {path.name for path in (DOCS / PICTURES).iterdir()}
-
-
 @pytest.mark.parametrize("part", [figure_2, figure_3, mapping, figure_5, figure_7, unfolding])
 def test_the_page_has_the_computed_sections(stack: LocalClient, part) -> None:
-    assert_on_page(part(stack))
+    assert_on_page(part(stack), PAGE)
 
 
 def test_the_page_has_the_errors_of_the_paper(stack: LocalClient) -> None:
-    assert_on_page(errors(stack, computed_points(stack)[GAMMA]))
+    assert_on_page(errors(stack, computed_points(stack)[GAMMA]), PAGE)
 
 
 def test_the_page_has_the_unfolding_map_at_some_points_and_its_borders(stack: LocalClient) -> None:

@@ -45,6 +45,12 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "horizontal": {"quantity": "displacement", "mass": 1, "values": {"start": -1.0, "stop": 1.0, "points": 3}},
         "vertical": {"quantity": "velocity", "mass": 2, "values": [-0.5, 0.5]},
     },
+    "basin-fractions": {
+        "vary": "clearance",
+        "range": [1.5, 1.6],
+        "omega": 0.29,
+        "states": 8,
+    },
 }
 
 POINTS: list[dict[str, Any]] = [
@@ -107,12 +113,43 @@ REQUESTS[MOTIONS] = {
 ONE_STOP = "grazing-curves of one stop"
 """The process grazing-curves where the other stop is fixed."""
 REQUESTS[ONE_STOP] = {**REQUESTS["grazing-curves"], "clearance": {"left": 1.75}}
+CURVES_OF_ONE = "bifurcation-curves of one stop"
+"""The process bifurcation-curves asked with a motion, where the clearance of one stop varies."""
+REQUESTS[CURVES_OF_ONE] = {
+    **REQUESTS["bifurcation-curves"],
+    "clearance": {"right": REQUESTS["bifurcation-curves"]["clearance"], "left": None},
+    "motions": [{"period": 1, "stops": [1]}],
+}
+DIAGRAM_OF_ONE = "unfolding-diagrams of one stop"
+"""The process unfolding-diagrams where the other stop is fixed."""
+REQUESTS[DIAGRAM_OF_ONE] = {
+    **REQUESTS["unfolding-diagrams"],
+    "clearance": {"right": REQUESTS["unfolding-diagrams"]["clearance"], "left": 1.75},
+}
 RESTED = "periodic-orbits by simulation"
 """The process periodic-orbits where mass 1 rests on a stop."""
 REQUESTS[RESTED] = {"omega": 0.27, "clearance": 0.85}
 ADAPTIVE = "unfolding-maps of computed points"
 """The process unfolding-maps asked for an adaptive map."""
 REQUESTS[ADAPTIVE] = {**REQUESTS["unfolding-maps"], "adaptive": True}
+AXES = "unfolding-maps of axes"
+"""The process unfolding-maps asked for other parameters than omega and clearance."""
+REQUESTS[AXES] = {
+    "horizontal": {"vary": "restitution", "values": [0.5, 0.7, 0.9]},
+    "vertical": {"vary": "omega", "values": [0.2, 0.3]},
+    "clearance": {"right": 1.6},
+}
+CURVES_OF_AXES = "bifurcation-curves of axes"
+"""The process bifurcation-curves asked for a motion and other parameters, those of `AXES`."""
+REQUESTS[CURVES_OF_AXES] = {
+    "horizontal": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9}},
+    "vertical": {"vary": "omega", "values": {"start": 0.2, "stop": 0.3}},
+    "clearance": {"right": 1.6},
+    "max_multiple": 1,
+}
+DIAGRAM_OF_AXES = "unfolding-diagrams of axes"
+"""The process unfolding-diagrams asked for other parameters, those of `AXES`."""
+REQUESTS[DIAGRAM_OF_AXES] = {**REQUESTS[AXES], "borders": True, "max_multiple": 1}
 REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
 
 
@@ -133,10 +170,16 @@ def document(process: str) -> dict[str, Any]:
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
         ADAPTIVE: _adaptive_map,
+        AXES: _map_of_axes,
         "unfolding-diagrams": _unfolding_diagram,
         "basins": _basins,
+        "basin-fractions": _fractions,
         "bifurcation-curves": _curves,
         "bifurcation-curves of motions": _curves_of_motions,
+        CURVES_OF_ONE: _curves_of_one_stop,
+        DIAGRAM_OF_ONE: _diagram_of_one_stop,
+        CURVES_OF_AXES: _curves_of_axes,
+        DIAGRAM_OF_AXES: _diagram_of_axes,
         "periodic-orbits": _orbit,
         "periodic-orbits by simulation": _rested,
         "orbit-branches": _branch,
@@ -335,6 +378,50 @@ def _curves() -> dict[str, Any]:
     }
 
 
+def _curves_of_one_stop() -> dict[str, Any]:
+    one = {"period": 1, "impacts_right": 1, "impacts_left": -1, "motion": "1-1r-(-1)l", "symmetric": False, "stop": 0}
+    line = {"omega": np.array([0.2, 0.25]), "clearance": np.array([1.5, 1.55])}
+    impacts = {"stops": [1], "phases": np.array([[0.5], [0.6]]), "velocities": np.array([[0.1], [0.2]])}
+    sides = {"clearance_right": line["clearance"], "clearance_left": np.array([np.nan, np.nan])}
+    rest = {**line, **sides, **impacts, "impact_velocity": np.array([0.1, 0.2]), "of_motion": 0, "admissible": True}
+    found = {"period": 1, "stops": [1], "omega": 0.25, "clearance": 1.55, "label": "1-1r-(-1)l", "reason": None}
+    return {
+        "curves": [{**one, "type": "PD", **rest, "impact": None, "ends": ["window", "window"]}],
+        "motions": [{**found, "admissible": True}],
+    }
+
+
+def _diagram_of_one_stop() -> dict[str, Any]:
+    whole = _unfolding_diagram()
+    del whole["grazing_curve"]
+    return {**whole, "stop_grazing_curves": _stop_curves()}
+
+
+def _curves_of_axes() -> dict[str, Any]:
+    whole = _curves_of_one_stop()
+    (curve,), (motion,) = whole["curves"], whole["motions"]
+    for one in (curve, motion):
+        del one["omega"], one["clearance"]
+    del curve["clearance_right"], curve["clearance_left"]
+    curve |= {"horizontal": np.array([0.6, 0.7]), "vertical": np.array([0.25, 0.3])}
+    return {"curves": [curve], "motions": [{**motion, "horizontal": 0.6, "vertical": 0.25}]}
+
+
+def _diagram_of_axes() -> dict[str, Any]:
+    line = {"horizontal": np.array([0.5, 0.9]), "vertical": np.array([0.24, 0.24])}
+    borders = _unfolding_diagram()["borders"]
+    for curve in borders["curves"]:
+        del curve["omega"], curve["clearance"]
+        curve |= {"horizontal": np.array([0.5, 0.7, 0.9]), "vertical": np.array([0.2, 0.25, 0.3])}
+        curve["admissible"] = np.array([True, True, False])
+    return {
+        "unfolding_map": _map_of_axes(),
+        "grazing_curves": [{"stop": 1, **line, "admissible": np.array([True, True])}],
+        "bifurcation_curves": _curves_of_axes(),
+        "borders": borders,
+    }
+
+
 def _curves_of_motions() -> dict[str, Any]:
     four = {"period": 1, "impacts_right": 2, "impacts_left": 2, "motion": "1-2r-2l", "symmetric": True}
     line = {"omega": np.array([0.2, 0.25]), "clearance": np.array([1.5, 1.55])}
@@ -446,6 +533,48 @@ def _basins() -> dict[str, Any]:
         "lyapunov": np.array([[-0.7, -0.7, -0.7], [0.1, np.nan, -0.7]]),
         "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
         "reasons": np.array(["", "not closed"]),
+        "basin_entropy": {
+            "box": 5,
+            "boxes": 40,
+            "boundary_boxes": 10,
+            "entropy": 0.2,
+            "boundary_entropy": 0.8,
+            "standard_error": 0.01,
+            "fractal": True,
+        },
+        "uncertainty": {
+            "distance": np.array([1, 2, 4]),
+            "share": np.array([0.1, 0.2, 0.4]),
+            "exponent": 1.0,
+            "standard_error": 0.0,
+            "boundary_dimension": 1.0,
+        },
+        "chance_to_settle": CHANCE,
+    }
+
+
+def _fractions() -> dict[str, Any]:
+    name = {"kind": "periodic", "period": 1, "symmetric": False, "sticking": False}
+    nothing = np.array([[0.1, np.nan], [np.nan, -0.1], [np.nan, np.nan]])
+    states = np.array([[8, 4], [0, 2], [0, 1]])
+    share = states / 8
+    return {
+        "parameter": np.array([1.5, 1.6]),
+        "attractors": [
+            {**name, "label": "1-2r-1l", "impacts_right": 2, "impacts_left": 1, "first": 1.5, "last": 1.6, "found": 2},
+            {**name, "label": "1-2r-1l", "impacts_right": 2, "impacts_left": 1, "first": 1.6, "last": 1.6, "found": 1},
+            {"kind": "chaotic", "label": None, "first": 1.6, "last": 1.6, "found": 1},
+        ],
+        "states": states,
+        "share": share,
+        "share_error": np.sqrt(share * (1 - share) / 8),
+        **dict.fromkeys(("mean_position", "mean_velocity", "multiplier", "lyapunov"), nothing),
+        "verified": states > 2,
+        "unresolved": np.array([0.0, 0.125]),
+        "unresolved_error": np.array([0.0, 0.1169]),
+        "sensitive": np.array([0.0, 0.25]),
+        "displacement": np.array([[-1.0, 1.0], [0.0, 0.0], [0.0, 0.5]]),
+        "velocity": np.tile([-0.4, 0.4], (3, 1)),
         "chance_to_settle": CHANCE,
     }
 
@@ -472,6 +601,16 @@ def _structure() -> dict[str, Any]:
     }
 
 
+_CORNER = {
+    "phase_before": -1.5,
+    "phase_after": 1.6,
+    "slope_before": 4.0,
+    "slope_after": 6.0,
+    "recurrence_before": 2,
+    "recurrence_after": 1,
+}
+
+
 def _stop_curves() -> dict[str, Any]:
     return {
         "contact_equilibrium": 0.0,
@@ -483,7 +622,9 @@ def _stop_curves() -> dict[str, Any]:
         "first_recurrence_right": np.array([2, 4, 0]),
         "points": [
             {"kind": "double-graze", "omega": 0.26, "clearance": 1.75, "residual": 0.0, "status": "simple"}
-            | {"omega_error": 1e-16, "stop": 1, "amplitude_slope": 5.0, "margin": 0.0}
+            | {"omega_error": 1e-16, "stop": 1, "amplitude_slope": 5.0, "margin": 0.0},
+            {"kind": "corner", "omega": 0.27, "clearance": 1.8, "residual": 0.0, "status": "simple"}
+            | {"omega_error": 1e-16, "stop": 1, "margin": -0.05, "corner": _CORNER},
         ],
     }
 
@@ -571,6 +712,17 @@ def _map() -> dict[str, Any]:
         "verified": np.array([[True, False, True], [True, False, False]]),
         "reason": np.array([[0, 1, 0], [0, 1, 2]], dtype=np.int8),
         "reasons": np.array(["", "not closed", "rests"]),
+    }
+
+
+def _map_of_axes() -> dict[str, Any]:
+    found = _map()
+    del found["omega"], found["clearance"]
+    return found | {
+        "horizontal": np.array([0.5, 0.7, 0.9]),
+        "vertical": np.array([0.2, 0.3]),
+        "margin_right": np.array([[-0.2, -0.2, -0.2], [0.1, 0.1, 0.1]]),
+        "margin_left": np.full((2, 3), np.nan),
     }
 
 

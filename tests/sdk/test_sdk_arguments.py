@@ -17,7 +17,16 @@ from grazemap.client.arguments import validated
 from grazemap.client.methods import Method, ProcessMethods
 from grazemap.errors import ParameterError
 from grazemap.results import decode_result
-from grazemap.wire import PROCESSES, InitialState, Interval, Range, UnfoldingMapsRequest, canonical, canonical_id
+from grazemap.wire import (
+    PROCESSES,
+    ClearancePair,
+    InitialState,
+    Interval,
+    Range,
+    UnfoldingMapsRequest,
+    canonical,
+    canonical_id,
+)
 
 
 def asked(name, *arguments, **keywords):
@@ -152,6 +161,38 @@ def test_the_error_of_a_pair_without_points_names_what_is_missing():
     assert "shape is missing" in refused(umap, (0.1, 0.2), (1, 2), None)["/omega"][0]
 
 
+def test_the_error_of_the_clearance_of_one_stop_names_it():
+    errors = refused(asked, "unfolding_map", omega=[0.2, 0.3], clearance={"right": (1.0, 2.0)})
+    assert list(errors) == ["/clearance/right"]
+    assert errors["/clearance/right"][0] == "clearance.right has a start and a stop, and shape is missing"
+    errors = refused(asked, "bifurcation_curves", omega=(0.2, 0.3), clearance={"left": (1.0,)})
+    assert errors["/clearance/left"][0] == "clearance.left is not an interval"
+
+
+@pytest.mark.parametrize(("method", "shape"), [("unfolding_map", {"shape": (3, 4)}), ("bifurcation_curves", {})])
+def test_clearances_of_both_stops_are_a_mapping_or_a_model(method, shape):
+    axes = {"horizontal": ("omega", 0.2, 0.3), "vertical": ("restitution", 0.5, 0.9), **shape}
+    pair = {"right": 1.6, "left": None}
+    model = ClearancePair(**pair)
+    assert asked(method, **axes, clearance=model) == asked(method, **axes, clearance=pair)
+    ranges = {"omega": (0.2, 0.3), **shape}
+    errors = refused(asked, method, **ranges, clearance=model)
+    assert errors == refused(asked, method, **ranges, clearance=pair)
+    assert errors["/clearance"][0] == "clearance does not vary"
+
+
+def test_what_is_missing_of_a_window_is_named_with_all_that_is_allowed():
+    for keywords, field in (({}, "omega"), ({"omega": (0.2, 0.3)}, "clearance"), ({"clearance": (1.0, 2.0)}, "omega")):
+        detail, allowed = refused(asked, "bifurcation_curves", **keywords)[f"/{field}"]
+        assert detail == f"{field} is missing"
+        assert "the axes horizontal and vertical" in allowed
+    found = decode_result(npz("periodic-orbits"))
+    for name, other in (("horizontal", "vertical"), ("vertical", "horizontal")):
+        errors = refused(asked, "bifurcation_curves", **{name: ("omega", 0.2, 0.3)}, clearance=1.6, motions=[found])
+        assert errors[f"/{other}"][0] == f"{name} is given, and {other} is missing"
+    assert "not an interval" in refused(branch, (1, [1]), range=None)["/range"][0]
+
+
 @pytest.mark.parametrize(
     ("body", "pointer", "allowed"),
     [
@@ -216,6 +257,19 @@ def test_the_parts_of_a_diagram_are_the_requests_by_themselves():
     assert whole.bifurcation_curves == curves
 
 
+@pytest.mark.parametrize("left", [None, 1.75])
+def test_the_parts_of_a_diagram_of_one_stop_are_the_requests_by_themselves(left):
+    plane = {"omega": (0.26, 0.3), "clearance": {"right": (1.3, 2.0), "left": left}, "shape": (3, 4)}
+    whole = asked("unfolding_diagram", **plane, max_order=4, max_multiple=2)
+    assert whole.unfolding_map == asked("unfolding_map", **plane)
+    fixed = {"left": left}
+    assert whole.grazing_curve == asked("grazing_curve", omega=(0.26, 0.3), points=400, max_order=4, clearance=fixed)
+    points = asked("codimension_two_points", omega=(0.26, 0.3), max_order=4, max_multiple=2, clearance=fixed)
+    assert whole.codimension_two_points == points
+    clearance = {"right": (1.3, 2.0), "left": left}
+    assert whole.bifurcation_curves == asked("bifurcation_curves", omega=(0.26, 0.3), clearance=clearance)
+
+
 def orbit(motion=None, initial=None):
     keywords = {"motion": motion, "initial": initial, "transient_periods": 100, "max_period": 8}
     return asked("periodic_orbit", omega=0.3, clearance=1.5, **keywords)
@@ -268,6 +322,21 @@ def test_motions_of_a_window_are_given_in_several_ways():
     ]
     wider = curves([(1, [1, -1]), (1, [1, -1]), found], max_multiple=9, points=50)
     assert canonical(wider) == canonical(asked)
+
+
+def test_windows_of_one_stop_and_the_orbits_in_them():
+    found = replace(decode_result(npz("periodic-orbits")), clearance=math.nan, clearance_left=1.4)
+    window = {"omega": (0.2, 0.3), "clearance": {"right": None, "left": (1.0, 2.0)}}
+    (motion,) = asked("bifurcation_curves", **window, motions=[replace(found, stops=(-1, -1))]).motions
+    assert motion.clearance == 1.4
+    errors = refused(asked, "bifurcation_curves", **window, motions=[(1, [1])])
+    assert list(errors) == ["/motions/0/stops"]
+    window["clearance"] = {"right": 1.0, "left": 1.2}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance"]
+    window["clearance"] = {"right": (1.0,)}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance/right"]
+    window["clearance"] = {"right": "a"}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance/right"]
 
 
 @pytest.mark.parametrize("wrong", ["1-2r-2l", (1, [1], 2), 3])
@@ -349,7 +418,7 @@ def test_an_unknown_argument_of_a_method_is_named_with_the_nearest_and_those_the
 
 def test_the_methods_of_the_asynchronous_client_are_coroutine_functions():
     methods = [name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)]
-    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in (*methods, "trajectory"))
+    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in methods)
 
 
 def test_a_process_that_is_misspelt_is_named_with_the_nearest(client):
@@ -459,11 +528,10 @@ def test_the_exception_reads_as_plain_text():
 @pytest.mark.parametrize("process", PROCESSES)
 def test_a_method_requires_what_its_request_requires(process):
     named = {one._process: name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)}
-    parameters = inspect.signature(getattr(Client, named.get(process, "trajectory"))).parameters
+    parameters = inspect.signature(getattr(Client, named[process])).parameters
     required = {name for name, field in PROCESSES[process].model_fields.items() if field.is_required()}
     if process == "bifurcation-diagrams":
-        # these are said by omega and clearance, of which one varies
-        required = required - {"vary", "range"} | {"omega", "clearance"}
+        required -= {"vary", "range"}  # these may be said by omega and clearance, of which one varies
     assert [name for name in required if parameters[name].default is not inspect.Parameter.empty] == []
 
 

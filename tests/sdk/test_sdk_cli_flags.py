@@ -104,7 +104,8 @@ def test_fields_without_a_flag_come_from_json_and_the_help_names_them(run, servi
     assert len(job["request"][only]) == len(REQUESTS[sample][only])
     with pytest.raises(SystemExit):
         cli.main([process, "--help"])
-    assert f"Only --json has every form of: {only}, matrices, forcing." in capsys.readouterr().out
+    rest = f"outputs, {only}" if process == "trajectories" else only
+    assert f"Only --json has every form of: {rest}, matrices, forcing." in capsys.readouterr().out
 
 
 def test_every_field_has_a_description():

@@ -34,20 +34,29 @@ def test_each_process_has_its_method(client, service):
         shape=(2, 3),
         progress=False,
     )
+    fractions = client.basin_fractions(
+        vary="clearance",
+        range=[1.5, 1.6, 2.5],
+        omega=0.29,
+        states=6,
+        displacement=[(-1.0, 1.0), 0.0, {"start": 0, "stop": 0.5}],
+        progress=False,
+    )
     orbit = client.periodic_orbit(omega=0.27, clearance=1.85, motion=(1, [1, -1]), progress=False)
     branch = client.orbit_branch(
         omega=0.27, clearance=1.85, motion={"period": 1, "stops": [1, -1]}, range=(1.8, 1.9), progress=False
     )
     borders = client.bifurcation_curves(omega=(0.2, 0.3), clearance=(1.5, 1.6), progress=False)
     proof = client.prove(statement=REQUESTS["proofs"]["statement"], progress=False)
-    answers = (structure, curve, points, mapping, path, diagram, umap, whole, basins, orbit, branch, borders, proof)
+    maps = (umap, whole, basins, fractions)
+    answers = (structure, curve, points, mapping, path, diagram, *maps, orbit, branch, borders, proof)
     assert [result.process for result in answers] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
     assert whole.unfolding_map.kind.shape == (2, 3)
-    assert service.computed == 13
+    assert service.computed == 14
 
 
 def test_an_adaptive_map_is_another_request(client, service):

@@ -10,7 +10,7 @@ from sdk_documents import npz
 from sdk_fake_service import problem
 
 from grazemap import constants, errors
-from grazemap.client import async_jobs, jobs
+from grazemap.client import messages
 from grazemap.wire import TrajectoriesRequest
 
 CURVES = [{"omega": {"start": 0.2, "stop": 0.3, "points": 3 + k}} for k in range(5)]
@@ -32,8 +32,7 @@ def test_results_have_the_order_of_the_requests(client, service):
 
 
 def test_many_requests_are_several_batches(client, service, monkeypatch):
-    for module in (async_jobs, jobs):
-        monkeypatch.setattr(module, "MOST_OF_BATCH", 2)
+    monkeypatch.setattr(messages, "MOST_OF_BATCH", 2)
     assert len(list(client.map("grazing-curves", CURVES))) == 5
     assert [asked_in(request) for request in service.requests] == [[3, 4], [5, 6], [7]]
 
@@ -82,8 +81,7 @@ def test_invalid_requests_are_found_before_anything_is_sent(client, service):
 
 
 def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client, service, monkeypatch):
-    for module in (async_jobs, jobs):
-        monkeypatch.setattr(module, "MOST_OF_BATCH", 2)
+    monkeypatch.setattr(messages, "MOST_OF_BATCH", 2)
     refused = {"pointer": "/requests/1/request/omega/points", "detail": "too many", "allowed": "fewer"}
     body = {"type": "about:blank", "title": "t", "status": 422, "detail": "d", "errors": [refused]}
     service.upcoming = [

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 import grazemap
+from grazemap.client.methods import Method, ProcessMethods
 
 HEAVY = ["numba", "redis", "fastapi", "rq", "scipy", "matplotlib", "xarray", "tqdm", "pandas", "starlette"]
 
@@ -16,6 +17,7 @@ def test_public_names_are_these():
     assert set(grazemap.__all__) == {
         "AsyncClient",
         "AsyncJobHandle",
+        "BasinFractions",
         "Basins",
         "BifurcationCurves",
         "BifurcationDiagram",
@@ -84,11 +86,15 @@ def test_both_clients_have_the_same_methods_and_parameters(blocking: type, await
     assert signatures(blocking) == signatures(awaited)
 
 
-def test_the_former_name_of_the_wire_models_warns():
-    with pytest.warns(DeprecationWarning, match="grazemap.wire"):
-        from grazemap.models import Oscillator
-
-    assert Oscillator is grazemap.Oscillator
+def test_help_of_a_method_describes_every_argument():
+    methods = [name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)]
+    for name in methods:
+        documented = getattr(grazemap.Client, name).__doc__
+        section = documented.partition("\nParameters\n")[2].partition("\nReturns\n")[0]
+        entries = [line.partition(" : ")[0] for line in section.splitlines() if line and line[0] not in " -"]
+        arguments = [one for one in inspect.signature(getattr(grazemap.Client, name)).parameters if one != "self"]
+        assert [one for entry in entries for one in entry.split(", ")] == arguments, name
+    assert 'policy : {"rest", "sweep-up", "sweep-down", "ensemble"}' in grazemap.Client.unfolding_map.__doc__
 
 
 @pytest.mark.parametrize("name", ["UnfoldingMap", "GrazingCurve", "BifurcationDiagram", "OrbitBranch", "PeriodicOrbit"])

@@ -41,6 +41,15 @@ def test_ordinary_requests_have_no_notes():
     assert codes("unfolding-maps", si) == []
 
 
+def test_a_plane_whose_curve_moves_is_not_compared_with_one_curve():
+    omega = {"vary": "omega", "values": span(0.26, 0.30)}
+    forcing = {"vary": "forcing", "values": {"start": 0.5, "stop": 6.0, "points": 8}}
+    restitution = {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9, "points": 8}}
+    wide = {"horizontal": omega, "clearance": 9.0}
+    assert codes("unfolding-maps", {**wide, "vertical": restitution}) == ["above-grazing-curve"]
+    assert codes("unfolding-maps", {**wide, "vertical": forcing}) == []
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [

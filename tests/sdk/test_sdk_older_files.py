@@ -12,7 +12,7 @@ from thorough import every_fourth
 import grazemap
 from grazemap.codec import decode_npz
 from grazemap.plots import save_picture
-from grazemap.results import RESULTS, decode_result
+from grazemap.results import RESULTS
 
 FILES = sorted((Path(__file__).parents[1] / "data").glob("results-*/*"))
 
@@ -74,11 +74,3 @@ def test_what_was_certified_is_verified_or_isolated() -> None:
     diagram = grazemap.load(folder / "diagram.json")
     assert {(section.sensitive, section.transient_growth) for section in diagram.sections} == {(None, None)}
     assert all(type(attractor.verified) is bool for attractor in grazemap.load(folder / "basins.npz").attractors)
-
-
-@pytest.mark.parametrize("name", ["map_rest", "orbit", "branch"])
-def test_the_deprecated_name_is_read_with_a_warning(name: str) -> None:
-    result = decode_result((FILES[0].parent / f"{name}.npz").read_bytes())
-    with pytest.warns(DeprecationWarning, match="verified"):
-        old = result.certified
-    np.testing.assert_array_equal(old, result.verified)

@@ -403,6 +403,24 @@ def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
     assert ax.get_xlim() == (-1.5, 1.5)
 
 
+def test_basin_fractions_are_areas_that_fill_the_picture():
+    result = decode_result(npz("basin-fractions"))
+    ax = result.plot()
+    assert legend(ax) == [
+        "1-$2_r$-$1_l$ (75.0%)",
+        "1-$2_r$-$1_l$, 2 (12.5%)",
+        "chaotic (6.2%)\n1 of 4 settle within 10000 periods",
+        "unresolved (6.2%)",
+    ]
+    assert len({line.get_color() for line in ax.lines}) == 4
+    assert ax.get_xlabel() == "clearance $b$"
+    assert (ax.get_xlim(), ax.get_ylim()) == ((1.5, 1.6), (0.0, 1.0))
+    assert ax.get_title() == r"Basin fractions, $\omega$ = 0.29, 8 states"
+    tops = [max(y for _, y in area.get_paths()[0].vertices) for area in ax.collections]
+    assert tops == pytest.approx([1.0, 1.0, 1.0, 1.0])
+    assert legend(result.plot(motions=1))[1] == "2 other motions"
+
+
 def test_legends_have_the_chance_of_chaos_to_settle():
     chaotic = {"kinds": np.array(["chaotic", "periodic"]), "chance_to_settle": CHANCE}
     said = "\n1 of 4 settle within 10000 periods"
@@ -616,8 +634,6 @@ def test_a_trajectory_is_drawn_on_two_given_axes():
     assert figure.get_suptitle() == ""
     assert "Mass 1" in pair[0].get_title()
     assert all(ax.get_legend() is None for ax in result.plot(tuple(new_figure(8, 4).subplots(1, 2)), legend="none"))
-    with pytest.warns(DeprecationWarning, match=r"ax=figure\.subplots"):
-        assert result.plot(figure=new_figure(8, 4)).history.get_figure() is not figure
 
 
 def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
@@ -650,11 +666,8 @@ def test_pictures_can_be_pickled():
     assert len(pickle.loads(pickle.dumps(ax.figure)).axes) == 1
 
 
-def test_a_figure_as_in_version_0_1_and_one_axes_for_the_time_history_alone():
+def test_one_axes_is_for_the_time_history_alone():
     result = decode_result(npz("trajectories"))
-    figure = new_figure(8, 4)
-    with pytest.warns(DeprecationWarning, match="deprecated"):
-        assert result.plot(figure).history.get_figure() is figure
     alone = new_figure(8, 4).add_subplot()
     assert result.plot(alone).history is alone
     assert alone.figure.axes == [alone]
@@ -904,7 +917,7 @@ def test_the_table_of_motions_and_json_have_the_colours_of_the_picture(tmp_path)
     assert umap.to_dataframe("motions")["colour"][0] == palette.NAMED["1-1r-1l"]
 
 
-@pytest.mark.parametrize("process", ["bifurcation-diagrams", "basins", MANY, "unfolding-diagrams"])
+@pytest.mark.parametrize("process", ["bifurcation-diagrams", "basins", "basin-fractions", MANY, "unfolding-diagrams"])
 def test_colours_can_be_given(process):
     given = {"unresolved": "red", "chaotic": "red", "1-1r-1l": "gold", "7-7r-7l": "#123456"}
     drawn = decode_result(npz(process)).plot(colours=given)

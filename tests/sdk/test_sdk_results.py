@@ -741,7 +741,7 @@ def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_i
     umap = decode_result(npz("unfolding-maps"))
     point = umap.at(0.21, 1.58)
     assert (point.omega, point.clearance, point.label, point.verified, point.reason) == (0.2, 1.6, "1-2r-2l", True, "")
-    assert (point.omega_offset, point.clearance_offset) == (pytest.approx(-0.01), pytest.approx(0.02))
+    assert (point.horizontal_offset, point.vertical_offset) == (pytest.approx(-0.01), pytest.approx(0.02))
     client.periodic_orbit(**point.request, progress=False)
     (job,) = service.jobs.values()
     assert job["process"] == "periodic-orbits"
@@ -784,3 +784,37 @@ def test_the_grazing_curve_is_known_at_every_frequency():
     omega = np.array([[0.2, 0.21], [0.29, 0.3]])
     assert curve.at(omega).shape == (2, 2)
     assert curve.at(0.29) == pytest.approx(curve.at(omega)[1, 0], rel=1e-15)
+
+
+def test_basins_say_how_mixed_and_how_uncertain_they_are(tmp_path):
+    path = decode_result(npz("basins")).save(tmp_path / "basins.json")
+    for result in (decode_result(npz("basins")), load(path)):
+        assert (result.basin_entropy.box, result.basin_entropy.boundary_entropy) == (5, 0.8)
+        assert result.uncertainty.share.tolist() == [0.1, 0.2, 0.4]
+        assert "basin entropy 0.2, on the boundary 0.8, above log 2: a fractal boundary" in repr(result)
+        assert "uncertainty exponent 1.000 ± 0.000" in repr(result)
+    made = result.to_xarray()
+    assert made["uncertainty_share"].values.tolist() == [0.1, 0.2, 0.4]
+    assert float(made["entropy_boundary_entropy"]) == 0.8
+    none = {**document("basins")["uncertainty"], "exponent": np.nan, "boundary_dimension": np.nan}
+    unmixed = {**document("basins")["basin_entropy"], "boundary_boxes": 0, "boundary_entropy": np.nan}
+    alone = decode_result(npz("basins", {"uncertainty": none, "basin_entropy": unmixed}))
+    assert "no box on a boundary, no uncertainty exponent" in repr(alone)
+
+
+def test_basin_fractions_have_the_shares_of_attractors_along_the_parameter(tmp_path):
+    path = decode_result(npz("basin-fractions")).save(tmp_path / "fractions.json")
+    for result in (decode_result(npz("basin-fractions")), load(path)):
+        assert result.vary == "clearance"
+        assert [(one.label, one.first, one.found) for one in result.attractors] == [
+            ("1-2r-1l", 1.5, 2),
+            ("1-2r-1l", 1.6, 1),
+            (None, 1.6, 1),
+        ]
+        assert result.states.tolist() == [[8, 4], [0, 2], [0, 1]]
+        assert [motion.share for motion in result.motions()] == [0.75, 0.125, 0.0625]
+        assert np.isnan(result.multiplier[1, 0])
+        assert "2 values of clearance, 3 attractors, 1 of 4 chaotic motions settle" in repr(result)
+    made = result.to_xarray()
+    assert made["share"].sel(parameter=1.6).values.tolist() == [0.5, 0.25, 0.125]
+    assert meanings(made["attractor_motion"]) == ["1-2r-1l", "1-2r-1l", "chaotic"]

@@ -20,12 +20,24 @@ JSON = {"Content-Type": "application/json"}
 RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
 MAP = {"omega": RANGE, "clearance": RANGE}
 TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+ZERO = {"kind": "codimension-two", "type": "g", "order": 2, "range": {"start": 0.28, "stop": 0.29}}
+FOLD = {
+    "kind": "bifurcation",
+    "type": "SN",
+    "omega": 0.29,
+    "clearance": 1.6,
+    "motion": {"period": 1, "stops": [1, -1]},
+    "vary": "clearance",
+    "range": {"start": 1.5, "stop": 1.7},
+}
 MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
 DIAGRAM = {"vary": "clearance", "range": RANGE, "omega": 0.29}
 ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
 WINDOW = {"omega": {"start": 0.2, "stop": 0.3}, "clearance": {"start": 1, "stop": 2}}
 ACROSS = {"quantity": "displacement", "mass": 1, "values": RANGE}
 BASINS = {"omega": 0.29, "clearance": 1.6, "horizontal": ACROSS, "vertical": {**ACROSS, "quantity": "velocity"}}
+FRACTIONS = DIAGRAM | {"states": 9}
+SPAN = {"start": 0, "stop": 0.05}
 # Planted into what is sent, looked for in what comes back.
 MARKER = "zyxwvMARKER"
 
@@ -84,12 +96,22 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("grazing-curves", {"omega": RANGE, "clearance": {}}, "/clearance", "right or left", "no fixed stop"),
     ("grazing-curves", {"omega": RANGE, "clearance": {"left": 1}, "sequence": True}, "/sequence", "false",
      "sequence of one stop"),
-    ("grazing-curves", {"omega": RANGE, **structure(forcing=[{"amplitude": [1, 0, 0], "harmonic": 2}])},
-     "/oscillator/forcing", "harmonic 1", "harmonics that the process does not cover"),
-    ("trajectories", {**TRAJECTORY, **structure(contact=2)}, "/oscillator/contact", "structures",
-     "a contact that the process does not cover"),
-    ("unfolding-maps", {**MAP, **structure(bias=[1, 0, 0])}, "/oscillator/bias", "structures",
-     "a bias that the process does not cover"),
+    ("grazing-curves", {"omega": RANGE, "sequence": True, **structure(forcing=[
+        {"amplitude": [1, 0, 0]}, {"amplitude": [1, 0, 0], "harmonic": 2}])}, "/sequence", "even harmonics",
+     "sequence of stops that are not alike"),
+    ("discontinuity-mappings", {**MAPPING, "clearance": {"right": 1}}, "/clearance", "stop C", "a fixed stop's graze"),
+    ("proofs", {"statement": ZERO, **structure(bias=[1, 0, 0])}, "/statement/stop", "A or C", "two stops under a bias"),
+    ("proofs", {"statement": {**ZERO, "order": 1, "stop": "A"}}, "/statement/order", "even", "an odd order"),
+    ("proofs", {"statement": {**FOLD, "clearance": {"right": 1.6}}}, "/statement/motion/stops", "clearance gives",
+     "a proven impact on an absent stop"),
+    ("proofs", {"statement": {**FOLD, "clearance": {"right": 1.6, "left": 1.7}}}, "/statement/vary",
+     "clearance_right or clearance_left", "one clearance of two stops"),
+    ("unfolding-maps", {**MAP, "clearance": {"right": 1.0, "left": 1.0}}, "/clearance", "increasing list", "no rows"),
+    ("unfolding-maps", {**MAP, "clearance": {"right": RANGE, "left": RANGE}}, "/clearance", "range for right",
+     "two rows"),
+    ("unfolding-maps", {**MAP, "clearance": {"right": RANGE, "left": -0.2}}, "/clearance", "right + left > 0",
+     "stops that cross"),
+    ("trajectories", {**TRAJECTORY, "clearance": {}}, "/clearance", "right", "no stop"),
     ("grazing-curves", {"omega": {**RANGE, "stop": float("nan")}}, "/omega/stop", "> 0", "NaN"),
     ("grazing-curves", {"omega": {**RANGE, "stop": float("inf")}}, "/omega/stop", "> 0", "infinity"),
     ("grazing-curves", {"omega": [0.1, float("-inf")]}, "/omega/1", "> 0", "infinity in a list"),
@@ -150,9 +172,17 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("basins", {**BASINS, "vertical": ACROSS}, "/vertical", "another", "one coordinate twice"),
     ("basins", {"omega": 0.29, "clearance": 1.6, "vertical": ACROSS}, "/horizontal", "quantity", "one coordinate only"),
     ("basins", {**BASINS, "initial": {"velocity": [0, 0]}}, "/initial/velocity", "per mass", "state of two masses"),
+    ("basin-fractions", {"vary": "clearance", "range": RANGE}, "/omega", "> 0", "shares with nothing fixed"),
+    ("basin-fractions", {**FRACTIONS, "states": 0}, "/states", ">= 1 and <= 100000", "no states"),
+    ("basin-fractions", {**FRACTIONS, "velocity": [SPAN, SPAN]}, "/velocity", "per mass", "ranges of two masses"),
+    ("basin-fractions", {**FRACTIONS, "velocity": [SPAN, {"start": 1, "stop": 0}, SPAN]}, "/velocity/1",
+     "stop >= start", "range that falls"),
+    ("basin-fractions", {**FRACTIONS, "displacement": [{"start": 0.1, "stop": 2}, SPAN, SPAN]}, "/displacement",
+     "< clearance", "range beyond a stop"),
     ("bifurcation-diagrams", {"vary": "clearance", "range": RANGE}, "/omega", "> 0", "nothing fixed"),
     ("bifurcation-diagrams", {**DIAGRAM, "clearance": 1.6}, "/clearance", "left out", "fixed and varied"),
-    ("bifurcation-diagrams", {**DIAGRAM, "vary": "restitution"}, "/vary", '"clearance"', "no parameter"),
+    ("bifurcation-diagrams", {**DIAGRAM, "vary": "speed"}, "/vary", "clearance_right", "no parameter"),
+    ("bifurcation-diagrams", {**DIAGRAM, "vary": "restitution"}, "/clearance", "number", "no clearance"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "stop": 0.01}}, "/range", "stop > start", "falls"),
     ("bifurcation-diagrams", {**DIAGRAM, "policy": "ensemble"}, "/policy", '"sweep-up"', "policy of maps only"),
     ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [0]}}, "/motion/stops/0", "one of 1, -1", "no stop"),
@@ -164,13 +194,13 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("orbit-branches", ORBIT, "/range", "start", "no range"),
     ("orbit-branches", {**ORBIT, "range": {"start": 1.9, "stop": 1.8}}, "/range", "stop > start", "range that falls"),
     ("orbit-branches", {**ORBIT, "range": {"start": 0, "stop": 2}}, "/range/start", "> 0", "clearance 0"),
-    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": 0.5, "stop": 1.5}}, "/range/stop", "<= 1",
+    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": 0.5, "stop": 1.5}}, "/range/stop", "0 to 1",
      "restitution over 1 of a branch"),
-    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": -0.5, "stop": 1}}, "/range/start", ">= 0",
+    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": -0.5, "stop": 1}}, "/range/start", "0 to 1",
      "restitution under 0 of a branch"),
     ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": 0.1, "stop": 0.7}}, "/range",
      "start <= restitution", "restitution of the oscillator outside"),
-    ("orbit-branches", {**ORBIT, "vary": "damping", "range": {"start": 1, "stop": 2}}, "/vary", '"restitution"',
+    ("orbit-branches", {**ORBIT, "vary": "speed", "range": {"start": 1, "stop": 2}}, "/vary", "clearance_right",
      "nothing that varies"),
     ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [1, 1, -1], "label": "1-2r-2l"}}, "/motion/label",
      "(stops -1)l", "label that contradicts the stops"),
@@ -336,6 +366,8 @@ WORK: list[tuple[str, Any, str]] = [
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),
     ("basins", {**BASINS, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "points": 10**12}}, "points"),
+    ("basin-fractions", {**FRACTIONS, "range": {**RANGE, "points": 2001}}, "points"),
+    ("basin-fractions", {**FRACTIONS, "range": {**RANGE, "points": 2000}, "states": 10**5}, "points"),
     ("periodic-orbits", {"omega": 0.27, "clearance": 1.85, "transient_periods": 10**9}, "periods"),
     (
         "bifurcation-curves",

@@ -67,6 +67,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/unfolding-maps",
         "/v1/unfolding-diagrams",
         "/v1/basins",
+        "/v1/basin-fractions",
         "/v1/periodic-orbits",
         "/v1/orbit-branches",
         "/v1/bifurcation-curves",

@@ -42,6 +42,7 @@ EVERY_PROCESS = {
         "horizontal": {"quantity": "displacement", "values": {"start": -1, "stop": 1, "points": 9}},
         "vertical": {"quantity": "velocity", "values": {"start": -1, "stop": 1, "points": 9}},
     },
+    "basin-fractions": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6, "states": 9},
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import io
+import os
 import random
 import subprocess
 import sys
@@ -315,8 +316,13 @@ def test_a_folder_without_data_is_refused_by_name(tmp_path: Path, command: Comma
 
 def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(children, "MOST_LOG_BYTES", 50_000)
+    # the child writes a line when it is asked to, so that the machine's load does not decide what a look finds
+    asked, written = tmp_path / "asked", tmp_path / "written"
+    for pipe in (asked, written):
+        os.mkfifo(pipe)
     code = (
-        "import time\nfor k in range(100):\n    print(str(k) * 4000, flush=True)\n    time.sleep(0.01)\n"
+        f"import time\nasked, written = open({str(asked)!r}, 'rb'), open({str(written)!r}, 'wb', buffering=0)\n"
+        "for k in range(100):\n    asked.read(1)\n    print(str(k) * 4000, flush=True)\n    written.write(b'.')\n"
         "print('the end', flush=True)\ntime.sleep(60)"
     )
     log = tmp_path / "child.log"
@@ -324,10 +330,14 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
     child.start()
     largest = 0
     try:
+        with asked.open("wb", buffering=0) as ask, written.open("rb", buffering=0) as answer:
+            for _ in range(100):
+                ask.write(b"?")
+                answer.read(1)
+                child.look()
+                largest = max(largest, log.stat().st_size)
         deadline = time.monotonic() + 30
         while "the end" not in child.last_words() and time.monotonic() < deadline:
-            child.look()
-            largest = max(largest, log.stat().st_size)
             time.sleep(0.01)
         assert "the end" in child.last_words()
     finally:

@@ -57,6 +57,10 @@ REQUESTS: dict[str, tuple[str, dict[str, Any]]] = {
         "basins",
         {**POINT, "max_periods": 200, "horizontal": side("displacement"), "vertical": side("velocity")},
     ),
+    "basin fractions": (
+        "basin-fractions",
+        {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 20}, "omega": 0.29, "max_periods": 200},
+    ),
     "periodic orbit": ("periodic-orbits", {**POINT, "transient_periods": 5000}),
     "branch": ("orbit-branches", {**POINT, "motion": FOUR, "range": {"start": 1.5, "stop": 1.7}}),
     "bifurcation curves": ("bifurcation-curves", {**WINDOW, "points": 100}),

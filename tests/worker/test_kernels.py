@@ -39,9 +39,9 @@ def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def kill(kernels: Kernels, step: str) -> None:
-    """Kill the process that compiles a step, and tell of it as a supervisor does."""
-    (pid,) = (pid for pid, compiler in kernels._compilers.items() if step in compiler.steps)
+def kill(kernels: Kernels, component: str) -> None:
+    """Kill the process that compiles a component, and tell of it as a supervisor does."""
+    (pid,) = (pid for pid, compiler in kernels._compilers.items() if component in compiler.components)
     os.kill(pid, signal.SIGKILL)
     kernels.ended(*os.waitpid(pid, 0))
 
@@ -61,15 +61,30 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
 
 @pytest.mark.parametrize("masses", [1, 2, 8])
 def test_diagrams_of_any_number_of_masses_are_loaded(monkeypatch: pytest.MonkeyPatch, masses: int) -> None:
-    chains: list[int] = []
-    monkeypatch.setattr(warmup, "_maps", lambda oscillator: chains.append(len(oscillator.masses)))
+    found: list[tuple[str, int]] = []
+    for name in warmup._COMPONENTS:
+        monkeypatch.setitem(warmup._COMPONENTS, name, lambda chain, name=name: found.append((name, chain.size)))
     warmup.load(f"diagrams-{masses}")
-    assert chains == [masses, masses]
+    assert ("lockstep", masses) in found
+    assert {size for component, size in found if component != "lockstep"} == {3}
+    assert {component for component, _ in found} == {"curves", "trajectories", "classification", "lockstep", "orbits"}
+
+
+def test_what_does_not_depend_on_the_number_of_masses_is_compiled_once(loaded: list[str]) -> None:
+    for component in warmup.components_of("maps-3"):
+        kernel_folder.record(component)
+    kernels = Kernels(["maps-3", "maps-5", "maps-7"])
+    assert kernels.advance()
+    assert [compiler.components for compiler in kernels._compilers.values()] == [["lockstep-5", "lockstep-7"]]
+    kernel_folder.record("lockstep-5")
+    assert kernels.advance()
+    assert kernels.ready == {"maps-3", "maps-5"}
+    end(kernels)
 
 
 def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list[str]) -> None:
-    for step in warmup.STEPS:
-        kernel_folder.record(step)
+    for component in {component for step in warmup.STEPS for component in warmup.components_of(step)}:
+        kernel_folder.record(component)
     kernels = Kernels()
     assert kernels.advance()
     assert loaded == list(warmup.STEPS)
@@ -81,8 +96,8 @@ def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list
 def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: list[str]) -> None:
     kernels = Kernels()
     assert not kernels.advance()
-    steps = [compiler.steps for compiler in kernels._compilers.values()]
-    assert steps == [["curves", "trajectories", "orbits"], ["maps-3", "diagrams-3"]]
+    components = [compiler.components for compiler in kernels._compilers.values()]
+    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep-3"]]
     said = kernels.said()
     assert said["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
     assert said["trajectories"] == "kernels for trajectories, after others"
@@ -92,6 +107,12 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     assert kernels.ready == {"curves"} == set(loaded)
     assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
     assert not kernels.advance()
+    kernel_folder.record("lockstep-3")
+    assert not kernels.advance()  # a map also needs what names its motions
+    for component in ("trajectories", "classification"):
+        kernel_folder.record(component)
+    assert kernels.advance()
+    assert kernels.ready == {"curves", "trajectories", "maps-3"}
     end(kernels)
 
 
@@ -115,7 +136,7 @@ def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
     loaded: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(progress, "HUNG_SECONDS", 0.5)
-    kernels = Kernels(["maps-3"])
+    kernels = Kernels(["curves"])
     assert not kernels.advance()
     (stopped,) = kernels._compilers
     os.kill(stopped, signal.SIGSTOP)
@@ -130,7 +151,7 @@ def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
     until(ended, 10)
     kernels.advance()
     (again,) = kernels._compilers.values()
-    assert again.steps == ["maps-3"]
+    assert again.components == ["curves"]
     end(kernels)
 
 
@@ -140,7 +161,8 @@ def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
     def broken(step: str) -> None:
         raise ArithmeticError
 
-    kernel_folder.record("maps-5")
+    for component in warmup.components_of("maps-5"):
+        kernel_folder.record(component)
     monkeypatch.setattr(warmup, "load", broken)
     kernels = Kernels(["maps-5"])
     assert kernels.advance()
@@ -150,7 +172,7 @@ def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
 def test_a_process_that_compiles_ends_with_its_supervisor(tmp_path: Path) -> None:
     script = (
         "from grazemap_worker.supervision.kernels import Kernels\n"
-        "kernels = Kernels(['maps-61'])\nkernels.advance()\nprint(*kernels._compilers, flush=True)\n"
+        "kernels = Kernels(['curves'])\nkernels.advance()\nprint(*kernels._compilers, flush=True)\n"
         "import time; time.sleep(60)"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

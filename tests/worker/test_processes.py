@@ -47,7 +47,7 @@ def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> d
     assert process.tile is not None
     assert process.assembled is not None
     tiles = [process.tile(request, tile) for tile in cut.tiles]
-    of_tile = TILE_OF_BASINS if name == "basins" else schema_of("unfolding-maps", tiles[0])
+    of_tile = TILE_OF_BASINS if name.startswith("basin") else schema_of("unfolding-maps", tiles[0])
     assert [problems(of_tile, tile) for tile in tiles] == [[]] * len(tiles)
     document = process.assembled(request, cut, tiles, silent)
     assert problems(schema_of(name, document), document) == []
@@ -68,6 +68,23 @@ def test_linear_properties_of_a_general_structure_have_every_field() -> None:
     assert all(one["amplitude"].shape == (2,) for one in document["harmonics"])
     assert document["gaps"] == {"right": None, "left": pytest.approx(0.4 + document["contact_equilibrium"])}
     assert document["impulse_response"][0] == 0.0
+
+
+@pytest.mark.parametrize(("order", "alike"), [(2, False), (3, True)])
+def test_grazes_of_two_harmonics_have_every_field(order: int, alike: bool) -> None:
+    second = {"amplitude": [0.7, 0, 0], "phase": [0.3, 0, 0], "harmonic": order}
+    oscillator = {"forcing": [{"amplitude": [1, 0, 0]}, second]}
+    curve = whole("grazing-curves", {"oscillator": oscillator, "omega": {"start": 0.2, "stop": 0.6, "points": 50}})
+    assert ("clearance" in curve) == alike
+    assert ("clearance_left" in curve) == (not alike)
+    kinds = {point["kind"] for point in curve["points"]}
+    assert kinds == {"recurrence", "resonant", "corner"} | (set() if alike else {"double-graze"})
+    corners = [point for point in curve["points"] if point["kind"] == "corner"]
+    assert all(point["corner"]["slope_before"] < point["corner"]["slope_after"] for point in corners)
+    assert all(("stop" in point) == (not alike) for point in corners)
+    body = {"oscillator": oscillator, "omega": {"start": 0.2, "stop": 0.6}, "clearance": {"left": 3.0}}
+    points = whole("codimension-two-points", body)["points"]
+    assert {"corner", "double-graze"} <= {point["kind"] for point in points}
 
 
 def test_an_error_of_a_general_structure_has_its_pointer() -> None:
@@ -161,6 +178,25 @@ def test_a_discontinuity_mapping_has_its_errors_and_the_returns_of_the_motion(st
     assert exact["next_contact"]["stop"][2] == side * (-1) ** order
     assert exact["first_recurrence"] == order
     assert exact["recurrence_stop"] == exact["next_contact"]["stop"][2]
+
+
+def test_a_discontinuity_mapping_of_one_stop_returns_after_whole_periods() -> None:
+    oscillator = {"contact": [1, 2], "restitution": {"right": 0.6, "left": 0.9}, "bias": [0.1, 0.0, 0.0]}
+    body = {"oscillator": oscillator, "omega": 0.29, "overshoot": [1e-4, 1e-6, 1e-8], "stop": "C", "returns": 3}
+    curve = whole("grazing-curves", {"oscillator": oscillator, "omega": [0.29, 0.3], "clearance": {"right": 9.0}})
+    for other in (9.0, None):
+        found = whole("discontinuity-mappings", {**body, "clearance": {"right": other}})
+        assert found["clearance"] == pytest.approx(curve["clearance_left"][0], rel=1e-14)
+        assert ("margin" in found) == (other is not None)
+        assert found["fitted_order"] == pytest.approx(1.0, abs=0.01)
+        assert found["fitted_order_of_second"] == pytest.approx(1.5, abs=0.01)
+        assert np.nanmax(found["returns"]["error"]) < 1e-11
+    assert found["first_recurrence"] == curve["first_recurrence_left"][0] // 2
+    # without the other stop's clearance both are moved together, to a clearance at which the bias grazes one
+    together = whole("discontinuity-mappings", {**body, "stop": "A"})
+    assert together["margin"] > 0.0
+    with pytest.raises(CoreError, match="other stop"):
+        whole("discontinuity-mappings", body)
 
 
 def test_an_overshoot_beyond_the_domain_is_an_error_that_names_its_end() -> None:
@@ -296,9 +332,50 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert sum(count for _, count in named) == 54
     np.testing.assert_array_equal(np.bincount(one["label"].ravel()), [count for _, count in named])
     assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
+    assert (one["basin_entropy"]["boxes"], one["basin_entropy"]["fractal"]) == (1, False)
+    assert "uncertainty" not in one  # of a small rectangle
     planned = PLANNING["basins"].plan(request)
     assert (planned.rows, planned.columns) == (6, 9)
     assert planned.estimate.seconds > 0.0
+
+
+def test_larger_basins_have_an_uncertainty_exponent_unless_their_values_are_uneven() -> None:
+    values = np.linspace(-1.9, 1.9, 64)
+    body = {
+        "omega": 0.29,
+        "clearance": 1.9927,
+        "horizontal": {"quantity": "displacement", "values": values.tolist()},
+        "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 64}},
+    }
+    cut = Plan(rows=64, columns=64, tile_rows=64, tile_columns=64)
+    found = tiled(parse_request("basins", body), cut, "basins")
+    assert found["uncertainty"]["distance"].tolist() == [1, 2, 4]
+    assert 0.0 < found["uncertainty"]["exponent"] < 1.1
+    assert decode_npz(encode_npz(found, {}))[0]["uncertainty"]["share"].shape == (3,)
+    values[3] += 0.01
+    body["horizontal"]["values"] = values.tolist()
+    assert {"basin_entropy", "uncertainty"}.isdisjoint(tiled(parse_request("basins", body), cut, "basins"))
+
+
+def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
+    body = {
+        "vary": "clearance",
+        "range": {"start": 1.99, "stop": 1.999, "points": 4},
+        "omega": 0.29,
+        "states": 30,
+        "displacement": [{"start": -2.2, "stop": 1.9}, {"start": 0, "stop": 0}, {"start": 0, "stop": 0}],
+        "phase": 0.5,
+    }
+    request = parse_request("basin-fractions", body)
+    cuts = [Plan(rows=4, columns=30, tile_rows=rows, tile_columns=columns) for rows, columns in ((4, 30), (3, 7))]
+    one, many = (tiled(request, cut, "basin-fractions") for cut in cuts)
+    assert encode_npz(one, {}) == encode_npz(many, {})
+    assert {attractor["label"] for attractor in one["attractors"]} >= {"1-(-1)r-(-1)l", "3-1r-1l"}
+    assert one["states"].sum(axis=0).tolist() == [30] * 4
+    assert one["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
+    np.testing.assert_allclose(one["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
+    planned = PLANNING["basin-fractions"].plan(request)
+    assert (planned.rows, planned.columns) == (4, 30)
 
 
 def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> None:
@@ -351,7 +428,7 @@ def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
 
 @pytest.mark.parametrize(
     ("clearance", "periods", "restitution", "expected"),
-    [(1.6, 400, 0.8, NOT_VERIFIED), (1.6, 3, 0.8, None), (1.2, 400, 0.0, "mass 1 rests on a stop")],
+    [(1.6, 400, 0.8, NOT_VERIFIED), (1.6, 3, 0.8, None), (1.2, 400, 0.0, "the contact rests on a stop")],
 )
 def test_a_periodic_trajectory_says_why_it_is_not_verified(clearance, periods, restitution, expected) -> None:
     body = {"omega": 0.29, "clearance": clearance, "periods": periods, "oscillator": {"restitution": restitution}}

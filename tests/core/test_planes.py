@@ -1,0 +1,275 @@
+"""Maps and diagrams over any parameters: the same motions as of the oscillator that has the values of each point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grazemap_core.contact.cell_problem import UNIT, reference_state, trajectory_models
+from grazemap_core.continuation.parameters import ParameterPoint
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps import settling
+from grazemap_core.maps.margins import grazing_margins
+from grazemap_core.maps.planes import Axis, Plane, PlaneSettler
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.unfolding import random_starts, unfolding_map_tile
+from grazemap_core.model.chain import Chain
+from grazemap_core.model.drive import force
+from grazemap_core.model.oscillator import Oscillator, Variants
+from grazemap_core.simulation.observables import Observables, Output
+from grazemap_core.simulation.trajectories import trajectory
+
+PERIODS = 300
+MASSES, STIFFNESSES, DAMPING = [1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05
+OMEGA = np.linspace(0.262, 0.298, 4)
+LABEL = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+
+
+def chain(changes):
+    """The default chain with another damping, or another first mass."""
+    damping = DAMPING * changes.get("damping", 1.0)
+    masses = [changes.get("masses[1]", 1.0), *MASSES[1:]]
+    return Oscillator.create(masses, STIFFNESSES, damping, [1.0, 0.0, 0.0], 0.8)
+
+
+DEFAULT = replace(chain({}), variants=Variants({"damping": 1.0, "masses[1]": 1.0}, chain))
+
+
+def biased(harmonics=False):
+    structure = chain({}).structure
+    assert isinstance(structure, Chain)
+    drive = [force(1, np.array([1.0, 0.0, 0.0]))]
+    drive += [force(2, np.array([0.1, 0.0, 0.05]))] if harmonics else []
+    made = Oscillator.of_structure(structure, [1.0, 0.0, 0.0], drive, 0.8, [0.02, 0.0, 0.01], 0.7)
+
+    def damped(values):
+        return replace(made, structure=chain(values).structure)
+
+    return replace(made, variants=Variants({"damping": 1.0}, damped))
+
+
+AXES = {
+    "omega": Axis("omega", OMEGA),
+    "clearance": Axis("clearance", np.linspace(1.35, 1.95, 5)),
+    "clearance_right": Axis("clearance_right", np.linspace(1.4, 1.9, 5)),
+    "clearance_left": Axis("clearance_left", np.linspace(-0.2, 1.8, 4)),
+    "restitution": Axis("restitution", np.linspace(0.3, 0.9, 4)),
+    "restitution_left": Axis("restitution_left", np.linspace(0.0, 1.0, 4)),
+    "bias": Axis("bias", np.linspace(-3.0, 4.0, 4)),
+    "forcing": Axis("forcing", np.linspace(0.7, 1.4, 4)),
+    "damping": Axis("damping", np.linspace(0.6, 1.4, 3)),
+    "masses[1]": Axis("masses[1]", np.linspace(0.8, 1.3, 3)),
+}
+PAIRS = [
+    ("omega", "restitution"),
+    ("clearance_right", "clearance_left"),
+    ("restitution_left", "omega"),
+    ("omega", "bias"),
+    ("forcing", "bias"),
+    ("omega", "damping"),
+    ("damping", "masses[1]"),
+    ("damping", "clearance"),
+    ("clearance", "masses[1]"),
+]
+
+
+def plane(across, up, oscillator=None):
+    """A plane about the default point; the bias varies that of a biased one."""
+    of = (biased() if "bias" in (across, up) else DEFAULT) if oscillator is None else oscillator
+    at = ParameterPoint.of(of, 0.29, 1.6)
+    return Plane(of, at, AXES[across], AXES[up])
+
+
+def alone(found, row, column, **settings):
+    """The map of one point, of the oscillator that has all its values."""
+    oscillator, omega, clearance = found.at_point(row, column)
+    if isinstance(clearance, tuple):
+        right, left = clearance
+        pair = [[np.inf if side is None else side for side in (right, left)]]
+        one = Plane.of(oscillator, np.array([omega]), np.array(pair))
+    else:
+        one = Plane.of(oscillator, np.array([omega]), np.array([clearance]))
+    return unfolding_map_tile(one, PERIODS, **settings)
+
+
+@pytest.mark.parametrize(("across", "up"), PAIRS)
+def test_a_point_has_the_motion_of_the_oscillator_with_its_values(across, up):
+    found = plane(across, up)
+    arrays = unfolding_map_tile(found, PERIODS)
+    rows, columns = found.shape
+    for row, column in [(0, 0), (rows - 1, 0), (1, columns - 1)]:
+        one = alone(found, row, column)
+        settled = one["verified"][0, 0]
+        for name in LABEL if settled else ("kind",):
+            assert arrays[name][row, column] == one[name][0, 0], name
+        if settled:
+            assert arrays["least_impact_velocity"][row, column] == pytest.approx(
+                one["least_impact_velocity"][0, 0], rel=1e-9, nan_ok=True
+            )
+
+
+@pytest.mark.parametrize(("across", "up"), [("omega", "restitution"), ("omega", "damping"), ("forcing", "bias")])
+def test_the_transposed_plane_is_the_same_map(across, up):
+    one, other = unfolding_map_tile(plane(across, up), PERIODS), unfolding_map_tile(plane(up, across), PERIODS)
+    for name, array in one.items():
+        np.testing.assert_array_equal(array, other[name].T, err_msg=name)
+
+
+def test_a_map_over_the_forces_at_powers_of_two_is_that_over_the_clearance():
+    """Motions between stops at b under forces F are F times those under 1, at b/F (theory, "Other planes")."""
+    factors = 2.0 ** np.arange(-2, 2)
+    over_forces = Plane(DEFAULT, ParameterPoint.of(DEFAULT, 1.0, 0.85), AXES["omega"], Axis("forcing", factors))
+    found = unfolding_map_tile(over_forces, PERIODS)
+    scaled = unfolding_map_tile(Plane.of(DEFAULT, OMEGA, 0.85 / factors[::-1]), PERIODS)
+    for row, factor in enumerate(factors):
+        forced = Oscillator.create(MASSES, STIFFNESSES, DAMPING, [factor, 0.0, 0.0], 0.8)
+        really = unfolding_map_tile(Plane.of(forced, OMEGA, np.array([0.85])), PERIODS)
+        for name, array in found.items():
+            size = factor if name == "least_impact_velocity" else 1.0
+            np.testing.assert_array_equal(array[row], really[name][0], err_msg=name)
+            np.testing.assert_array_equal(array[row], size * scaled[name][len(factors) - 1 - row], err_msg=name)
+    assert len(np.unique(found["impacts_right"][found["verified"]])) > 2
+
+
+@pytest.mark.parametrize("up", ["clearance_right", "restitution", "bias", "forcing", "damping", "omega"])
+def test_a_sweep_hands_on_the_physical_state(up):
+    """The end of each trajectory is the state of the real oscillator after as many periods."""
+    found = plane("clearance" if up == "omega" else "omega", up, biased())
+    settler = PlaneSettler(found, Settling(4, 8, early=False, linearised=False, follow=True))
+    ends = []
+    final_state = Settler.final_state
+
+    def kept(*arguments):
+        ends.append(final_state(*arguments))
+        return ends[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Plane, "is_swept_by_kernels", False)
+        patch.setattr(Settler, "final_state", kept)
+        settler.sweep(np.arange(found.shape[0]), 1)
+    state = None
+    for row, end in enumerate(ends):
+        oscillator, omega, clearance = found.at_point(row, 1)
+        begun = () if state is None else _within(oscillator, clearance, state)
+        run = trajectory(oscillator, omega, clearance, *begun, periods=4, samples_per_period=1)
+        state = np.stack([run.final.displacement, run.final.velocity])
+        np.testing.assert_allclose(end, state, atol=1e-9)
+        state = end
+
+
+def _within(oscillator, clearance, state):
+    right, left = clearance if isinstance(clearance, tuple) else (clearance, clearance)
+    inside = min(max(float(oscillator.contact @ state[0]), -left), right)
+    return oscillator.with_contact(state[0], inside), state[1]
+
+
+@pytest.mark.parametrize("up", ["clearance", "clearance_left", "restitution_left"])
+def test_a_sweep_point_by_point_is_that_of_the_kernels(up, monkeypatch):
+    found = plane("omega", up, biased(harmonics=True))
+    kernels = unfolding_map_tile(found, PERIODS, policy="sweep-down")
+    monkeypatch.setattr(Plane, "is_swept_by_kernels", False)
+    points = unfolding_map_tile(found, PERIODS, policy="sweep-down")
+    both = kernels["verified"] & points["verified"]
+    assert both.mean() > 0.25
+    for name in LABEL:
+        np.testing.assert_array_equal(kernels[name][both], points[name][both])
+    np.testing.assert_array_equal(kernels["verified"], points["verified"])
+
+
+@pytest.mark.parametrize("up", ["bias", "forcing", "restitution"])
+def test_an_ensemble_has_random_states_about_the_origin_of_each_point(up):
+    found = plane("omega", up)
+    settings = {"policy": "ensemble", "initial_conditions": 3, "seed": 1}
+    arrays = unfolding_map_tile(found, PERIODS, **settings)
+    for row, column in [(0, 0), (2, 3)]:
+        one = alone(found, row, column, **settings)
+        assert arrays["share"][row, column] == one["share"][0, 0]
+        assert arrays["motions_found"][row, column] == one["motions_found"][0, 0]
+
+
+@pytest.mark.parametrize(("across", "up"), [("omega", "forcing"), ("clearance_right", "bias"), ("damping", "forcing")])
+def test_what_is_observed_is_of_the_motion_of_the_oscillator_with_the_values(across, up):
+    """Forces that are scaled for the kernels do not scale energies and outputs."""
+    found = plane(across, up, biased())
+    wanted = Observables(
+        ("dissipated_power", "impulse", "peak_displacement"), (Output("x2", np.array([0.0, 1.0, 0.0]), np.zeros(3)),)
+    )
+    arrays = unfolding_map_tile(found, PERIODS, observed=wanted)
+    checked = 0
+    for row, column in [(0, 0), (1, 1), (3, 2), (2, 2)]:
+        one = alone(found, row, column, observed=wanted)
+        if one["verified"][0, 0]:
+            np.testing.assert_allclose(arrays["figures"][:, row, column], one["figures"][:, 0, 0], rtol=1e-9)
+            checked += 1
+    assert checked > 1
+
+
+@pytest.mark.parametrize(("across", "up"), [("omega", "damping"), ("clearance_right", "bias"), ("omega", "forcing")])
+def test_the_margins_are_those_of_the_simulated_steady_motion(across, up):
+    found = plane(across, up, biased(harmonics=True))
+    right, left = grazing_margins(found)
+    for row, column in [(0, 0), (1, 2)]:
+        oscillator, omega, clearance = found.at_point(row, column)
+        sides = clearance if isinstance(clearance, tuple) else (clearance, clearance)
+        phase = np.linspace(0.0, 2.0 * np.pi, 20001)
+        motion = np.full_like(
+            phase, float(oscillator.contact @ np.linalg.solve(oscillator.stiffness_matrix, oscillator.bias))
+        )
+        for one in oscillator.drive:
+            w = one.order * omega
+            matrix = oscillator.stiffness_matrix - w**2 * oscillator.mass_matrix + 1j * w * oscillator.damping_matrix
+            amplitude = oscillator.contact @ np.linalg.solve(matrix, one.amplitudes(np.array([omega]))[0])
+            motion = motion + np.imag(amplitude * np.exp(1j * one.order * phase))
+        assert right[row, column] == pytest.approx(sides[0] - motion.max(), abs=1e-6)
+        assert left[row, column] == pytest.approx(sides[1] + motion.min(), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("across", "up", "name"),
+    [
+        (AXES["omega"], AXES["omega"], "vertical"),
+        (AXES["omega"], Axis("restitution", np.array([0.5, 1.1])), "restitution"),
+        (AXES["omega"], Axis("clearance", np.array([-1.0, 1.0])), "clearance"),
+        (AXES["omega"], Axis("clearance_left", np.array([-1.7, 1.0])), "clearance"),
+        (AXES["omega"], Axis("forcing", np.array([0.0, 1.0])), "forcing"),
+        (Axis("omega", np.array([0.0, 1.0])), AXES["restitution"], "omega"),
+        (AXES["omega"], Axis("bias", np.array([0.0, np.nan])), "bias"),
+        (AXES["omega"], Axis("springs[1]", np.array([0.5, 1.0])), "springs[1]"),
+    ],
+)
+def test_a_plane_out_of_the_domain_of_a_parameter_is_refused(across, up, name):
+    found = Plane(DEFAULT, ParameterPoint.of(DEFAULT, 0.29, 1.6), across, up)
+    with pytest.raises(ParameterError) as caught:
+        unfolding_map_tile(found, PERIODS)
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize("clearance", [(1.9, 0.4), (0.3, None), (None, 0.3)])
+def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearance, monkeypatch):
+    """Their contact coordinates fill the space between two stops, and begin at none of them."""
+    seen = []
+
+    def kept(masses, column, classify_lane):
+        task = column.task
+        row = model.contact_row.ravel()
+        for index in range(len(task.stops)):
+            for direction in task.directions:
+                u = task.base + task.stops[index, UNIT] * direction + task.offset[index] * task.aside
+                place = float(row @ u.ravel()) + steady
+                seen.append(place)
+                assert -task.stops[index, 1] < place < task.stops[index, 0]
+
+    monkeypatch.setattr(settling, "settle_column", kept)
+    pair = np.array([[np.inf if side is None else side for side in clearance]])
+    found = Plane.of(DEFAULT, np.array([0.29]), pair)
+    task = Settling(5, 2, starts=random_starts(DEFAULT, 40, 0))
+    settler = PlaneSettler(found, task)
+    model = trajectory_models(DEFAULT).free
+    reference = Settler(DEFAULT, task).steady(np.array([0.29]))[0]
+    steady = float(reference_state(reference, np.array([1.0]), 0.29, 0.0)[:3] @ DEFAULT.contact)
+    settler.points(np.array([0]), np.array([0]))
+    assert len(seen) == 40
+    if None not in clearance:
+        assert np.ptp(seen) > 0.8 * sum(clearance)

@@ -1,0 +1,239 @@
+"""Observables and outputs of every process that has them: documents, results, Datasets, pictures, estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from grazemap import cli
+from grazemap.codec import Document, encode_json, encode_npz
+from grazemap.errors import ParameterError
+from grazemap.results import (
+    BifurcationDiagram,
+    OrbitBranch,
+    PeriodicOrbit,
+    Result,
+    Trajectories,
+    Trajectory,
+    UnfoldingMap,
+)
+from grazemap.results.base import _decode_json, decode_result
+from grazemap.results.observables import variables_of
+from grazemap.schema import VERSION
+from grazemap.schema import observables as schema
+from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
+from grazemap.wire.observables import OBSERVABLES
+from grazemap_core import warmup
+from grazemap_core.simulation import observables as core
+from grazemap_worker.planning import PLANNING, compiling_seconds, kernels_of
+from grazemap_worker.processes import PROCESSES
+
+ASKED: dict[str, Any] = {
+    "observables": ["impulse", "dissipated_power", "mean_impact_speed_right", "peak_displacement_left"],
+    "outputs": {"spring": {"displacement": [1, -1, 0], "unit": "N"}, "rate": {"velocity": [1, 0, 0]}},
+}
+POINT = {"omega": 0.29, "clearance": 1.6}
+REQUESTS: dict[str, dict[str, Any]] = {
+    "trajectories": {**POINT, "periods": 2, "transient_periods": 400, "samples_per_period": 1},
+    "periodic-orbits": {**POINT, "motion": {"period": 1, "stops": [1, 1, -1, -1]}},
+    "orbit-branches": {
+        "omega": 0.27,
+        "clearance": 1.85,
+        "motion": {"period": 1, "stops": [1]},
+        "range": {"start": 1.8, "stop": 1.9},
+    },
+    "bifurcation-diagrams": {"vary": "clearance", "range": [1.6, 2.4], "omega": 0.29, "periods": 4},
+    "unfolding-maps": {"omega": [0.28, 0.29], "clearance": [1.6, 1.9, 2.4], "max_periods": 200},
+}
+
+
+def computed(process: str, body: dict[str, Any]) -> tuple[Document, Result]:
+    """Return the document of a request, a map in two tiles, and its result."""
+    request, computes = parse_request(process, body), PROCESSES[process]
+    plan = PLANNING[process].plan(request)
+
+    def report(done: int, total: int) -> None:
+        """Nobody asks."""
+
+    if computes.whole is not None:
+        document = computes.whole(request, report)
+    else:
+        plan = plan.model_copy(update={"tile_columns": 1})
+        assert computes.tile is not None
+        assert computes.assembled is not None
+        document = computes.assembled(request, plan, [computes.tile(request, tile) for tile in plan.tiles], report)
+    meta = {"process": process, "schema": VERSION, "request": canonical(request), "core_version": "0"}
+    result = decode_result(encode_npz(document, meta))
+    again = _decode_json(encode_json(document, meta))
+    others = {one.name: values for one, values in variables_of(again)}
+    for one, values in variables_of(result):  # in JSON a number that is not known is missing
+        pair = (np.asarray(part, dtype=np.float64) for part in (values, others.get(one.name, np.nan)))
+        np.testing.assert_array_equal(*pair, err_msg=one.name)
+    return document, result
+
+
+def test_wire_core_and_schema_have_the_same_names() -> None:
+    assert OBSERVABLES == core.OBSERVABLES == schema.OBSERVABLES
+    assert tuple(one.name for one in schema.MEANS) == core.MEANS
+
+
+@pytest.mark.parametrize("process", ["trajectories", "periodic-orbits"])
+def test_a_motion_has_numbers(process: str) -> None:
+    _, found = computed(process, {**REQUESTS[process], **ASKED})
+    assert isinstance(found, Trajectory | PeriodicOrbit)
+    assert found.impulse == pytest.approx(1.1893227616745, rel=1e-11)
+    assert found.dissipated_power == pytest.approx(9.0981990279e-4, rel=1e-9)
+    assert found.peak_displacement_left == pytest.approx(1.6, abs=1e-12)
+    assert found.impact_rate is None
+    assert found.output("spring").unit == "N"
+    assert found.output("rate").rms == pytest.approx(0.3946305785571, rel=1e-11)
+    with pytest.raises(ValueError, match="rate, spring"):
+        found.output("damper")
+    data = found.to_xarray()
+    assert float(data["spring_peak"]) == found.output("spring").peak
+    table = found.to_dataframe("outputs")
+    assert table["name"].tolist() == ["rate", "spring"]
+    assert table["peak"].tolist() == [one.peak for one in found.outputs]
+
+
+def test_many_trajectories_have_columns() -> None:
+    states = [{}, {"phase": 1.0}]
+    _, found = computed("trajectories", {**REQUESTS["trajectories"], "initial": states, **ASKED})
+    assert isinstance(found, Trajectories)
+    assert [one.output("rate").name for one in found.trajectories] == ["rate"] * 2
+    assert found.to_xarray()["impulse"].shape == (2,)
+
+
+def test_a_branch_has_values_where_its_orbits_are_admissible() -> None:
+    _, found = computed("orbit-branches", {**REQUESTS["orbit-branches"], **ASKED})
+    assert isinstance(found, OrbitBranch)
+    assert found.impulse.shape == found.parameter.shape
+    assert np.array_equal(np.isnan(found.impulse), ~found.admissible)
+    speeds = np.sum(np.abs(found.velocities), axis=1)[found.admissible]
+    np.testing.assert_allclose(found.impulse[found.admissible], 1.8 * speeds, rtol=1e-12)
+    assert found.to_dataframe()["spring_rms"].tolist()[6] == found.output("spring").rms[6]
+    axes = found.plot("dissipated_power")
+    assert axes.get_ylabel() == "dissipated power"
+    assert found.plot("spring_rms", labels=False).lines
+    with pytest.raises(ValueError, match="no peak_force"):
+        found.plot("peak_force")
+    plt.close("all")
+
+
+def test_a_diagram_has_values_over_its_parameter() -> None:
+    _, found = computed("bifurcation-diagrams", {**REQUESTS["bifurcation-diagrams"], **ASKED})
+    assert isinstance(found, BifurcationDiagram)
+    assert found.impulse[0] == pytest.approx(1.1893227616745, rel=1e-11)
+    assert found.impulse[1] == 0.0  # no impacts
+    assert np.isnan(found.mean_impact_speed_right[1])
+    assert found.to_xarray()["rate_mean"].dims == ("parameter",)
+    assert found.plot(quantity="impulse").get_ylabel() == "impulse"
+    with pytest.raises(ValueError, match="one of"):
+        found.plot(quantity="peak_force")
+    plt.close("all")
+
+
+def test_a_map_has_arrays_of_the_plane(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    body = REQUESTS["unfolding-maps"]
+    plain, _ = computed("unfolding-maps", body)
+    document, found = computed("unfolding-maps", {**body, **ASKED})
+    assert isinstance(found, UnfoldingMap)
+    for name, value in plain.items():
+        if isinstance(value, np.ndarray):
+            assert np.array_equal(value, document[name], equal_nan=value.dtype.kind == "f"), name
+    assert set(document) - set(plain) == {*ASKED["observables"], "outputs"}
+    assert found.impulse.shape == found.kind.shape
+    assert found.impulse[0, 1] == pytest.approx(1.1893227616745, rel=1e-11)
+    assert np.all(found.impulse[2] == 0.0)
+    assert found.to_xarray()["spring_rms"].dims == found.to_xarray()["kind"].dims
+    assert "dissipated power" in found.plot("dissipated_power").get_title()
+    assert found.plot("spring_peak", legend="none").collections
+    assert found.plot(plt.figure().add_subplot()).get_legend() is not None
+    with pytest.raises(ValueError, match="no impact_rate"):
+        found.plot("impact_rate")
+    plt.close("all")
+    saved, picture = found.save(tmp_path / "map.npz"), tmp_path / "map.png"
+    assert cli.main(["plot", str(saved), "--quantity", "spring_rms", "-o", str(picture)]) == 0
+    assert picture.exists()
+    assert cli.main(["plot", str(saved), "--quantity", "impact_rate"]) != 0
+    assert "dissipated_power" in capsys.readouterr().err
+
+
+def test_an_orbit_that_rests_and_one_that_is_not_found() -> None:
+    resting = {"oscillator": {"restitution": 0.2}, "omega": 0.12, "clearance": 0.5, **ASKED}
+    _, found = computed("periodic-orbits", resting)
+    assert isinstance(found, PeriodicOrbit)
+    assert found.found_by == "simulation"
+    assert found.impulse > 0.0
+    lost = {**POINT, "motion": {"period": 1, "stops": [1] * 40}, **ASKED}
+    _, none = computed("periodic-orbits", lost)
+    assert isinstance(none, PeriodicOrbit)
+    assert np.isnan([none.impulse, none.output("rate").peak]).all()
+
+
+def identity(process: str, request: ProcessRequest) -> str:
+    return canonical_id(process, canonical(request), "0")
+
+
+@pytest.mark.parametrize("process", REQUESTS)
+def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> None:
+    body = REQUESTS[process]
+    plain, empty = (parse_request(process, one) for one in (body, {**body, "observables": [], "outputs": {}}))
+    assert "observables" not in canonical(plain)
+    assert identity(process, plain) == identity(process, empty)
+    asked = parse_request(process, {**body, **ASKED})
+    turned = {**ASKED, "observables": ASKED["observables"][::-1]}
+    turned["outputs"] = {name: {"velocity": [0, 0, 0], **ASKED["outputs"][name]} for name in ("rate", "spring")}
+    turned["outputs"]["rate"] = {"displacement": [0.0] * 3, "velocity": [1.0, 0.0, 0.0]}
+    assert identity(process, asked) == identity(process, parse_request(process, {**body, **turned}))
+    assert identity(process, asked) != identity(process, plain)
+    step = kernels_of(process, asked)
+    assert warmup.is_step(step)
+    assert step != kernels_of(process, plain)
+    assert compiling_seconds(step) > 0.0
+    estimates = [PLANNING[process].plan(one).estimate.seconds for one in (plain, asked)]
+    assert estimates[1] > estimates[0]
+
+
+@pytest.mark.parametrize(
+    ("asked", "pointer", "allowed"),
+    [
+        ({"observables": ["peak_force"]}, "/observables/0", "impulse"),
+        ({"observables": ["impulse", "impulse"]}, "/observables/1", "different"),
+        ({"observables": "impulse"}, "/observables", "a list"),
+        ({"outputs": {"1st": {"displacement": [1, 0, 0]}}}, "/outputs", "letters"),
+        ({"outputs": {"class": {"displacement": [1, 0, 0]}}}, "/outputs", "letters"),
+        ({"outputs": {"x": {"displacement": [1, 0]}}}, "/outputs/x/displacement", "3 numbers"),
+        ({"outputs": {"x": {"velocity": [1, 0, 0, 0]}}}, "/outputs/x/velocity", "3 numbers"),
+        ({"outputs": {"x": {"displacement": [0, 0, 0]}}}, "/outputs/x", "velocity"),
+        ({"outputs": {"x": {}}}, "/outputs/x", "velocity"),
+        ({"outputs": {f"x{i}": {"displacement": [1, 0, 0]} for i in range(17)}}, "/outputs", ""),
+        ({"outputs": [[1, 0, 0]]}, "/outputs", "object"),
+        ({"observables": ["impulse"], "adaptive": True}, "/adaptive", "false"),
+        ({"outputs": {"x": {"velocity": [1, 0, 0]}}, "resolve_sensitive": True}, "/resolve_sensitive", "false"),
+    ],
+)
+def test_what_cannot_be_read_off_is_refused(
+    asked: dict[str, Any], pointer: str, allowed: str, refused: Callable[[str, dict[str, Any]], ParameterError]
+) -> None:
+    (error,) = refused("unfolding-maps", {**REQUESTS["unfolding-maps"], **asked}).problem.errors
+    assert error.pointer == pointer
+    assert allowed in (error.allowed or "")
+
+
+@pytest.fixture
+def refused() -> Callable[[str, dict[str, Any]], ParameterError]:
+    """Return a function that returns the error of a request, as a client raises it before anything is sent."""
+    from grazemap.client.arguments import validated
+
+    def error_of(process: str, body: dict[str, Any]) -> ParameterError:
+        with pytest.raises(ParameterError) as error:
+            validated(process, body)
+        return error.value
+
+    return error_of
