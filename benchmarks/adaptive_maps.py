@@ -22,6 +22,7 @@ import numpy as np  # noqa: E402 - after the environment is set
 from numpy.typing import NDArray  # noqa: E402
 
 from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile, complete_map  # noqa: E402
+from grazemap_core.maps.planes import Plane  # noqa: E402
 from grazemap_core.maps.unfolding import unfolding_map_tile  # noqa: E402
 from grazemap_core.model.oscillator import Oscillator  # noqa: E402
 from grazemap_core.simulation.motion import KINDS  # noqa: E402
@@ -60,13 +61,13 @@ def main() -> None:
 
 
 def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDArray[np.float64]) -> NDArray[Any]:
-    unfolding_map_tile(oscillator, omega[:1], clearance[:1], 4)  # compiled, or loaded from the cache
+    unfolding_map_tile(Plane.of(oscillator, omega[:1], clearance[:1]), 4)  # compiled, or loaded from the cache
     began = time.process_time()
-    adaptive = adaptive_map_tile(oscillator, omega, clearance, max_periods=MAX_PERIODS)
+    adaptive = adaptive_map_tile(Plane.of(oscillator, omega, clearance), max_periods=MAX_PERIODS)
     completed = {name: array.copy() for name, array in adaptive.items()}
-    *_, stated = complete_map(oscillator, omega, clearance, completed, [], [], max_periods=MAX_PERIODS)
+    *_, stated = complete_map(Plane.of(oscillator, omega, clearance), completed, [], [], max_periods=MAX_PERIODS)
     between = time.process_time()
-    full = unfolding_map_tile(oscillator, omega, clearance, MAX_PERIODS)
+    full = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MAX_PERIODS)
     ended = time.process_time()
     inferred = ~adaptive["computed"]
     unresolved, periodic, chaotic = (KINDS.index(kind) for kind in ("unresolved", "periodic", "chaotic"))

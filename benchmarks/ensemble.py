@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
-from grazemap_core.contact.kernels.workspace import FOLLOWED, HALF, KIND, OK, ROWS, STOP, TIME, VELOCITY, workspace
+from grazemap_core.contact.cell_problem import (
+    Clearance,
+    both_clearances,
+    cell_problem,
+    free_state,
+    stops_table,
+    trajectory_models,
+)
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.kernels.workspace import (
+    FOLLOWED,
+    HALF,
+    KIND,
+    OK,
+    ROWS,
+    STOP,
+    TIME,
+    VELOCITY,
+    Workspace,
+    workspace,
+)
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES
-from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, lanes, run_halves, start_lane
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
+from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
+from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel
 
 Floats = NDArray[np.float64]
+
+
+@kernel
+def _run_halves(
+    masses: Masses, model: LaneModel, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
+) -> None:
+    """Carry lanes that have just started over several half periods; parameters as `lockstep.run_half`."""
+    model, group, work = reference(model), reference(group), reference(work)
+    for half in range(halves):
+        run_half(masses, model, group, half, used, u, work)
 
 
 class Ensemble(NamedTuple):
@@ -53,14 +86,14 @@ class Ensemble(NamedTuple):
 def first_impacts(
     oscillator: Oscillator,
     omega: float,
-    clearance: Floats,
+    clearance: Floats | Sequence[Clearance],
     periods: int,
     first: int,
     displacement: Floats | None = None,
     velocity: Floats | None = None,
     phase: float = 0.0,
 ) -> Ensemble:
-    """Run one trajectory per clearance in lockstep, all from one state between the stops (at rest unless given).
+    """Run one trajectory per clearance in lockstep, all from one state between the stops (in equilibrium unless given).
 
     Parameters
     ----------
@@ -68,7 +101,7 @@ def first_impacts(
     omega : float
         Forcing frequency, > 0.
     clearance : (n,)
-        Each greater than the first displacement in size.
+        Each with the initial state between its stops.
     periods : int
         Forcing periods to run.
     first : int
@@ -84,18 +117,26 @@ def first_impacts(
         A state that is not between the stops.
     """
     size = oscillator.size
-    x = np.zeros(size) if displacement is None else np.asarray(displacement, dtype=np.float64)
+    static = equilibrium(oscillator)
+    x = static if displacement is None else np.asarray(displacement, dtype=np.float64)
     v = np.zeros(size) if velocity is None else np.asarray(velocity, dtype=np.float64)
-    clearance = np.asarray(clearance, dtype=np.float64)
-    if not np.all(abs(x[0]) < clearance):
-        raise ParameterError("clearance", "must be greater than the first displacement in size")
+    right, left = np.array([both_clearances(one) for one in clearance]).T
+    place = float(oscillator.contact @ x)
+    if not np.all((-left < place) & (place < right)):
+        raise ParameterError("clearance", "must have the initial state between the stops")
     models = trajectory_models(oscillator)
     steady = reference_response(oscillator, models.free, np.array([omega]))[0]
     problem, held = cell_problem(models, steady, omega, phase)
     model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
-    u = free_state(models.free, steady, omega, x, v, phase)
+    u = free_state(models.free, steady, problem.orders, omega, x - static, v, phase)
     masses = (0,) * size
-    n = len(clearance)
+    n, at_rest = len(clearance), float(oscillator.contact @ static)
+    gaps = np.stack([right - at_rest, left + at_rest], axis=1)
+    restitution = np.broadcast_to([oscillator.restitution_of(1), oscillator.restitution_of(-1)], gaps.shape)
+    stops = [
+        Stops(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] != 0.0)
+        for row in stops_table(oscillator, gaps, problem, restitution).tolist()
+    ]
     events = np.zeros((n, first, LANE_EVENT_COLUMNS))
     seen, status = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     impacts = np.zeros(n, dtype=np.int64)
@@ -104,9 +145,9 @@ def first_impacts(
         count = min(LANES, n - low)
         group = lanes(size, first)
         for lane in range(count):
-            start_lane(group, lane, problem, u, clearance[low + lane])
+            start_lane(group, lane, problem, stops[low + lane], u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
-        run_halves(masses, model, group, 2 * periods, used, scratch, work)
+        _run_halves(masses, model, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, ROWS]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

@@ -1,11 +1,11 @@
 """Compare the estimates of `planning` with the processor time on one core: `make estimates`.
 
-Sixty random requests, five of each process (`random_requests`), are computed as a worker does, each in a child process.
+Random requests, five of each process (`random_requests`), are computed as a worker does, each in a child process.
 The size of each is raised until it takes LEAST_SECONDS; kernels are loaded before. These are replaced by others: what
-the core refuses, what takes less at any size, and what was estimated to take long and is given up. A line for each says
-the processor time over the estimate. The program fails if fewer than nine in ten lie within WITHIN, or if one is over
-MOST; where borders are explained BORDERS_WITHIN stands for both. Arguments: the number of requests of each process, the
-first seed, names of processes.
+the request or the core refuses, what takes less at any size, and what was estimated to take long and is given up. A
+line for each says the processor time over the estimate. The program fails if fewer than nine in ten lie within WITHIN,
+or if one is over MOST; where borders are explained BORDERS_WITHIN stands for both. Arguments: the number of requests of
+each process, the first seed, names of processes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from grazemap_worker.environment import one_thread
 
 one_thread()
 
-from benchmarks.random_requests import KINDS, MAP_MASSES, drawn  # noqa: E402 - after the environment is set
+from pydantic import ValidationError  # noqa: E402 - after the environment is set
+
+from benchmarks.random_requests import KINDS, MAP_MASSES, drawn  # noqa: E402
 from grazemap.wire import ProcessRequest, parse_request  # noqa: E402
 from grazemap_core import warmup  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
@@ -76,10 +78,11 @@ class Measured(NamedTuple):
     def line(self) -> str:
         """What is printed."""
         request = parse_request(self.process, self.body)
-        chain, body = request.oscillator, dict(self.body)
+        described, body = dict(self.body.get("oscillator", {})), dict(self.body)
         body.pop("oscillator", None)
-        damping = max(chain.damping) if isinstance(chain.damping, list) else chain.damping
-        said = f"N {chain.size}, r {chain.restitution:.2f}, damping {damping:.1e}, {short(body)}"
+        named = {"matrices": "dense"} if "matrices" in described else {"damping": described.get("damping")}
+        named |= {name: described[name] for name in ("restitution", "contact", "bias") if name in described}
+        said = f"N {request.oscillator.size}, {short(named)}, {short(body)}"
         mark = "" if self.whole else ">"
         times = f"{mark}{self.seconds:.3f} s, estimate {self.estimate:.3g} s"
         return f"{self.process:<23}{mark}{self.ratio:8.2f}  {times}; {said}"
@@ -146,7 +149,7 @@ def measured(process: str, seed: int) -> Measured | None:
         os.close(reading)
         try:
             sized(process, seed, writing)
-        except CoreError:
+        except (CoreError, ValidationError):
             os._exit(1)
         os._exit(0)
     os.close(writing)

@@ -20,19 +20,24 @@ from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels.lane_tables import LaneTables, lane_tables
 from grazemap_core.maps.kernels.lanes import (
     BATCH_ROWS,
-    GAP,
     LANES,
+    LEFT,
+    PITCH,
+    RESTITUTION_LEFT,
+    RESTITUTION_RIGHT,
+    RIGHT,
     START_V,
     START_X,
+    UNIT,
     VECTOR,
-    ImpactBatch,
+    LaneBatch,
     Masses,
     advance,
-    impact_batch,
+    lane_batch,
     solve_impacts,
 )
 from grazemap_core.maps.kernels.lockstep import Lanes, lanes
-from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
 
@@ -47,7 +52,7 @@ def _advance_often(masses: Masses, tables: LaneTables, group: Lanes, times: int)
 
 
 @kernel
-def _solve_often(masses: Masses, tables: LaneTables, batch: ImpactBatch, count: int, times: int) -> None:
+def _solve_often(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int, times: int) -> None:
     tables = reference(tables)
     for _ in range(times):
         solve_impacts(masses, tables, 0, batch, count)
@@ -63,14 +68,17 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
     """
     core, work = Core(), reference_work(lane_count, periods)
     masses = (0,) * work.oscillator.size
-    steady = forced_response(work.oscillator, np.array([work.omega]))[0]
-    problem, held = cell_problem(trajectory_models(work.oscillator), steady, work.omega)
+    models = trajectory_models(work.oscillator)
+    steady = reference_response(work.oscillator, models.free, np.array([work.omega]))[0]
+    problem, held = cell_problem(models, steady, work.omega)
     tables = lane_tables(problem, held.viscous_term)
-    group, batch = lanes(work.oscillator.size), impact_batch(work.oscillator.size)
+    group, batch = lanes(work.oscillator.size), lane_batch(work.oscillator.size)
     rng = np.random.default_rng(0)
     batch.start[:] = 0.1 * rng.normal(size=batch.start.shape)
-    rows = batch.rows.reshape(BATCH_ROWS, LANES)
-    rows[GAP], rows[START_X], rows[START_V] = 1.6, 1.4 + 0.1 * rng.random(LANES), 1.0 + rng.random(LANES)
+    rows = batch.rows.reshape(BATCH_ROWS, PITCH)[:, :LANES]
+    rows[RIGHT], rows[LEFT], rows[UNIT] = 1.6, 1.6, 1.6
+    rows[RESTITUTION_RIGHT], rows[RESTITUTION_LEFT] = work.oscillator.restitution, work.oscillator.restitution
+    rows[START_X], rows[START_V] = 1.4 + 0.1 * rng.random(LANES), 1.0 + rng.random(LANES)
     at_once = int(np.ceil(impacts * LANES / problem.cells / VECTOR)) * VECTOR
     cells = work.lane_periods * problem.cells // LANES
     clocked = time_in_turn(

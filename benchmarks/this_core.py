@@ -15,10 +15,11 @@ from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lanes import LANES
-from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.tolerances import LANE_DEGREE
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 
 KERNEL = "lockstep"
 """Which of the core's kernels runs; goes into the result."""
@@ -57,8 +58,8 @@ class Classified(NamedTuple):
 
 def cells_per_period(oscillator: Oscillator, omega: float) -> int:
     """Return the number of cells that the core cuts a forcing period into."""
-    steady = forced_response(oscillator, np.array([omega]))[0]
-    return cell_problem(trajectory_models(oscillator), steady, omega)[0].cells
+    models = trajectory_models(oscillator)
+    return cell_problem(models, reference_response(oscillator, models.free, np.array([omega]))[0], omega)[0].cells
 
 
 def fixed_length(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> Integers:
@@ -104,7 +105,7 @@ def _map(
     linearised: bool,
 ) -> Classified:
     task = Settling(periods, LONGEST_PERIOD, early, linearised)
-    codes, _ = settle_grid(oscillator, omegas, clearances, task)
+    codes, _ = PlaneSettler(Plane.of(oscillator, omegas, clearances), task).grid()
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))

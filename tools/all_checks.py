@@ -29,6 +29,7 @@ TARGETS = (
     "browser",
     "pictures",
     "thorough",
+    "general",
     "hardware",
     "verify",
     "resonance",
@@ -45,9 +46,11 @@ TARGETS = (
     "small-questions",
     "cold-start",
     "estimates",
+    "planes",
     "proofs",
     "borders",
     "reproduce",
+    "published",
     "bench-quick",
 )
 _HEAD = """# Checks
