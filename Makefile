@@ -44,6 +44,9 @@ run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points 
 reproduce: $(RUN_STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
 	$(BIN)/python -m examples.reproduce
 
+published: $(RUN_STAMP)  ## compute published numbers of other oscillators again, into docs/published.md (three minutes)
+	$(BIN)/python -m examples.published
+
 resonance: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 resonance: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 resonance: export PYTHONPATH = .
@@ -53,7 +56,7 @@ resonance: $(STAMP)  ## the impacts of fifty undamped chains at resonance and be
 borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (three minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
-pictures: $(STAMP)  ## make twenty pictures, and a page with the code of each, into out/pictures/ (two minutes)
+pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out/pictures/ (two minutes)
 	$(BIN)/python examples/pictures.py
 
 serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
@@ -124,6 +127,13 @@ thorough: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 thorough: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 thorough: kernels $(STAMP)  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
 	$(BIN)/python -m pytest -m thorough tests
+
+general: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+general: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+general: export PYTHONPATH = tests:.
+general: $(STAMP)  ## systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	$(BIN)/python -m general_checks
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
@@ -200,9 +210,14 @@ kernels-wheel: $(RUN_STAMP)  ## compile the kernels ahead of time for x86-64-v3,
 
 estimates: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 estimates: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-estimates: $(STAMP)  ## the processor time of sixty random requests of every process, over its estimate (ten minutes)
+estimates: $(STAMP)  ## the processor time of random requests of every process, over its estimate (ten minutes)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m benchmarks.estimates
+
+planes: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+planes: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+planes: kernels $(STAMP)  ## the processor time of maps over other parameters, beside that over omega and clearance (two minutes)
+	$(BIN)/python -m benchmarks.planes
 
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
@@ -225,6 +240,9 @@ performance: $(STAMP)  ## write docs/performance.md and its picture from the las
 
 tables: $(STAMP)  ## write the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
 	$(BIN)/python docs/field_tables.py
+
+machines: $(RUN_STAMP)  ## write what the blocks of docs/machines.md print, and its drawings
+	$(BIN)/python docs/machine_page.py
 
 house: $(STAMP)  ## draw docs/pictures/house.svg, the folders and modules, from the imports
 	$(BIN)/python -m tools.house

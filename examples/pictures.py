@@ -1,4 +1,4 @@
-"""Twenty pictures, each with the code that makes it.
+"""Pictures, each with the code that makes it.
 
 Computes what they show over HTTP by a stack of its own, and writes the pictures and a page with the code, index.html,
 into the folder named on the command line ("out/pictures" when none is). Colours that meet in a picture and are hard to
@@ -153,6 +153,26 @@ def bifurcation_curves(client: Client) -> Figure:
     return client.bifurcation_curves(omega=(0.26, 0.30), clearance=(1.3, 2.05), motions=motions).plot().figure
 
 
+def unfolded_pitchfork(client: Client) -> Figure:
+    """Draw branches that meet where a motion loses its symmetry, and what a small static force makes of them."""
+    figure, axes = pyplot.subplots(1, 2, figsize=(13, 5), dpi=150, sharey=True, layout="constrained")
+    symmetric = {"phases": [1.57, 4.71], "velocities": [0.05, -0.05]}
+    sooner = {"phases": [1.37, 4.87], "velocities": [0.15, -0.03]}
+    later = {"phases": [1.73, 4.52], "velocities": [0.03, -0.15]}
+    cases = (
+        (0.0, {"symmetric": symmetric, "mirror images": sooner}),
+        (0.0036, {"turns at a saddle-node": later, "goes on": sooner}),
+    )
+    for ax, (force, branches) in zip(axes, cases, strict=True):
+        oscillator = Oscillator(bias=[force, 0.0, 0.0])
+        for (label, motion), colour in zip(branches.items(), ("#2299BB", "#FF9966"), strict=True):
+            known = {"period": 1, "stops": [1, -1], **motion}
+            found = client.orbit_branch(oscillator, omega=0.27, clearance=1.835, motion=known, range=(1.80, 1.86))
+            found.plot(ax, colour=colour, label=label)
+        ax.set(title=f"static force {force:g} on mass 1", ylim=(-0.03, 0.2))
+    return figure
+
+
 def machine(client: Client) -> Figure:
     """Draw a figure for a paper: a machine in SI, its map, a branch and a motion on axes of one's own, in Hz and mm."""
     window = {"omega": (30.0, 100.0), "clearance": (0.0005, 0.006)}
@@ -191,6 +211,7 @@ PICTURES: tuple[Callable[[Client], Figure], ...] = (
     branch,
     branch_multipliers,
     bifurcation_curves,
+    unfolded_pitchfork,
     machine,
 )
 

@@ -149,7 +149,7 @@ def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, floa
         )  # fmt: skip
         hits = (umap.impacts_right[:, 0] == 1) | (umap.impacts_left[:, 0] == 1)
         last = int(np.flatnonzero(hits & (umap.kind[:, 0] == umap.kinds.index("periodic")))[-1])
-        found = float(umap.clearance[last]) - amplitude
+        found = float(umap.vertical[last]) - amplitude
         rows.append((omega, x, found, leading))
     return rows
 

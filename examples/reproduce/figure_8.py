@@ -38,9 +38,9 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
         ' "the dash curve represents double grazing motion" and that the plane "is divided into regions characterized'
         ' by different types of motions", and describes the regions along omega = 0.29 and omega = 0.27 (Figure 9).'
         " The text gives neither the axes nor the borders. The picture below shows the motion to which a trajectory"
-        f" from rest settles, at {len(umap.clearance)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and"
-        f" {len(umap.omega)} frequencies from {OMEGA[0]:g} to {OMEGA[1]:g}. The letters are those of Figure 9, at the"
-        " clearances of its samples."
+        f" from rest settles, at {len(umap.vertical)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and"
+        f" {len(umap.horizontal)} frequencies from {OMEGA[0]:g} to {OMEGA[1]:g}. The letters are those of Figure 9, at"
+        " the clearances of its samples."
     )
     section.draw(
         "figure_8.png", "Unfolding map over the window of Figure 8", lambda: regions(umap, curve, points, samples)
@@ -48,7 +48,7 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
     section.say(_shares(umap))
     section.say("The table has the labels at some points of the map; ~ is chaotic, ? unresolved, qp quasi-periodic:")
     section.show(
-        ["b \\ omega", *(f"{omega:.3f}" for omega in umap.omega[::EVERY_COLUMN])],
+        ["b \\ omega", *(f"{omega:.3f}" for omega in umap.horizontal[::EVERY_COLUMN])],
         labels(umap, EVERY_ROW, EVERY_COLUMN),
     )
     section.say(
@@ -93,7 +93,7 @@ def labels(umap: UnfoldingMap, every_row: int = 1, every_column: int = 1) -> lis
     """Return the motions at some places of a map, the greatest clearance first, with the clearance in front."""
     short = {"chaotic": "~", "unresolved": "?", "quasi-periodic": "qp"}
     names = umap.labels()[::every_row, ::every_column]
-    rows = zip(umap.clearance[::every_row], names, strict=True)
+    rows = zip(umap.vertical[::every_row], names, strict=True)
     return [[f"{value:.2f}", *(short.get(str(name), str(name)) for name in row)] for value, row in rows][::-1]
 
 
@@ -103,10 +103,10 @@ def borders(curves: BifurcationCurves) -> list[list[str]]:
     for curve in curves.curves:
         if not curve.admissible:
             continue
-        cells = []
+        cells, (omegas, clearances) = [], curve.line.T
         for omega in sorted(REGIONS):
-            at = np.flatnonzero(np.abs(curve.omega - omega) < 1e-9)
-            cells.append(f"{curve.clearance[at[0]]:.9f}" if len(at) else "-")
+            at = np.flatnonzero(np.abs(omegas - omega) < 1e-9)
+            cells.append(f"{clearances[at[0]]:.9f}" if len(at) else "-")
         if set(cells) != {"-"}:
             rows.append([curve.type, curve.motion, *cells])
     return rows

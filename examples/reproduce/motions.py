@@ -104,7 +104,7 @@ def plain_runs(client: Client, reading: str, omega: float, high: float, low: flo
     runs = []
     for (kind, some), group in groupby(found, key=lambda item: item[:2]):
         places = [i for _, _, i in group]
-        runs.append(Run(umap.clearance[places].tolist(), umap.least_impact_velocity[places, 0].tolist(), kind, some))
+        runs.append(Run(umap.vertical[places].tolist(), umap.least_impact_velocity[places, 0].tolist(), kind, some))
     return runs
 
 

@@ -49,7 +49,8 @@ def regions(umap: UnfoldingMap, curve: GrazingCurve, points: CodimensionTwoPoint
         )  # fmt: skip
         ax.plot(sample.omega, sample.clearance, ".", color=INK, markersize=5, zorder=5)
         before = None if crowded else sample
-    ax.set_title(f"Figure 8: motions from rest, {GAMMA}, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
+    rows, columns = umap.kind.shape
+    ax.set_title(f"Figure 8: motions from rest, {GAMMA}, {rows} × {columns} points", fontsize=10)
     place.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
@@ -71,7 +72,7 @@ def curves_of_motions(curve: GrazingCurve, closed: BifurcationCurves, named: Bif
     colours = dict(zip(dict.fromkeys(piece.motion for piece in pieces), cycle(COLOURS)))
     for piece in pieces:
         style, width = STYLES[piece.type]
-        ax.plot(piece.omega, piece.clearance, linestyle=style, linewidth=width, color=colours[piece.motion])
+        ax.plot(*piece.line.T, linestyle=style, linewidth=width, color=colours[piece.motion])
     for motion, colour in colours.items():
         ax.plot([], [], color=colour, linewidth=3.0, label=motion)
     for name, (style, width) in STYLES.items():
@@ -105,5 +106,5 @@ def close_up(near: UnfoldingMap, curve: GrazingCurve, points: CodimensionTwoPoin
 
 def _crosses(piece: BifurcationCurve, umap: UnfoldingMap) -> bool:
     """Whether a curve is seen in a map."""
-    across = (piece.omega >= umap.omega[0]) & (piece.omega <= umap.omega[-1])
-    return bool(np.any(across & (piece.clearance >= umap.clearance[0]) & (piece.clearance <= umap.clearance[-1])))
+    across = (piece.omega >= umap.horizontal[0]) & (piece.omega <= umap.horizontal[-1])
+    return bool(np.any(across & (piece.clearance >= umap.vertical[0]) & (piece.clearance <= umap.vertical[-1])))
