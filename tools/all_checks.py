@@ -47,6 +47,7 @@ TARGETS = (
     "cold-start",
     "estimates",
     "planes",
+    "large-models",
     "proofs",
     "borders",
     "reproduce",

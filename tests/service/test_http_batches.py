@@ -78,6 +78,24 @@ def test_json_of_a_line_is_that_of_the_result_and_a_large_result_is_linked(
     assert client.get(line["href"]).headers["content-type"] == "application/x-npz"
 
 
+def test_a_job_that_ends_while_it_is_looked_at_has_its_result_in_the_line(
+    client: TestClient, store: Store, worker: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVES[0]["request"]).json()["id"]
+    worker.finish(job)
+    results = type(store.results)
+    found, seen = results.each_info, []
+
+    def late(self: Any, ids: list[str], most: int) -> list[Any]:
+        seen.append(ids)
+        return [None] * len(ids) if len(seen) == 1 else found(self, ids, most)
+
+    monkeypatch.setattr(results, "each_info", late)
+    (line,) = lines_of(client.post("/v1/batches", json={"requests": CURVES[:1]}))
+    assert line["result"] == client.get(f"/v1/jobs/{job}/result").json()
+    assert len(seen) == 2
+
+
 @pytest.mark.parametrize(
     ("item", "pointer"),
     [

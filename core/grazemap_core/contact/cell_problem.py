@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from grazemap_core.contact.reference_motion import reference_motion
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.model.equilibrium import effective_gaps
 from grazemap_core.model.held_structure import held_structure
-from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.modal import KEPT_MODELS, ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
@@ -116,7 +118,7 @@ def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, rest
 
     `gaps` and `restitution` (n, 2) are those of the right and of the left stop.
     """
-    followed = {one: followed_chatter_impacts(one, problem.cells) for one in np.unique(restitution).tolist()}
+    followed = {one: followed_chatter_impacts(one, problem.cells) for one in {*restitution.ravel().tolist()}}
     chatter = np.array([[followed[one] for one in row] for row in restitution.tolist()])
     settling = np.sum(np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0), axis=1)
     unit = np.array([_unit(one, other, problem.steady_bound) for one, other in gaps.tolist()])
@@ -134,14 +136,7 @@ def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1)
     ParameterError
         The fastest exponent is so much larger than omega that a period would need more than MAX_CELLS_PER_PERIOD cells.
     """
-    fastest = 0.0
-    for model in models:
-        exponents = np.where(
-            model.discriminant < 0.0,
-            model.decay + np.sqrt(np.maximum(-model.discriminant, 0.0)),
-            np.sqrt(model.frequency_squared),
-        )
-        fastest = max(fastest, float(np.max(exponents)))
+    fastest = max(model.fastest_exponent for model in models)
     needed = 2.0 * math.pi * max(float(order), fastest / omega) / tolerances.CELL_REACH
     if not needed <= MAX_CELLS_PER_PERIOD:
         raise ParameterError(
@@ -167,19 +162,38 @@ def cell_problem(
         Forcing phase at t = 0.
     """
     model, oscillator = models.free, models.oscillator
-    count = model.size
     highest = max(one.order for one in oscillator.forces)
     cells = cells_per_period([model] if models.held is None else [model, models.held], omega, highest)
     step = cell_length(omega, cells)
-    # a free mode, which contact does not see, has the unit of time of the forcing
+    flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, model.size, 8))
+    tabulate_flow(model.decay, model.frequency_squared, step, flow_table)
+    fixed = _fixed_arrays(models, 0.0 if np.all(model.frequency_squared > 0.0) else omega)
+    problem = CellProblem(
+        **fixed,
+        cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
+        flow_table=flow_table,
+        **reference_motion(oscillator, model, steady, omega, step[0], cells, phase, fixed["output_row"]),
+        omega=float(omega),
+        step=step[0],
+        cells=cells,
+    )
+    return problem, held_problem(models, steady, omega, cells, phase)
+
+
+@lru_cache(maxsize=KEPT_MODELS)
+def _fixed_arrays(models: HeldModel, omega: float) -> dict[str, Any]:
+    """Return the fields of `CellProblem` that do not depend on the forcing frequency, unless there is a free mode.
+
+    A free mode, which contact does not see, has the forcing's unit of time: `omega`, which else counts for nothing.
+    """
+    model, oscillator = models.free, models.oscillator
+    count = model.size
     frequency = np.where(model.frequency_squared > 0.0, np.sqrt(model.frequency_squared), omega)
     a, b = model.contact_row.T
     unit_displacement = (model.to_modal[:, :count] @ oscillator.jump).reshape(count, 2)
     seen = np.any(model.contact_row != 0.0, axis=1)
     output_row = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
     reach, fourth = np.empty(count), np.empty(count)
-    flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, count, 8))
-    tabulate_flow(model.decay, model.frequency_squared, step, flow_table)
     for j in range(count):
         generator = np.array([[0.0, 1.0], [-model.frequency_squared[j], -2.0 * model.decay[j]]])
         row = output_row[j, :2]
@@ -188,27 +202,20 @@ def cell_problem(
         fourth[j] = math.hypot(row[0] / frequency[j], row[1])
     size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
     size = np.where(seen | ~model.undamped, size / np.max(np.abs(oscillator.jump)), 0.0)
-    problem = CellProblem(
-        decay=np.ascontiguousarray(model.decay),
-        discriminant=np.ascontiguousarray(model.discriminant),
-        frequency_squared=np.ascontiguousarray(model.frequency_squared),
-        frequency=frequency,
-        output_row=np.ascontiguousarray(output_row),
-        unit_impulse=np.ascontiguousarray(model.unit_impulse),
-        unit_impulse_low=_unit_impulse_low(model, unit_displacement, output_row),
-        unit_displacement=unit_displacement,
-        reach=reach,
-        fourth=fourth,
-        displacement_scale=np.stack([size, size / frequency], axis=1),
-        cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
-        flow_table=flow_table,
-        **reference_motion(oscillator, model, steady, omega, step[0], cells, phase, output_row),
-        omega=float(omega),
-        step=step[0],
-        cells=cells,
-        damped=not bool(np.any(model.undamped & seen)),
-    )
-    return problem, held_problem(models, steady, omega, cells, phase)
+    return {
+        "decay": np.ascontiguousarray(model.decay),
+        "discriminant": np.ascontiguousarray(model.discriminant),
+        "frequency_squared": np.ascontiguousarray(model.frequency_squared),
+        "frequency": frequency,
+        "output_row": np.ascontiguousarray(output_row),
+        "unit_impulse": np.ascontiguousarray(model.unit_impulse),
+        "unit_impulse_low": _unit_impulse_low(model, unit_displacement, output_row),
+        "unit_displacement": unit_displacement,
+        "reach": reach,
+        "fourth": fourth,
+        "displacement_scale": np.stack([size, size / frequency], axis=1),
+        "damped": not bool(np.any(model.undamped & seen)),
+    }
 
 
 def at_phase(

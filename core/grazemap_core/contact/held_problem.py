@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +37,36 @@ class HeldModel:
     constrained: HeldStructure
     held: ModalModel | None
 
+    @cached_property
+    def fixed_arrays(self) -> dict[str, Any]:
+        """The fields of `HeldProblem` that depend neither on the forcing frequency nor on its phase."""
+        oscillator, constrained, blocks = self.oscillator, self.constrained, self.held
+        size, count = oscillator.size, oscillator.size - 1
+        output_row, empty = np.zeros((count, 4)), np.zeros(count)
+        to_blocks, from_blocks = np.zeros((2 * count, 2 * size)), np.zeros((2 * size, 2 * count))
+        if blocks is not None:
+            output_row = _output_row(self, blocks)
+            # a motion of q is taken away in the direction of the jump
+            aside = np.eye(size)[constrained.others] - np.outer(oscillator.jump[constrained.others], oscillator.contact)
+            for half in (0, 1):
+                rows, columns = slice(half * count, (half + 1) * count), slice(half * size, (half + 1) * size)
+                to_blocks[:, columns] = blocks.to_modal[:, rows] @ aside
+                from_blocks[columns] = constrained.basis @ blocks.from_modal[rows]
+        return {
+            "decay": empty if blocks is None else np.ascontiguousarray(blocks.decay),
+            "discriminant": empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
+            "frequency_squared": empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
+            "output_row": np.ascontiguousarray(output_row),
+            "orders": harmonic_orders(oscillator),
+            "static_acceleration": constrained.static_stiffness / oscillator.effective_mass,
+            "viscous_term": constrained.viscous_term,
+            "profile": np.ascontiguousarray(constrained.profile),
+            "to_blocks": to_blocks,
+            "from_blocks": from_blocks,
+            "to_free": np.ascontiguousarray(self.free.to_modal),
+            "from_free": np.ascontiguousarray(self.free.from_modal),
+        }
+
 
 def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: int, phase: float) -> HeldProblem:
     """Return the arrays of the kernels for a resting contact at one forcing frequency.
@@ -50,40 +82,19 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         Per forcing period.
     """
     oscillator, constrained, blocks = model.oscillator, model.constrained, model.held
-    size = oscillator.size
-    count = size - 1
+    size, count = oscillator.size, oscillator.size - 1
     exists = blocks is not None or count == 0  # otherwise the motion has no accurate closed form
     steady = np.zeros((len(oscillator.forces), count), dtype=np.complex128)
-    output_row, empty = np.zeros((count, 4)), np.zeros(count)
-    to_blocks, from_blocks = np.zeros((2 * count, 2 * size)), np.zeros((2 * size, 2 * count))
     if blocks is not None:
         steady, exists = _held_steady(model, blocks, omega)
-        output_row = _output_row(model, blocks)
-        # a motion of q is taken away in the direction of the jump
-        aside = np.eye(size)[constrained.others] - np.outer(oscillator.jump[constrained.others], oscillator.contact)
-        for half in (0, 1):
-            rows, columns = slice(half * count, (half + 1) * count), slice(half * size, (half + 1) * size)
-            to_blocks[:, columns] = blocks.to_modal[:, rows] @ aside
-            from_blocks[columns] = constrained.basis @ blocks.from_modal[rows]
     factors = _phase_factors(oscillator, cells, phase)
     return HeldProblem(
-        decay=empty if blocks is None else np.ascontiguousarray(blocks.decay),
-        discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
-        frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
-        output_row=np.ascontiguousarray(output_row),
-        orders=harmonic_orders(oscillator),
+        **model.fixed_arrays,
         steady_table=real_and_imaginary(_harmonic_acceleration(model, steady, omega, exists)[:, None] * factors),
-        static_acceleration=constrained.static_stiffness / oscillator.effective_mass,
-        viscous_term=constrained.viscous_term,
-        profile=np.ascontiguousarray(constrained.profile),
         phase_factors=real_and_imaginary(factors),
         turn=np.zeros((len(oscillator.forces), 2)),
         steady=real_and_imaginary(steady @ constrained.basis.T),
         free_steady=real_and_imaginary(free_steady[:, :, :size].reshape(len(free_steady), -1)),
-        to_blocks=to_blocks,
-        from_blocks=from_blocks,
-        to_free=np.ascontiguousarray(model.free.to_modal),
-        from_free=np.ascontiguousarray(model.free.from_modal),
         exists=exists,
         state=np.zeros((count, 2)),
         since=np.zeros(2),
@@ -169,8 +180,9 @@ def whole_period(half: Complexes, order: int = 1) -> Complexes:
     return np.concatenate([half, -half if order % 2 == 1 else half, half[:1]])
 
 
+@lru_cache(maxsize=16)
 def half_period_phases(cells: int, order: int = 1) -> Complexes:
-    """Return exp(2 pi i order k / cells) for 0 <= k < cells/2, with an error of one or two roundings.
+    """Return exp(2 pi i order k / cells) for 0 <= k < cells/2, with an error of one or two roundings; read-only.
 
     Sines and cosines are computed at angles of at most pi/4.
     """
@@ -183,9 +195,11 @@ def half_period_phases(cells: int, order: int = 1) -> Complexes:
     angle = np.where(steep, cells - 4 * k, 4 * k) * (math.pi / (2 * cells))
     c, s = np.cos(angle), np.sin(angle)
     first = np.where(back, -1.0, 1.0) * np.where(steep, s, c) + 1j * np.where(steep, c, s)
-    return np.where(below, -first, first)
+    found = np.where(below, -first, first)
+    found.setflags(write=False)
+    return found
 
 
 def real_and_imaginary(values: Complexes) -> Floats:
     """Return complex numbers (...) as an array of (real, imaginary), shape (..., 2)."""
-    return np.ascontiguousarray(np.stack([values.real, values.imag], axis=-1))
+    return np.ascontiguousarray(values).view(np.float64).reshape(*values.shape, 2)

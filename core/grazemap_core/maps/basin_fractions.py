@@ -207,7 +207,8 @@ class Settlers:
     def of(self, oscillator: Oscillator) -> Settler:
         """Return the settler of an oscillator, the same one for the same object."""
         if self._last is None or self._last[0] is not oscillator:
-            self._last = oscillator, Settler(oscillator, self._task)
+            before = None if self._last is None else self._last[1]
+            self._last = oscillator, Settler(oscillator, self._task, before)
         return self._last[1]
 
 

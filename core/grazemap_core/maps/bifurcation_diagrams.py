@@ -154,9 +154,7 @@ def _follow(
     nothing = np.zeros(0) if settling.observed is None else settling.observed.nothing
     for oscillator, omega, clearance in points:
         if settler is None or settler.oscillator is not oscillator:
-            before, settler = settler, Settler(oscillator, settling)
-            if before is not None:
-                settler.take_errors(before.errors)
+            settler = Settler(oscillator, settling, settler)
         forced = forced_oscillator(oscillator, omega, clearance)
         at_rest = initial_state(forced, None, None, 0.0)
         begin = at_rest

@@ -30,7 +30,6 @@ from grazemap_core.continuation.parameters import (
 )
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.settling import Conditions, Settler, Settling
 from grazemap_core.model.oscillator import Oscillator
 
@@ -229,6 +228,7 @@ class PlaneSettler:
         self._scaled = () if task.observed is None else tuple({"bias", "forcing"} & {*plane.names})
         self._starts = np.zeros((1, 2, plane.oscillator.size)) if task.starts is None else task.starts
         self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
+        self._last: Settler | None = None
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
@@ -247,17 +247,17 @@ class PlaneSettler:
         if self.plane.is_swept_by_kernels:
             return self._run(rows, columns)
         state: Floats | None = None
-        inherits, errors, found = False, None, []
+        inherits, found = False, []
         for k in range(len(rows)):
             here, only = rows[k : k + 1], columns[k : k + 1]
-            settler, omega, steady = self._settler(int(here[0]), column, errors)
+            settler, omega, steady = self._settler(int(here[0]), column)
             conditions = self._conditions(here, only)
             if k > 0:
                 before = self._conditions(rows[k - 1 : k], only).forcing[0]
                 settler.errors.square[0] *= (before / conditions.forcing[0]) ** 2
             start = None if state is None else settler.within(conditions, state)
             found.append(settler.run(omega, steady, conditions, start, self._starts, inherits=inherits))
-            state, errors = settler.final_state(omega, steady, conditions), settler.errors
+            state = settler.final_state(omega, steady, conditions)
             inherits = state is not None and not _is_captured(found[-1][0][0, 0])
         codes, figures = zip(*found, strict=True)
         return np.concatenate(codes), np.concatenate(figures)
@@ -290,7 +290,7 @@ class PlaneSettler:
         """Return the oscillator of a point with what its conditions do not say."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
-    def _settler(self, row: int, column: int, errors: LaneErrors | None = None) -> tuple[Settler, float, Complexes]:
+    def _settler(self, row: int, column: int) -> tuple[Settler, float, Complexes]:
         """Return the settler of a point's structure, the frequency and the reference motion there."""
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
@@ -298,11 +298,10 @@ class PlaneSettler:
         if key not in self._settlers:
             while len(self._settlers) >= _LAST_SETTLERS:
                 del self._settlers[next(iter(self._settlers))]
-            settler, omegas = Settler(self._oscillator(row, column), self._task), self.plane.omegas
+            settler = Settler(self._oscillator(row, column), self._task, self._last)
+            self._last, omegas = settler, self.plane.omegas
             self._settlers[key] = settler, dict(zip(omegas.tolist(), settler.steady(omegas), strict=True))
         settler, steady = self._settlers[key]
-        if errors is not None:
-            settler.take_errors(errors)
         omega = float(self.plane.values("omega", *only)[0])
         return settler, omega, steady[omega]
 

@@ -28,7 +28,7 @@ from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
-from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
+from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents, tangents_of
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import lanes
 from grazemap_core.maps.map_observables import figures_of_column
@@ -106,29 +106,38 @@ class Conditions(NamedTuple):
 class Settler:
     """Settings and scratch for runs of one oscillator."""
 
-    def __init__(self, oscillator: Oscillator, task: Settling) -> None:
-        """Allocate lanes, histories and tangents; nothing is run."""
+    def __init__(self, oscillator: Oscillator, task: Settling, before: Settler | None = None) -> None:
+        """Allocate lanes, histories and tangents; nothing is run.
+
+        With `before`, whose task is the same and whose oscillator is of the same size, they are those of that settler:
+        a sweep goes on with its errors, and neither settler is to be run while the other one is.
+        """
         size = oscillator.size
         self._models = trajectory_models(oscillator)
-        self._blocks = _impulse_blocks(self._models.free, task.early)
+        free = self._models.free
+        self._blocks = _impulse_blocks(free, task.early)
         self._task = task
         self._equilibrium = equilibrium(oscillator)
         growth_periods = min(math.ceil(GROWTH_SHARE * task.max_periods), MOST_GROWTH_PERIODS)
         self._growth_halves = 2 * growth_periods if task.linearised else 0
-        events = RECORDED_IMPACTS if task.linearised or self._blocks.verifiable else 0
-        free = self._models.free
         self._masses = (0,) * size
-        self._scratch: dict[str, Any] = {
-            "group": lanes(size, events),
-            "history": stroboscopic_history(size, task.max_period, LANES),
-            "tangents": lane_tangents(free.decay, free.frequency_squared, self._growth_halves),
-            "records": lane_records(),
-            "returns": return_search(),
-            "work": workspace(size, events),
-            "verification": verification_scratch(size),
-            "u": np.zeros((size, 2)),
-            "final_state": np.zeros((size, 2)),
-        }
+        self._scratch: dict[str, Any]
+        if before is None:
+            events = RECORDED_IMPACTS if task.linearised or task.early else 0
+            self._scratch = {
+                "group": lanes(size, events),
+                "history": stroboscopic_history(size, task.max_period, LANES),
+                "tangents": lane_tangents(free.decay, free.frequency_squared, self._growth_halves),
+                "records": lane_records(),
+                "returns": return_search(),
+                "work": workspace(size, events),
+                "verification": verification_scratch(size),
+                "u": np.zeros((size, 2)),
+                "final_state": np.zeros((size, 2)),
+            }
+        else:
+            tangents = tangents_of(before._scratch["tangents"], free.decay, free.frequency_squared)
+            self._scratch = {**before._scratch, "tangents": tangents}
 
     @property
     def oscillator(self) -> Oscillator:
@@ -140,10 +149,6 @@ class Settler:
         """The errors of the lanes: those with which the trajectories of a sweep are handed on."""
         found: LaneErrors = self._scratch["tangents"].errors
         return found
-
-    def take_errors(self, errors: LaneErrors) -> None:
-        """Go on with the errors of another settler."""
-        self._scratch["tangents"] = self._scratch["tangents"]._replace(errors=errors)
 
     def steady(self, omega: Floats) -> Complexes:
         """Return the amplitudes of the reference motions at frequencies (m,), shape (m, H, 2, N + 1)."""

@@ -9,7 +9,7 @@ classical modes (theory, section 2); any other gives blocks whose shapes also de
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import eigh, svd
@@ -82,6 +82,13 @@ class ModalModel:
     def size(self) -> int:
         """Number of blocks N."""
         return len(self.decay)
+
+    @cached_property
+    def fastest_exponent(self) -> float:
+        """The largest modulus of an exponent of a block; 0 without blocks."""
+        real = self.decay + np.sqrt(np.maximum(-self.discriminant, 0.0))
+        exponents = np.where(self.discriminant < 0.0, real, np.sqrt(self.frequency_squared))
+        return float(np.max(exponents, initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)

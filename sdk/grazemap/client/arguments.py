@@ -280,7 +280,7 @@ def as_interval(name: str, values: Any) -> Any:
         return values
     if not isinstance(values, list) or len(values) != 2:
         detail = f"{name.replace('/', '.')} is not an interval"
-        raise _parameter_error(f"/{name}", detail, "(start, stop) with stop > start > 0")
+        raise _parameter_error(f"/{name}", detail, "(start, stop) with stop > start")
     return {"start": values[0], "stop": values[1]}
 
 

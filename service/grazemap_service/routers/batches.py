@@ -206,14 +206,19 @@ def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list
 
 
 def _members(context: Context, asker: Asker, job_id: str, info: ResultInfo | None, form: str) -> bytes | None:
+    job = None
+    if info is None or info.data is None:
+        job = context.store.jobs.get(job_id, asker.name, with_request=False)
+        if job is None:
+            return b'"id":"%s","status":"dismissed"' % job_id.encode()
+        if job.status not in FINISHED:
+            return None
+        if info is None and job.status == "successful":  # it has ended meanwhile, or its result is evicted
+            (info,) = context.store.results.each_info([job_id], LARGE_BYTES)
     if info is not None and info.data is not None:
         result = b'"npz":"%s"' % b64encode(info.data) if form == "npz" else b'"result":' + render(info.data, "json")
         return b'"id":"%s","status":"successful",%s' % (job_id.encode(), result)
-    job = context.store.jobs.get(job_id, asker.name, with_request=False)
-    if job is None:
-        return b'"id":"%s","status":"dismissed"' % job_id.encode()
-    if job.status not in FINISHED:
-        return None
+    assert job is not None
     head: dict[str, Any] = {"id": job.id, "status": job.status}
     if job.status == "successful":
         head["href"] = f"{job_path(job_id)}/result{'?f=npz' if form == 'npz' else ''}"

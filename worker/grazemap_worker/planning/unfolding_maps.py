@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from grazemap.wire import UnfoldingMapsRequest
-from grazemap.wire.planes import Axis, Plane, is_scalar
+from grazemap.wire.planes import Axis, Plane, is_scalar, is_structural
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
     Samples,
@@ -55,8 +55,8 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     pixels = pixels_per_tile(pixel_seconds, rates.WORST_SLOWER * at_worst)
     tile_rows = rows if sweeps else even(rows, min(pixels, rates.TALLEST_TILE))
     tile_columns = even(columns, max(1, pixels // tile_rows))
-    if not sweeps and is_scalar(request.plane.horizontal.vary) and not is_scalar(request.plane.vertical.vary):
-        tile_columns = even(columns, min(pixels, rates.TALLEST_TILE))  # rows share their tables
+    if not sweeps and _rows_share(request.plane):
+        tile_columns = even(columns, min(pixels, rates.TALLEST_TILE))
         tile_rows = even(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     return estimated(shape, starts * periods_per_pixel, pixel_seconds, more)
@@ -84,6 +84,15 @@ def _adaptive_plan(
     )
     shape = shape.model_copy(update={"after": shape.count // rates.ADAPTIVE_STRIPS_CLOSED})
     return estimated(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
+
+
+def _rows_share(plane: Plane) -> bool:
+    """Return whether the points of a row share tables, or the modes that these are made of, and those of a column not.
+
+    The modes do not depend on omega.
+    """
+    across, up = plane.horizontal.vary, plane.vertical.vary
+    return (is_scalar(across) and not is_scalar(up)) or (across == "omega" and is_structural(up))
 
 
 def _slower(plane: Plane) -> float:

@@ -55,6 +55,7 @@ from grazemap_core.maps.kernels.tangent_batches import (
     WIDTH,
     TangentBatch,
     carry_batch,
+    flow_series,
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
@@ -155,6 +156,12 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_EVENTS),
     )
+
+
+def tangents_of(tangents: LaneTangents, decay: Floats, frequency_squared: Floats) -> LaneTangents:
+    """Return the same arrays for a structure with other blocks."""
+    batch = tangents.batch._replace(series=flow_series(decay, frequency_squared))
+    return tangents._replace(batch=batch)
 
 
 @kernel
