@@ -25,6 +25,7 @@ from grazemap_service import append_only
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
+from grazemap_worker.progress import Progress
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
@@ -107,6 +108,7 @@ class RedisServer(Child):
     has_answered = False
     _unanswered = 0
     _next_ping = 0.0
+    _progress: Progress | None = None
 
     def __init__(
         self,
@@ -150,6 +152,7 @@ class RedisServer(Child):
             self._repair()
         self.has_answered, self._unanswered = False, 0
         super().start()
+        self._progress = Progress(self._process.pid) if self._process is not None else None
 
     @property
     def _refused(self) -> bool:
@@ -230,17 +233,21 @@ class RedisServer(Child):
                 return False
 
     def end_if_hung(self) -> None:
-        """Check at intervals whether it answers, and kill it after too many failures."""
-        if self._process is None or not self.running or time.monotonic() < self._next_ping:
+        """Kill it if it is stopped, or after too many checks at intervals that it does not answer."""
+        if self._process is None or not self.running:
             return
-        if self.answers(ANSWER_SECONDS):
-            self.has_answered, self._unanswered = True, 0
-        else:
-            self._unanswered += 1
-        if self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST):
-            structlog.get_logger("grazemap_service.stack").warning("Redis does not answer, killing it")
+        reason = "it is stopped" if self._progress is not None and self._progress.hangs(computing=False) else ""
+        if not reason and time.monotonic() >= self._next_ping:
+            if self.answers(ANSWER_SECONDS):
+                self.has_answered, self._unanswered = True, 0
+            else:
+                self._unanswered += 1
+            if self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST):
+                reason = "it does not answer"
+            self._next_ping = time.monotonic() + PING_SECONDS
+        if reason:
+            structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
             self._process.kill()
-        self._next_ping = time.monotonic() + PING_SECONDS
 
     def ask_to_stop(self) -> None:
         """Do nothing yet: it ends last, after the processes that use it."""
