@@ -8,7 +8,9 @@ SOURCES := sdk core worker service benchmarks tests examples tools
 
 # tests without kernels, which begin while these are compiled; tests of arithmetic alone, which leave the processor to
 # all others; the others start workers and stacks, and often wait
-WITHOUT_KERNELS := tests/contract tests/sdk tests/service
+# these compile a few kernels into folders of their own
+OWN_KERNELS := tests/core/test_kernel_folder.py tests/core/test_without_parts.py
+WITHOUT_KERNELS := tests/contract tests/sdk tests/service $(OWN_KERNELS)
 ARITHMETIC := tests/core tests/performance
 # one cache of compiled kernels, for the tests and the workers that they start
 TEST_CACHE := $(CURDIR)/.cache/grazemap
@@ -83,7 +85,7 @@ test-without-kernels: $(STAMP)
 
 # one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
 test-arithmetic: kernels $(STAMP)
-	nice $(BIN)/python -m pytest $(ARITHMETIC)
+	nice $(BIN)/python -m pytest $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
 
 test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
