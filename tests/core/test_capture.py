@@ -153,7 +153,7 @@ def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
         halves = arrival.length * arrival.returns
         target, _ = after(arrival, np.zeros((1, 1)), halves)
         for _ in range(4):
-            change = rng.normal(size=target.shape) * arrival.clearance
+            change = rng.normal(size=target.shape) * arrival.stops.unit
             low, high = 1e-12, 1.0  # the ratio at low is below 1
             for _ in range(30):
                 middle = np.sqrt(low * high)
