@@ -218,7 +218,7 @@ estimates: $(STAMP)  ## the processor time of random requests of every process, 
 
 planes: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 planes: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-planes: kernels $(STAMP)  ## the processor time of maps over other parameters, beside that over omega and clearance (five minutes)
+planes: kernels $(STAMP)  ## the processor time of maps over other parameters, beside that over omega and clearance (ten minutes)
 	$(BIN)/python -m benchmarks.planes
 
 large-models: $(STAMP)  ## maps of 40 dense degrees of freedom and of a chain of 64, beside their estimates (ten minutes)
