@@ -30,7 +30,7 @@ MOST_BYTES = 400_000
 QUICK = "omega=0.25..0.28125&clearance=2..2.25"
 USUAL = "omega=0.25..0.3125&clearance=1.25..2"
 HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
-LEFT, RIGHT, TOP, BOTTOM = 58, 12, 10, 42  # margins of the plane in its canvas
+LEFT, RIGHT, TOP, BOTTOM = 66, 12, 10, 42  # margins of the plane in its canvas
 WAIT = 120_000
 
 

@@ -4,6 +4,7 @@ import { ticks } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 52, right: 8, top: 8, bottom: 36 };
+const SMALLEST_BAND = 4;
 
 export function extent(values, share = 0.05) {
   let low = Infinity, high = -Infinity;
@@ -12,7 +13,7 @@ export function extent(values, share = 0.05) {
     if (value < low) low = value;
     if (value > high) high = value;
   }
-  const margin = share * (high - low) || 0.5 * Math.abs(high) || 1;
+  const margin = high > low ? share * (high - low) : 0.5 * Math.abs(high) || 1;
   return [low - margin, high + margin];
 }
 
@@ -46,6 +47,39 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], e
     text(names.x + (across.base ? ` − ${across.base}` : ""), { x: (MARGIN.left + right) / 2, y: bottom + 30, class: "middle" }),
     text(names.y + (up.base ? ` − ${up.base}` : ""), { x: 12, y: (MARGIN.top + bottom) / 2, class: "middle", transform: `rotate(-90 12 ${(MARGIN.top + bottom) / 2})` }),
   );
+}
+
+// Calls `chosen` with the two values of x between which one drags over a chart, the smaller first.
+export function onDrag(svg, x, chosen) {
+  const band = drawing("rect", { y: MARGIN.top, height: SIZE.height - MARGIN.top - MARGIN.bottom, class: "band" });
+  const width = SIZE.width - MARGIN.left - MARGIN.right;
+  const place = (event) => {
+    const box = svg.getBoundingClientRect(), at = (event.clientX - box.left) / box.width * SIZE.width;
+    return Math.min(MARGIN.left + width, Math.max(MARGIN.left, at));
+  };
+  const value = (at) => x[0] + (at - MARGIN.left) / width * (x[1] - x[0]);
+  let from = null;
+  const ends = (event) => [from, place(event)].sort((one, other) => one - other);
+  svg.addEventListener("pointerdown", (event) => {
+    event.preventDefault();
+    from = place(event);
+    svg.setPointerCapture(event.pointerId);
+    svg.append(band);
+  });
+  svg.addEventListener("pointermove", (event) => {
+    if (from === null) return;
+    const [left, right] = ends(event);
+    band.setAttribute("x", left);
+    band.setAttribute("width", right - left);
+  });
+  svg.addEventListener("pointercancel", () => { from = null; band.remove(); });
+  svg.addEventListener("pointerup", (event) => {
+    if (from === null) return;
+    const [left, right] = ends(event);
+    from = null;
+    band.remove();
+    if (right - left > SMALLEST_BAND) chosen(value(left), value(right));
+  });
 }
 
 // Multipliers in the complex plane, with the unit circle.

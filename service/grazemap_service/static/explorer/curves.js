@@ -16,6 +16,12 @@ export function around([low, high]) {
   return [Math.max(found[0] * size, size / 2 ** 10), (found[found.length - 1] + 1) * size];
 }
 
+// How a piece of a bifurcation curve is drawn.
+export const lineOf = ({ type, motion, admissible, omega, clearance, clearance_right, clearance_left }, palette) => ({
+  x: omega, y: clearance ?? clearance_right ?? clearance_left, colour: palette.bifurcations[type], dashed: !admissible,
+  text: `${type}, ${NAMES[type]} of ${motion}${admissible ? "" : ", where its orbits are not admissible"}`,
+});
+
 export class Curves {
   #kept = new Map();
   #abort = new Map();
@@ -72,14 +78,7 @@ export class Curves {
         if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: `${explained} (${stop} stop)`, dashed: stop === "left" });
       }
     }
-    for (const piece of this.found("bifurcation-curves")?.curves ?? []) {
-      const { type, motion, admissible, omega, clearance, clearance_right, clearance_left } = piece;
-      lines.push({
-        x: omega, y: clearance ?? clearance_right ?? clearance_left, colour: this.palette.bifurcations[type], dashed: !admissible,
-        text: `${type}, ${NAMES[type]} of ${motion}${admissible ? "" : ", where its orbits are not admissible"}`,
-      });
-    }
-    return lines;
+    return [...lines, ...(this.found("bifurcation-curves")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
   }
 
   marks() {

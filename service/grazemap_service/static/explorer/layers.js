@@ -44,17 +44,24 @@ export function paint(tile, layer, { hidden, range, colours }) {
   return canvas;
 }
 
-// The labels of the tiles with their shares of the points, the largest first.
-export function shares(tiles) {
+// The labels of the points of tiles inside a window with their shares, the largest first.
+export function shares(tiles, { x, y }) {
   const counts = new Map();
   let all = 0;
-  for (const { labels, motion } of tiles) {
-    const ofTile = new Uint32Array(labels.length);
-    for (const number of motion) ofTile[number] += 1;
-    labels.forEach((label, number) => counts.set(label, (counts.get(label) ?? 0) + ofTile[number]));
-    all += motion.length;
+  for (const tile of tiles) {
+    const ofTile = new Uint32Array(tile.labels.length), n = tile.points;
+    const [left, right] = within(tile.x, x, n), [low, high] = within(tile.y, y, n);
+    for (let row = low; row < high; row++) for (let column = left; column < right; column++) ofTile[tile.motion[row * n + column]] += 1;
+    tile.labels.forEach((label, number) => { if (ofTile[number]) counts.set(label, (counts.get(label) ?? 0) + ofTile[number]); });
+    all += Math.max(0, right - left) * Math.max(0, high - low);
   }
   return [...counts].map(([label, count]) => ({ label, share: count / all })).sort((one, other) => other.share - one.share);
+}
+
+// From which to before which of a tile's points lie inside an interval.
+function within([low, high], interval, points) {
+  const place = (value) => Math.min(points, Math.max(0, Math.round((value - low) / (high - low) * points)));
+  return interval.map(place);
 }
 
 // What the finest of the tiles says about a point of the plane; null where none has come.

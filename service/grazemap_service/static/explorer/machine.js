@@ -7,11 +7,13 @@ import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
 const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
+const LISTS = ["masses", "stiffnesses", "forcing"];
 const TYPING_PAUSE = 300;
 
 const textOf = (value) => {
   if (value === undefined) return "";
-  return Array.isArray(value) && value.every(Number.isFinite) ? value.join(", ") : JSON.stringify(value);
+  // a list of one number keeps its brackets: a damping that is a number is not a list of dampings
+  return Array.isArray(value) && value.length > 1 && value.every(Number.isFinite) ? value.join(", ") : JSON.stringify(value);
 };
 
 // What a field says: a number, numbers with commas, or JSON. Throws an Error with what is wrong.
@@ -86,8 +88,7 @@ export class MachineForm {
         errors[name] = error.message;
       }
     }
-    const lists = ["masses", "stiffnesses", ...(fields.damping.value.includes(",") ? ["damping"] : []), "forcing"];
-    for (const name of lists) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
+    for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
     const stops = fields.stops.value, left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
     if (Number.isNaN(left)) errors.left = "Enter the distance of the left stop.";
     this.#say(errors);

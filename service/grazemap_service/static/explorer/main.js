@@ -28,7 +28,7 @@ const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
 const hidden = new Set();
 let state = address.read(location.hash, STANDARD);
-let branch = null; // what the branch of the point draws into the plane
+let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let pointer = null; // where the pointer is over the plane
 let errorText = "";
 
@@ -50,7 +50,7 @@ const plane = new Plane(byId("plane"), {
   home: () => plane.go({ x: STANDARD.x, y: STANDARD.y }, { now: true }),
   mayZoomIn: () => { const { x: across, y: up } = levels(); return !across.ended && !up.ended; },
 });
-const point = new PointPanel({ colours, drawn: (made) => { branch = made; refresh(); } });
+const point = new PointPanel({ colours, drawn: (made) => { ofPoint = made; refresh(); } });
 const form = new MachineForm({
   chosen: async (chosen, window) => {
     Object.assign(state, { machine: chosen, at: null });
@@ -131,11 +131,11 @@ function show() {
     tile.image = paint(tile, state.layer, { hidden, range, colours });
     tile.paintedAs = style;
   }
-  const unit = (quantity) => unitOf(state.machine, quantity);
+  const inBrackets = (quantity) => unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)");
   plane.scene = {
-    tiles: found, lines: [...curves.lines(), ...(branch ? [branch.line] : [])], marks: [...curves.marks(), ...(branch?.marks ?? [])],
+    tiles: found, lines: [...curves.lines(), ...ofPoint.lines], marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
-    names: { x: `forcing frequency ω${unit("frequency")}`, y: `clearance${unit("length")}` },
+    names: { x: `forcing frequency ω${inBrackets("frequency")}`, y: `clearance${inBrackets("length")}` },
   };
   plane.draw();
   legend(found, range);
@@ -152,7 +152,7 @@ function legend(found, range) {
     byId("ramp-text").textContent = range ? `${named}: ${toRead(range[0])} to ${toRead(range[1])}` : `${named}: comes with the verified tiles`;
     return;
   }
-  const finest = found.filter(({ preview }) => !preview), all = shares(finest.length ? finest : found), first = all.slice(0, NAMED_IN_LEGEND);
+  const finest = found.filter(({ preview }) => !preview), all = shares(finest.length ? finest : found, state), first = all.slice(0, NAMED_IN_LEGEND);
   const signature = JSON.stringify([first, [...hidden]]);
   if (byId("legend").dataset.shown === signature) return;
   byId("legend").dataset.shown = signature;

@@ -1,6 +1,6 @@
 // The grazing curve over all frequencies of a machine, in which a window is chosen.
 import { compute, isAborted } from "./api.js";
-import { chart, extent } from "./charts.js";
+import { chart, extent, onDrag } from "./charts.js";
 import { byId } from "./dom.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
@@ -15,11 +15,17 @@ export class Overview {
 
   // `chosen(window)` is called with the window of a part of the curve.
   constructor({ chosen }) {
+    this.chosen = chosen;
     byId("overview").addEventListener("submit", (event) => {
       event.preventDefault();
-      const { from, to } = event.target.elements, window = this.window(Number(from.value), Number(to.value));
-      if (window) chosen(window);
+      const { from, to } = event.target.elements;
+      this.#choose(Number(from.value), Number(to.value));
     });
+  }
+
+  #choose(from, to) {
+    const window = this.window(from, to);
+    if (window) this.chosen(window);
   }
 
   // Shows the curve of a machine, and the part of it that a window has.
@@ -49,12 +55,14 @@ export class Overview {
 
   #draw(machine, view) {
     const { x, y } = this.curve, { from, to } = byId("overview").elements;
-    byId("overview-chart").replaceChildren(chart({
+    const drawn = chart({
       title: "Grazing curve over all frequencies; the lines are the ends of the window",
       x: extent(x, 0), y: extent(y), names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
       series: [{ x, y, kind: "motion" }],
       bars: view.x.filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
-    }));
+    });
+    onDrag(drawn, extent(x, 0), (left, right) => this.#choose(left, right));
+    byId("overview-chart").replaceChildren(drawn);
     [from.value, to.value] = view.x.map((value) => toRead(value, view.x[1] - view.x[0]));
   }
 

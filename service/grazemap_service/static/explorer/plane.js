@@ -1,7 +1,7 @@
 // The canvas of the plane: draws tiles, curves and axes, and turns pointers, the wheel and keys into new windows.
 import { ticks } from "./ticks.js";
 
-const MARGIN = { left: 58, right: 12, top: 10, bottom: 42 };
+const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
 const CLICK_PIXELS = 4;
 const SMALLEST_BOX = 12;
 const WHEEL_STEP = 0.0015;
@@ -188,9 +188,11 @@ export class Plane {
   }
 
   #paintTiles(pen) {
+    const ratio = globalThis.devicePixelRatio || 1, whole = (length) => Math.round(length * ratio) / ratio; // no seams
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.tiles ?? []) {
-      const left = this.#px(x[0]), top = this.#py(y[1]), place = [left, top, this.#px(x[1]) - left, this.#py(y[0]) - top];
+      const left = whole(this.#px(x[0])), top = whole(this.#py(y[1]));
+      const place = [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
       pen.drawImage(image, ...place);
     }
@@ -267,7 +269,7 @@ export class Plane {
       pen.fillText(text, MARGIN.left - 7, this.#py(value));
     }
     pen.save();
-    pen.translate(10, MARGIN.top + this.height / 2);
+    pen.translate(8, MARGIN.top + this.height / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
     pen.fillText(named(names?.y ?? "", up.base), 0, 0);

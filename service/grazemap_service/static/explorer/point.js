@@ -2,6 +2,7 @@
 import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
 import { chart, circle, extent } from "./charts.js";
+import { lineOf } from "./curves.js";
 import { byId, element } from "./dom.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
@@ -29,12 +30,13 @@ export class PointPanel {
   #abort = new AbortController();
   #animation = new Animation(byId("animation"));
 
-  // `colours` are those of motions; `drawn` is called with what a branch draws into the plane, or null.
+  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane.
   constructor({ colours, drawn }) {
     Object.assign(this, { colours, drawn });
     byId("play").addEventListener("click", () => this.#toggle());
     byId("ask-basins").addEventListener("click", () => this.#work("Basins", () => this.#basins()));
     byId("ask-branch").addEventListener("click", () => this.#work("The branch", () => this.#branch()));
+    byId("ask-curves").addEventListener("click", () => this.#work("The curves", () => this.#curves()));
   }
 
   clear() {
@@ -42,7 +44,15 @@ export class PointPanel {
     this.#animation.stop();
     byId("point").hidden = true;
     byId("no-point").hidden = false;
-    this.drawn(null);
+    this.inPlane = {};
+    this.drawn({ lines: [], marks: [] });
+  }
+
+  // Draws the lines and marks of the branch or of the curves into the plane, in place of those before.
+  #draw(name, lines, marks = []) {
+    this.inPlane[name] = { lines, marks };
+    const all = Object.values(this.inPlane);
+    this.drawn({ lines: all.flatMap((one) => one.lines), marks: all.flatMap((one) => one.marks) });
   }
 
   async show(machine, at, window) {
@@ -53,6 +63,7 @@ export class PointPanel {
     byId("no-point").hidden = true;
     byId("basins").replaceChildren();
     byId("branch").replaceChildren();
+    byId("own-curves").textContent = "";
     byId("pictures").hidden = true;
     const frequency = unitOf(machine, "frequency"), length = unitOf(machine, "length");
     byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}`;
@@ -125,7 +136,8 @@ export class PointPanel {
     if (orbit.reason) rows.push(["because", orbit.reason]);
     byId("point-figures").replaceChildren(...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]));
     byId("multipliers").replaceChildren(...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers)] : []));
-    byId("ask-branch").disabled = !orbit.converged;
+    this.orbit = orbit;
+    byId("ask-branch").disabled = byId("ask-curves").disabled = !orbit.converged;
   }
 
   #toggle() {
@@ -175,10 +187,16 @@ export class PointPanel {
     );
     byId("point-says").textContent = "";
     const ends = extent(branch.parameter, 0), { bifurcations, ink } = this.colours.palette;
-    this.drawn({
-      line: { x: [omega, omega], y: ends, colour: ink, dashed: true, text: "The branch that was followed" },
-      marks: branch.special_points.map((point) => ({ x: omega, y: point.parameter, shape: "diamond", colour: bifurcations[point.type], text: `${point.type} of the branch, at clearance ${point.parameter}` })),
-    });
+    const line = { x: [omega, omega], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
+    this.#draw("branch", [line], branch.special_points.map((point) => ({ x: omega, y: point.parameter, shape: "diamond", colour: bifurcations[point.type], text: `${point.type} of the branch, at clearance ${point.parameter}` })));
+  }
+
+  async #curves() {
+    const { machine, at, window } = this, data = await this.#compute("bifurcation-curves", requests.curvesOf(machine, at, this.orbit, window.x, window.y));
+    const lines = data.curves.map((piece) => lineOf(piece, this.colours.palette)), reason = data.motions?.[0]?.reason;
+    byId("own-curves").textContent = reason ?? `${lines.length} pieces of bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane.`;
+    this.#draw("curves", lines);
+    byId("point-says").textContent = "";
   }
 }
 

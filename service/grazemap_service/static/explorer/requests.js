@@ -41,6 +41,12 @@ export const branch = (machine, point, [start, stop]) => ({
   vary: { equal: "clearance", left: "clearance_left" }[machine.stops] ?? "clearance_right", range: { start, stop },
 });
 
+// The curves of the motion of an orbit, in a window that contains the orbit.
+export const curvesOf = (machine, [omega, value], { period, stops, phases, velocities }, [left, right], [low, high]) => ({
+  ...borders(machine, [left, right], [low, high]),
+  motions: [{ period, stops, phases, velocities, omega, clearance: clearance(machine, value) }],
+});
+
 // Initial displacements and velocities of a mass in a rectangle that leaves the contact between the stops.
 export function basins(machine, point, points) {
   const [omega, value] = point, reach = 0.99 * value;

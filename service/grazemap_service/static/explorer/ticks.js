@@ -8,7 +8,7 @@ export function ticks([low, high], most) {
   const step = power * [1, 2, 5, 10].find((factor) => (high - low) / (factor * power) <= most);
   const digits = Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step));
   const first = Math.ceil(low / step), count = Math.floor(high / step) - first + 1;
-  const base = digits > BASE_DIGITS ? (first + Math.floor(count / 2)) * step : 0;
+  const base = digits > BASE_DIGITS ? Number(((first + Math.floor(count / 2)) * step).toPrecision(digits + 1)) : 0;
   const marks = Array.from({ length: count }, (_, k) => {
     const value = (first + k) * step;
     return { value, text: base ? signed(value - base, step) : brief(value, step) };
