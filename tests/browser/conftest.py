@@ -50,7 +50,7 @@ def watched_page(browser: Browser, url: str, width: int, height: int) -> Iterato
 
 @pytest.fixture
 def watched(browser: Browser, url: str) -> Iterator[Watched]:
-    yield from watched_page(browser, url, 1280, 1600)
+    yield from watched_page(browser, url, 1280, 800)
 
 
 @pytest.fixture

@@ -10,13 +10,15 @@ import re
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
+from verified_points import DEFAULT, EQUAL, Point, impacts_in_fifty_digits, verdict
 from watched_page import Watched
 
 import grazemap_service
@@ -32,6 +34,15 @@ USUAL = "omega=0.25..0.3125&clearance=1.25..2"
 HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
 LEFT, RIGHT, TOP, BOTTOM = 66, 12, 10, 42  # margins of the plane in its canvas
 WAIT = 120_000
+FOUND = (
+    "period",
+    "impacts_right",
+    "impacts_left",
+    "symmetric",
+    "settled_after",
+    "least_impact_velocity",
+    "multiplier",
+)
 
 
 def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
@@ -80,7 +91,6 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     watched: Watched, url: str
 ) -> None:
     page = watched.page
-    watched.page.set_viewport_size({"width": 1280, "height": 800})
     page.goto(f"{url}/")
     expect(page.locator("#legend")).to_contain_text("1-1r-1l", timeout=WAIT)  # of a preview
     verified(page)
@@ -210,6 +220,34 @@ def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watch
     httpx2.delete(f"{url}/v1/jobs/{kept['id']}?for=all")
 
 
+def test_pages_share_tiles(small: Watched, browser: Browser, url: str) -> None:
+    view = "omega=0.28125..0.3125&clearance=3..3.25"
+    before = len(maps(url))
+    contexts = [browser.new_context(viewport={"width": 900, "height": 480}) for _ in range(3)]
+    others = [Watched(context.new_page()) for context in contexts]
+    for one in (small, *others):
+        show(one, url, view, wait=False)
+    for one in (small, *others):
+        verified(one.page)
+    asked = {json.dumps(body) for one in (small, *others) for body in one.posted("unfolding-maps")}
+    assert len(maps(url)) - before == len(asked)
+    assert all(len({json.dumps(body) for body in one.posted("unfolding-maps")}) >= 4 for one in others)
+    for context in contexts:
+        context.close()
+
+
+def test_a_page_waits_for_a_service_that_is_away(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.route("**/v1/**", lambda route: route.abort())
+    page.get_by_label("Zoom out").click()
+    expect(page.locator("#says")).to_contain_text("The service does not answer; trying again.")
+    page.unroute_all()
+    verified(page)
+    assert small.complaints
+    assert all("net::ERR_FAILED" in text for text in small.complaints)
+    small.complaints.clear()
+
+
 def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
     across, up = place(page, 0.26, 2.1)
@@ -249,8 +287,30 @@ def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> N
     assert page.url == address
 
 
+def test_verified_points_stay_right_when_zoomed_by_two_to_the_thirty(small: Watched, url: str) -> None:
+    """At most 4 of 20 points beside the grazing curve are not verified; the others are right in 50 digits."""
+    curve = {"omega": [0.2655, 0.2784]}
+    prefer = {"Prefer": "wait=20, return=representation"}
+    clearances = httpx2.post(f"{url}/v1/grazing-curves", json=curve, headers=prefer).json()["clearance"]
+    rng, verdicts = np.random.default_rng(1), []
+    for omega, clearance in zip(curve["omega"], clearances, strict=True):
+        width, height = (size / 2.0**31 for size in (0.0625, 0.75))
+        ends = (omega - width, omega + width, clearance - height, clearance + height)
+        show(small, url, "omega={!r}..{!r}&clearance={!r}..{!r}".format(*ends))
+        request = [one for one in small.posted("unfolding-maps") if "preview" not in one][-1]
+        umap = httpx2.post(f"{url}/v1/unfolding-maps", json=request, headers=prefer).json()
+        for row, column in rng.integers(128, size=(10, 2)):
+            found = {name: umap[name][row][column] for name in FOUND}
+            point = Point.of(DEFAULT, umap["omega"][column], umap["clearance"][row], found)
+            verified = umap["verified"][row][column]
+            verdicts.append(verdict(point, impacts_in_fifty_digits(point)) if verified else "not verified")
+    counts = Counter(verdicts)
+    assert counts["not verified"] <= 4
+    assert counts[EQUAL] + counts["not verified"] == 20
+
+
 def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, url: str) -> None:
-    page = show(watched, url, USUAL)
+    page = show(watched, url, USUAL, wait=False)
     page.mouse.click(*place(page, 0.27, 1.5))
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
     expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
@@ -276,6 +336,8 @@ def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, ur
     expect(page.locator("#basins")).to_contain_text("1-2r-2l: 100.0 %", timeout=WAIT)
     page.get_by_role("button", name="Follow the branch").click()
     expect(page.locator("#branch")).to_contain_text("GR at clearance", timeout=WAIT)
+    page.get_by_role("button", name="Bifurcation curves of this motion").click()
+    expect(page.locator("#own-curves")).to_contain_text("of 1-2r-2l are drawn into the plane", timeout=WAIT)
     address = page.url
     page.reload()
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
@@ -296,6 +358,17 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     expect(page.locator("#error-masses")).to_contain_text("“x” is not a number")
     masses.fill("1, 2")
     expect(page.locator("#error-stiffnesses")).to_contain_text("3 numbers and masses has 2")
+    chart = page.locator("#overview-chart svg")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 50)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 50)
+    page.mouse.up()
+    low, high = 0.3 * 0.41892744, 1.6 * 1.19352411
+    chosen = [low + (320 * part - 52) / 260 * (high - low) for part in (0.6, 0.7)]
+    assert np.allclose(window(page)[0], chosen, atol=0.01)
     masses.fill("2, 10, 10")
     expect(page.locator("#modes")).not_to_contain_text("0.4189,")
     expect(page.locator("#overview-chart svg")).to_be_visible()

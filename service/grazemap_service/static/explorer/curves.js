@@ -7,18 +7,27 @@ import * as requests from "./requests.js";
 const POINTS = 513;
 const KEPT = 50;
 const NAMES = {
-  SN: "saddle-node", PD: "period doubling", SB: "symmetry breaking", NS: "Neimark-Sacker", GR: "graze of a further contact",
+  SN: "saddle-node",
+  PD: "period doubling",
+  SB: "symmetry breaking",
+  NS: "Neimark-Sacker",
+  GR: "graze of a further contact",
 };
 
 // The dyadic interval of at most eight parts that contains an interval.
 export function around([low, high]) {
-  const exponent = Math.ceil(Math.log2((high - low) / 4)), found = indices([low, high], exponent), size = 2 ** exponent;
+  const exponent = Math.ceil(Math.log2((high - low) / 4)),
+    found = indices([low, high], exponent),
+    size = 2 ** exponent;
   return [Math.max(found[0] * size, size / 2 ** 10), (found[found.length - 1] + 1) * size];
 }
 
 // How a piece of a bifurcation curve is drawn.
 export const lineOf = ({ type, motion, admissible, omega, clearance, clearance_right, clearance_left }, palette) => ({
-  x: omega, y: clearance ?? clearance_right ?? clearance_left, colour: palette.bifurcations[type], dashed: !admissible,
+  x: omega,
+  y: clearance ?? clearance_right ?? clearance_left,
+  colour: palette.bifurcations[type],
+  dashed: !admissible,
   text: `${type}, ${NAMES[type]} of ${motion}${admissible ? "" : ", where its orbits are not admissible"}`,
 });
 
@@ -31,7 +40,9 @@ export class Curves {
   }
 
   show(machine, { x, y }, all) {
-    const family = JSON.stringify(machine), omega = around(x), clearance = around(y);
+    const family = JSON.stringify(machine),
+      omega = around(x),
+      clearance = around(y);
     this.#want("grazing-curves", family, requests.curve(machine, { start: omega[0], stop: omega[1], points: POINTS }));
     if (all) this.#want("bifurcation-curves", family, requests.borders(machine, omega, clearance));
     else this.#leave("bifurcation-curves");
@@ -65,17 +76,28 @@ export class Curves {
   found(process) {
     const wanted = this.wanted[process];
     if (!wanted) return null;
-    return this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${process} `))?.[1] ?? null;
+    return (
+      this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${process} `))?.[1] ?? null
+    );
   }
 
   lines() {
-    const ink = this.palette.ink, curve = this.found("grazing-curves"), lines = [];
+    const ink = this.palette.ink,
+      curve = this.found("grazing-curves"),
+      lines = [];
     if (curve) {
       const explained = "Grazing curve: on it the steady motion just touches the stop; above it, it does not reach it.";
       if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: explained });
       for (const stop of ["right", "left"]) {
         const values = curve[`clearance_${stop}`];
-        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: `${explained} (${stop} stop)`, dashed: stop === "left" });
+        if (values)
+          lines.push({
+            x: curve.omega,
+            y: values,
+            colour: ink,
+            text: `${explained} (${stop} stop)`,
+            dashed: stop === "left",
+          });
       }
     }
     return [...lines, ...(this.found("bifurcation-curves")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
@@ -86,11 +108,16 @@ export class Curves {
     return (this.found("grazing-curves")?.points ?? []).map((point) => {
       const resonant = point.kind === "resonant";
       return {
-        x: point.omega, y: point.clearance, shape: resonant ? "diamond" : "circle",
-        colour: resonant ? this.palette.bifurcations[point.bifurcation] : this.palette.orders[(point.order ?? 1) - 1] ?? ink,
+        x: point.omega,
+        y: point.clearance,
+        shape: resonant ? "diamond" : "circle",
+        colour: resonant
+          ? this.palette.bifurcations[point.bifurcation]
+          : (this.palette.orders[(point.order ?? 1) - 1] ?? ink),
         text: resonant
           ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} leaves the grazing curve here.`
-          : point.kind === "recurrence" ? `Recurrence point of order ${point.order}: the graze recurs after ${point.order} half periods.`
+          : point.kind === "recurrence"
+            ? `Recurrence point of order ${point.order}: the graze recurs after ${point.order} half periods.`
             : `Codimension-two point: ${point.kind}.`,
       };
     });

@@ -4,12 +4,24 @@ import { arrays } from "./npz.js";
 import { labelOf } from "./labels.js";
 
 const NAMES = [
-  "kind", "kinds", "period", "impacts_right", "impacts_left", "verified", "sensitive", "reason", "reasons", "lyapunov",
-  "least_impact_velocity", "dissipated_power",
+  "kind",
+  "kinds",
+  "period",
+  "impacts_right",
+  "impacts_left",
+  "verified",
+  "sensitive",
+  "reason",
+  "reasons",
+  "lyapunov",
+  "least_impact_velocity",
+  "dissipated_power",
 ];
 
 function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
-  const labels = [], numbers = new Map(), motion = new Uint16Array(kind.length);
+  const labels = [],
+    numbers = new Map(),
+    motion = new Uint16Array(kind.length);
   for (let k = 0; k < kind.length; k++) {
     const name = kinds[kind[k]];
     const label = name === "periodic" ? labelOf(period[k], impacts_right[k], impacts_left[k]) : name;
@@ -26,5 +38,10 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
 onmessage = async ({ data: { number, buffer } }) => {
   const { kind, kinds, period, impacts_right, impacts_left, ...rest } = await arrays(buffer, NAMES);
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
-  postMessage({ number, tile }, Object.values(tile).filter(ArrayBuffer.isView).map((array) => array.buffer));
+  postMessage(
+    { number, tile },
+    Object.values(tile)
+      .filter(ArrayBuffer.isView)
+      .map((array) => array.buffer),
+  );
 };

@@ -13,6 +13,13 @@ export function element(name, properties = {}, ...children) {
   return made;
 }
 
+// A square of the colour of a motion.
+export function swatch(colour) {
+  const square = element("i", { className: "swatch" });
+  square.style.backgroundColor = colour;
+  return square;
+}
+
 const SVG = "http://www.w3.org/2000/svg";
 export function drawing(name, attributes = {}, ...children) {
   const made = document.createElementNS(SVG, name);

@@ -21,14 +21,26 @@ export function listJobs() {
 }
 
 function entry({ id, process, status, progress, request, waiting_for: waitingFor }) {
-  const running = status === "accepted" || status === "running", { done, total } = progress;
+  const running = status === "accepted" || status === "running",
+    { done, total } = progress;
   const what = `${process}${request?.preview ? ", preview" : ""} `;
-  const line = element("li", {}, element("a", { href: `v1/jobs/${id}`, textContent: id.slice(0, 8), title: "The job, as JSON" }), ` ${what}`);
+  const line = element(
+    "li",
+    {},
+    element("a", { href: `v1/jobs/${id}`, textContent: id.slice(0, 8), title: "The job, as JSON" }),
+    ` ${what}`,
+  );
   if (!running) line.append(status);
   else {
     line.append(
-      element("progress", { max: total || 1, value: done, "aria-label": `Progress of ${process} ${id.slice(0, 8)}` }), waitingFor ?? "",
-      element("button", { type: "button", textContent: "Cancel", "aria-label": `Cancel ${process} ${id.slice(0, 8)}`, onclick: () => cancel(id) }),
+      element("progress", { max: total || 1, value: done, "aria-label": `Progress of ${process} ${id.slice(0, 8)}` }),
+      waitingFor ?? "",
+      element("button", {
+        type: "button",
+        textContent: "Cancel",
+        "aria-label": `Cancel ${process} ${id.slice(0, 8)}`,
+        onclick: () => cancel(id),
+      }),
     );
   }
   return line;

@@ -16,14 +16,16 @@ export const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) +
 
 // The exponent for which a tile has about TILE_PIXELS pixels, and whether double precision forbids it.
 export function exponentFor([low, high], pixels) {
-  const wanted = Math.round(Math.log2((high - low) * TILE_PIXELS / pixels));
+  const wanted = Math.round(Math.log2(((high - low) * TILE_PIXELS) / pixels));
   const end = finest(Math.max(Math.abs(low), Math.abs(high)));
   return { exponent: Math.max(wanted, end), ended: wanted < end };
 }
 
 // The numbers of the tiles that an interval meets; only tiles of positive values.
 export function indices([low, high], exponent) {
-  const size = 2 ** exponent, first = Math.max(0, Math.floor(low / size)), last = Math.ceil(high / size) - 1;
+  const size = 2 ** exponent,
+    first = Math.max(0, Math.floor(low / size)),
+    last = Math.ceil(high / size) - 1;
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => first + k);
 }
 
@@ -31,13 +33,18 @@ export const bounds = (index, exponent) => [index * 2 ** exponent, (index + 1) *
 
 // The values of a tile's points as a range of the API.
 export function range(index, exponent, points) {
-  const [start, stop] = bounds(index, exponent), half = 2 ** exponent / points / 2;
+  const [start, stop] = bounds(index, exponent),
+    half = 2 ** exponent / points / 2;
   return { start: start + half, stop: stop - half, points };
 }
 
 // The tile that contains a tile, some levels up.
-export const ancestor = ({ ex, ey, i, j }, levels) => (
-  { ex: ex + levels, ey: ey + levels, i: Math.floor(i / 2 ** levels), j: Math.floor(j / 2 ** levels) });
+export const ancestor = ({ ex, ey, i, j }, levels) => ({
+  ex: ex + levels,
+  ey: ey + levels,
+  i: Math.floor(i / 2 ** levels),
+  j: Math.floor(j / 2 ** levels),
+});
 
 // The tiles of a window, the nearest to `centre` first.
 export function tilesOf({ x, y }, ex, ey, centre) {

@@ -1,12 +1,14 @@
 // The explorer: a page over the plane of forcing frequency and clearance. It is a client of the public API only.
-import { whenKeyIsNeeded } from "./api.js";
+import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves } from "./curves.js";
 import { byId, element } from "./dom.js";
 import { listJobs } from "./jobs.js";
+import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
 import { exponentFor, tilesOf } from "./lattice.js";
-import { LAYERS, paint, rangeOf, reading, shares } from "./layers.js";
+import { LAYERS, paint, rangeOf, reading } from "./layers.js";
+import { Legend } from "./legend.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
 import { Plane } from "./plane.js";
@@ -18,7 +20,6 @@ import { toRead } from "./ticks.js";
 import { Tiles } from "./tiles.js";
 import { unitOf } from "./units.js";
 
-const NAMED_IN_LEGEND = 24;
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 
 const { x, y, machine } = PRESETS.paper;
@@ -26,11 +27,11 @@ const STANDARD = { x, y, machine, layer: "motion", curves: "grazing", at: null }
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
-const hidden = new Set();
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let pointer = null; // where the pointer is over the plane
 let errorText = "";
+let troubleText = "";
 
 const family = () => JSON.stringify([state.machine, LAYERS[state.layer].observables ?? []]);
 const levels = () => ({ x: exponentFor(state.x, plane.width), y: exponentFor(state.y, plane.height) });
@@ -42,25 +43,47 @@ function fail(error) {
 
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
-const plane = new Plane(byId("plane"), {
-  moved: (view) => { if (view) change(view); },
+const act = {
+  moved: (view) => {
+    if (view) change(view);
+  },
   settled: () => remember(),
-  pick: (at) => { if (at.x > 0 && at.y > 0) open(rounded(at)); },
-  point: (at) => { pointer = at; say(); orderAgain(); },
+  pick: (at) => {
+    if (at.x > 0 && at.y > 0) open(rounded(at));
+  },
+  point: (at) => {
+    pointer = at;
+    say();
+    orderAgain();
+  },
   home: () => plane.go({ x: STANDARD.x, y: STANDARD.y }, { now: true }),
-  mayZoomIn: () => { const { x: across, y: up } = levels(); return !across.ended && !up.ended; },
+  mayZoomIn: () => {
+    const { x: across, y: up } = levels();
+    return !across.ended && !up.ended;
+  },
+};
+const plane = new Plane(byId("plane"), act);
+new Gestures(plane, act);
+const point = new PointPanel({
+  colours,
+  drawn: (made) => {
+    ofPoint = made;
+    refresh();
+  },
 });
-const point = new PointPanel({ colours, drawn: (made) => { ofPoint = made; refresh(); } });
 const form = new MachineForm({
   chosen: async (chosen, window) => {
     Object.assign(state, { machine: chosen, at: null });
     point.clear();
     await overview.show(chosen, state);
-    const range = overview.curve ? [0.25, 0.5].map((part) => overview.curve.x[Math.floor(part * overview.curve.x.length)]) : null;
+    const range = overview.curve
+      ? [0.25, 0.5].map((part) => overview.curve.x[Math.floor(part * overview.curve.x.length)])
+      : null;
     const shown = window ?? (range && overview.window(...range)) ?? state;
     plane.go({ x: shown.x, y: shown.y }, { now: true });
   },
 });
+const legend = new Legend({ colours, changed: () => refresh() });
 const overview = new Overview({ chosen: (window) => plane.go(window, { now: true }) });
 
 // Shows a changed part of the state.
@@ -72,124 +95,128 @@ function change(part) {
 }
 
 function ask() {
-  const { x: across, y: up } = levels(), centre = pointer ?? plane.centre, { observables } = LAYERS[state.layer], of = { ...state.machine };
-  tiles.show(family(), (omega, clearance, preview) => requests.map(of, omega, clearance, { preview, observables }),
-    tilesOf(state, across.exponent, up.exponent, centre));
+  const { x: across, y: up } = levels(),
+    centre = pointer ?? plane.centre,
+    { observables } = LAYERS[state.layer],
+    of = { ...state.machine };
+  tiles.show(
+    family(),
+    (omega, clearance, preview) => requests.map(of, omega, clearance, { preview, observables }),
+    tilesOf(state, across.exponent, up.exponent, centre),
+  );
   curves.show(state.machine, state, state.curves === "all");
 }
 
 let ordering = null;
 function orderAgain() {
-  ordering ??= setTimeout(() => { ordering = null; if (pointer) ask(); }, ORDER_AGAIN);
+  ordering ??= setTimeout(() => {
+    ordering = null;
+    if (pointer) ask();
+  }, ORDER_AGAIN);
 }
 
 function remember() {
+  tiles.forgive();
   const hash = address.write(state, STANDARD);
   if (hash !== location.hash) history.pushState(null, "", hash);
   overview.show(state.machine, state);
 }
 
+// Shows what the address says.
 function restore() {
-  const old = state;
+  const old = state,
+    differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = address.read(location.hash, STANDARD);
-  if (JSON.stringify(old.machine) !== JSON.stringify(state.machine)) form.show(state.machine);
+  if (differs("machine")) form.show(state.machine);
   byId("layer").value = state.layer;
   byId("curves").checked = state.curves === "all";
   plane.view = { x: state.x, y: state.y };
   change({});
-  if (state.at) point.show(state.machine, state.at, state);
-  else point.clear();
+  if (!state.at) point.clear();
+  else if (differs("at") || differs("machine")) openPanel();
   overview.show(state.machine, state);
 }
 
 // A point with the digits that a pixel has.
 function rounded({ x: omega, y: clearance }) {
-  const digits = (value, [low, high], pixels) => Math.max(1, Math.min(17, Math.ceil(Math.log10(value / (high - low) * pixels)) + 1));
-  return [Number(omega.toPrecision(digits(omega, state.x, plane.width))), Number(clearance.toPrecision(digits(clearance, state.y, plane.height)))];
+  const digits = (value, [low, high], pixels) =>
+    Math.max(1, Math.min(17, Math.ceil(Math.log10((value / (high - low)) * pixels)) + 1));
+  return [
+    Number(omega.toPrecision(digits(omega, state.x, plane.width))),
+    Number(clearance.toPrecision(digits(clearance, state.y, plane.height))),
+  ];
 }
 
 function open(at) {
   state.at = at;
-  byId("point-section").open = true;
-  point.show(state.machine, at, { x: [...state.x], y: [...state.y] });
+  openPanel();
   remember();
   refresh();
+}
+
+function openPanel() {
+  byId("point-section").open = true;
+  point.show(state.machine, state.at, { x: state.x, y: state.y });
 }
 
 const seen = () => tiles.within(family(), state);
 
 let refreshing = null;
 function refresh() {
-  refreshing ??= requestAnimationFrame(() => { refreshing = null; show(); });
+  refreshing ??= requestAnimationFrame(() => {
+    refreshing = null;
+    show();
+  });
 }
 
 function show() {
-  const found = seen(), range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
-  const style = JSON.stringify([state.layer, range, [...hidden]]);
+  const found = seen(),
+    range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
+  const style = JSON.stringify([state.layer, range, [...legend.hidden]]);
   for (const tile of found) {
     if (tile.paintedAs === style) continue;
-    tile.image = paint(tile, state.layer, { hidden, range, colours });
+    tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
   }
   const inBrackets = (quantity) => unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)");
   plane.scene = {
-    tiles: found, lines: [...curves.lines(), ...ofPoint.lines], marks: [...curves.marks(), ...ofPoint.marks],
+    tiles: found,
+    lines: [...curves.lines(), ...ofPoint.lines],
+    marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
     names: { x: `forcing frequency ω${inBrackets("frequency")}`, y: `clearance${inBrackets("length")}` },
   };
   plane.draw();
-  legend(found, range);
+  legend.show(state, found, range);
   say(found);
-}
-
-function legend(found, range) {
-  const { field, diverging, text, unit = "", quantity } = LAYERS[state.layer];
-  const named = `${text}${unit && ` ${unit}`}${quantity ? unitOf(state.machine, quantity) : ""}`;
-  byId("ramp").hidden = !field;
-  byId("legend").hidden = Boolean(field);
-  if (field) {
-    byId("ramp").className = diverging ? "diverging" : "sequential";
-    byId("ramp-text").textContent = range ? `${named}: ${toRead(range[0])} to ${toRead(range[1])}` : `${named}: comes with the verified tiles`;
-    return;
-  }
-  const finest = found.filter(({ preview }) => !preview), all = shares(finest.length ? finest : found, state), first = all.slice(0, NAMED_IN_LEGEND);
-  const signature = JSON.stringify([first, [...hidden]]);
-  if (byId("legend").dataset.shown === signature) return;
-  byId("legend").dataset.shown = signature;
-  const focused = document.activeElement?.value;
-  byId("legend").replaceChildren(...first.map(({ label, share }) => entry(label, share)));
-  if (all.length > first.length) byId("legend").append(element("li", { textContent: `and ${all.length - first.length} others` }));
-  if (focused) byId("legend").querySelector(`input[value="${CSS.escape(focused)}"]`)?.focus();
-}
-
-function entry(label, share) {
-  const box = element("input", { type: "checkbox", value: label, checked: !hidden.has(label) }), square = element("i", { className: "swatch" });
-  square.style.backgroundColor = colours.of(label);
-  box.addEventListener("change", () => {
-    if (box.checked) hidden.delete(label);
-    else hidden.add(label);
-    refresh();
-  });
-  return element("li", {}, element("label", {}, box, square, `${label} `, element("small", { textContent: `${(100 * share).toFixed(1)} %` })));
 }
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(found = seen()) {
-  const { done, total, failed, waitingFor } = tiles.progress(), { x: across, y: up } = levels();
-  const parts = [errorText];
+  const { done, total, failed, waitingFor } = tiles.progress(),
+    { x: across, y: up } = levels();
+  const parts = [troubleText, errorText];
   if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
-  parts.push(done === total ? `${total} tiles verified.` : `${done} of ${total} tiles verified${failed ? `, ${failed} failed` : ""}.`);
-  if (across.ended || up.ended) parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
+  parts.push(
+    done === total
+      ? `${total} tiles verified.`
+      : `${done} of ${total} tiles verified${failed ? `, ${failed} failed` : ""}.`,
+  );
+  if (across.ended || up.ended)
+    parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   byId("says").textContent = parts.filter(Boolean).join(" ");
   const at = pointer;
   if (!at) return;
-  const width = (interval) => interval[1] - interval[0], values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
-  const mark = plane.nearestMark(at) ?? plane.nearestLine(at), here = reading(found, at.x, at.y);
+  const width = (interval) => interval[1] - interval[0],
+    values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
+  const mark = plane.nearestMark(at) ?? plane.nearestLine(at),
+    here = reading(found, at.x, at.y);
   byId("reading").textContent = mark ? `${values}: ${mark.text}` : here ? `${values}: ${described(here)}` : values;
 }
 
 function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
-  const unit = (quantity) => unitOf(state.machine, quantity), parts = [label];
+  const unit = (quantity) => unitOf(state.machine, quantity),
+    parts = [label];
   if (verified) parts.push("verified");
   else if (reason) parts.push(reason);
   else if (sensitive) parts.push("sensitive to round-off");
@@ -200,26 +227,54 @@ function described({ label, verified, sensitive, preview, reason, exponent, spee
   return parts.join("; ");
 }
 
-whenKeyIsNeeded(() => new Promise((resolve) => {
-  const dialog = byId("key-dialog");
-  dialog.showModal();
-  dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
-}));
+serve({
+  key: () =>
+    new Promise((resolve) => {
+      const dialog = byId("key-dialog");
+      dialog.showModal();
+      dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
+    }),
+  trouble: (text) => {
+    if (text === troubleText) return;
+    troubleText = text;
+    refresh();
+  },
+});
 
-for (const [value, { text }] of Object.entries(LAYERS)) byId("layer").append(element("option", { value, textContent: text }));
-byId("layer").addEventListener("change", ({ target }) => { change({ layer: target.value }); remember(); });
-byId("curves").addEventListener("change", ({ target }) => { change({ curves: target.checked ? "all" : "grazing" }); remember(); });
+for (const [value, { text }] of Object.entries(LAYERS))
+  byId("layer").append(element("option", { value, textContent: text }));
+byId("layer").addEventListener("change", ({ target }) => {
+  change({ layer: target.value });
+  remember();
+});
+byId("curves").addEventListener("change", ({ target }) => {
+  change({ curves: target.checked ? "all" : "grazing" });
+  remember();
+});
 byId("zoom-in").addEventListener("click", () => plane.zoom(2));
 byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
-byId("home").addEventListener("click", () => plane.act.home());
+byId("home").addEventListener("click", act.home);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();
 offer(() => {
-  const full = seen().filter(({ preview }) => !preview), { x: across, y: up } = plane.centre;
+  const full = seen().filter(({ preview }) => !preview),
+    { x: across, y: up } = plane.centre;
   const finest = full.filter((tile) => tile.x[1] - tile.x[0] === 2 ** levels().x.exponent);
-  const middle = ({ x: [left, right], y: [low, high] }) => Number(left <= across && across < right && low <= up && up < high);
-  return { state, ...plane.scene, tiles: finest.sort((one, other) => middle(one) - middle(other)), canvas: byId("plane") };
+  const middle = ({ x: [left, right], y: [low, high] }) =>
+    Number(left <= across && across < right && low <= up && up < high);
+  return {
+    state,
+    ...plane.scene,
+    tiles: finest.sort((one, other) => middle(one) - middle(other)),
+    canvas: byId("plane"),
+  };
+});
+// The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.
+addEventListener("pagehide", () => tiles.show("", null, []));
+addEventListener("pageshow", ({ persisted }) => {
+  if (persisted) change({});
 });
 form.show(state.machine);
 restore();
+if (state.at) openPanel();

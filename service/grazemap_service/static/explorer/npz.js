@@ -5,7 +5,9 @@ const inflate = (bytes) =>
 
 // The places of the members, from the directory at the end of the file.
 function directory(buffer) {
-  const view = new DataView(buffer), members = new Map(), text = new TextDecoder();
+  const view = new DataView(buffer),
+    members = new Map(),
+    text = new TextDecoder();
   let end = buffer.byteLength - 22;
   while (view.getUint32(end, true) !== 0x06054b50) end -= 1;
   let at = view.getUint32(end + 16, true);
@@ -13,7 +15,9 @@ function directory(buffer) {
     const lengths = [28, 30, 32].map((offset) => view.getUint16(at + offset, true));
     const name = text.decode(new Uint8Array(buffer, at + 46, lengths[0]));
     members.set(name, {
-      method: view.getUint16(at + 10, true), size: view.getUint32(at + 20, true), header: view.getUint32(at + 42, true),
+      method: view.getUint16(at + 10, true),
+      size: view.getUint32(at + 20, true),
+      header: view.getUint32(at + 42, true),
     });
     at += 46 + lengths[0] + lengths[1] + lengths[2];
   }
@@ -27,17 +31,24 @@ async function member(buffer, { method, size, header }) {
 }
 
 const TYPES = {
-  "|b1": Uint8Array, "|u1": Uint8Array, "|i1": Int8Array, "<i2": Int16Array, "<i4": Int32Array, "<f8": Float64Array,
+  "|b1": Uint8Array,
+  "|u1": Uint8Array,
+  "|i1": Int8Array,
+  "<i2": Int16Array,
+  "<i4": Int32Array,
+  "<f8": Float64Array,
 };
 
 function texts(buffer, start, length) {
   const points = new Uint32Array(buffer.slice(start));
   return Array.from({ length: points.length / length }, (_, k) =>
-    String.fromCodePoint(...points.subarray(k * length, (k + 1) * length)).replace(/\0+$/, ""));
+    String.fromCodePoint(...points.subarray(k * length, (k + 1) * length)).replace(/\0+$/, ""),
+  );
 }
 
 function npy(buffer) {
-  const view = new DataView(buffer), start = 10 + view.getUint16(8, true);
+  const view = new DataView(buffer),
+    start = 10 + view.getUint16(8, true);
   const header = new TextDecoder().decode(new Uint8Array(buffer, 10, start - 10));
   const type = /'descr': '([^']+)'/.exec(header)[1];
   if (type.startsWith("<U")) return texts(buffer, start, Number(type.slice(2)));
@@ -46,7 +57,8 @@ function npy(buffer) {
 
 // The arrays of these names that the file has, flat: typed arrays, and lists of texts.
 export async function arrays(buffer, names) {
-  const members = directory(buffer), found = names.filter((name) => members.has(`${name}.npy`));
+  const members = directory(buffer),
+    found = names.filter((name) => members.has(`${name}.npy`));
   const read = await Promise.all(found.map((name) => member(buffer, members.get(`${name}.npy`))));
   return Object.fromEntries(found.map((name, k) => [name, npy(read[k])]));
 }

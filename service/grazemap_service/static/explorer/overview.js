@@ -7,8 +7,10 @@ import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
 const POINTS = 801;
-const BELOW = 0.3, ABOVE = 1.6; // times the lowest and the highest natural frequency
-const LOWEST = 0.3, HIGHEST = 1.1; // times the largest clearance of the curve in the window
+const BELOW = 0.3,
+  ABOVE = 1.6; // times the lowest and the highest natural frequency
+const LOWEST = 0.3,
+  HIGHEST = 1.1; // times the largest clearance of the curve in the window
 
 export class Overview {
   #abort = new AbortController();
@@ -54,10 +56,13 @@ export class Overview {
   }
 
   #draw(machine, view) {
-    const { x, y } = this.curve, { from, to } = byId("overview").elements;
+    const { x, y } = this.curve,
+      { from, to } = byId("overview").elements;
     const drawn = chart({
       title: "Grazing curve over all frequencies; the lines are the ends of the window",
-      x: extent(x, 0), y: extent(y), names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
+      x: extent(x, 0),
+      y: extent(y),
+      names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
       series: [{ x, y, kind: "motion" }],
       bars: view.x.filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });
@@ -68,7 +73,8 @@ export class Overview {
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.
   window(from, to) {
-    const within = this.curve?.y.filter((value, k) => value > 0 && from <= this.curve.x[k] && this.curve.x[k] <= to) ?? [];
+    const within =
+      this.curve?.y.filter((value, k) => value > 0 && from <= this.curve.x[k] && this.curve.x[k] <= to) ?? [];
     if (!within.length || !(from < to)) {
       byId("overview-says").textContent = "Choose two frequencies between which the curve has points.";
       return null;

@@ -1,37 +1,27 @@
-// The canvas of the plane: draws tiles, curves and axes, and turns pointers, the wheel and keys into new windows.
+// The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
 import { ticks } from "./ticks.js";
 
 const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
-const CLICK_PIXELS = 4;
-const SMALLEST_BOX = 12;
-const WHEEL_STEP = 0.0015;
-const KEY_ZOOM = 1.5;
-const KEY_PAN = 0.125;
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
-  #pointers = new Map();
-  #gesture = null;
+  box = null; // the rectangle that is being dragged, { from, to }
   #settling = null;
   #frame = null;
 
   // `act` has moved(view), settled(view), pick(point), point(point or null), home() and mayZoomIn().
   constructor(canvas, act) {
     Object.assign(this, { canvas, act, view: null, scene: {} });
-    const on = (name, handler) => canvas.addEventListener(name, handler);
-    on("pointerdown", (event) => this.#down(event));
-    on("pointermove", (event) => this.#move(event));
-    on("pointerup", (event) => this.#up(event));
-    on("pointercancel", (event) => this.#cancel(event));
-    on("pointerleave", () => act.point(null));
-    canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
-    on("keydown", (event) => this.#key(event));
-    new ResizeObserver(() => { this.#resize(); act.moved(this.view); }).observe(canvas);
+    new ResizeObserver(() => {
+      this.#resize();
+      act.moved(this.view);
+    }).observe(canvas);
     this.#resize();
   }
 
   #resize() {
-    const ratio = globalThis.devicePixelRatio || 1, { clientWidth, clientHeight } = this.canvas;
+    const ratio = globalThis.devicePixelRatio || 1,
+      { clientWidth, clientHeight } = this.canvas;
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
     this.width = Math.max(1, clientWidth - MARGIN.left - MARGIN.right);
@@ -45,22 +35,21 @@ export class Plane {
   }
 
   // Lengths on the canvas of values, and back.
-  #px(x) { return MARGIN.left + (x - this.view.x[0]) / (this.view.x[1] - this.view.x[0]) * this.width; }
-  #py(y) { return MARGIN.top + (this.view.y[1] - y) / (this.view.y[1] - this.view.y[0]) * this.height; }
-  #value({ px, py }) {
+  #px(x) {
+    return MARGIN.left + ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
+  }
+  #py(y) {
+    return MARGIN.top + ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+  }
+  value({ px, py }) {
     const { x, y } = this.view;
     return {
-      x: x[0] + (px - MARGIN.left) / this.width * (x[1] - x[0]),
-      y: y[1] - (py - MARGIN.top) / this.height * (y[1] - y[0]),
+      x: x[0] + ((px - MARGIN.left) / this.width) * (x[1] - x[0]),
+      y: y[1] - ((py - MARGIN.top) / this.height) * (y[1] - y[0]),
     };
   }
 
-  #place(event) {
-    const box = this.canvas.getBoundingClientRect();
-    return { px: event.clientX - box.left, py: event.clientY - box.top };
-  }
-
-  #inside({ px, py }) {
+  inside({ px, py }) {
     return px >= MARGIN.left && px <= MARGIN.left + this.width && py >= MARGIN.top && py <= MARGIN.top + this.height;
   }
 
@@ -85,80 +74,11 @@ export class Plane {
   // Zooms so that the point at `centre` stays where it is; a factor above 1 shows less.
   zoom(factor, centre = this.centre) {
     if (factor > 1 && !this.act.mayZoomIn()) return;
-    const about = ([low, high], middle) => [Math.max(0, middle - (middle - low) / factor), middle + (high - middle) / factor];
+    const about = ([low, high], middle) => [
+      Math.max(0, middle - (middle - low) / factor),
+      middle + (high - middle) / factor,
+    ];
     this.go({ x: about(this.view.x, centre.x), y: about(this.view.y, centre.y) });
-  }
-
-  #down(event) {
-    if (event.button) return;
-    const place = this.#place(event);
-    this.canvas.setPointerCapture(event.pointerId);
-    this.#pointers.set(event.pointerId, place);
-    if (this.#pointers.size === 1) this.#gesture = { kind: event.shiftKey ? "box" : "pan", from: place, last: place, moved: false };
-    else this.#gesture = { kind: "pinch", distance: this.#distance() };
-  }
-
-  #distance() {
-    const [one, other] = [...this.#pointers.values()];
-    return Math.hypot(one.px - other.px, one.py - other.py);
-  }
-
-  #move(event) {
-    const place = this.#place(event), gesture = this.#gesture;
-    this.act.point(this.#inside(place) ? this.#value(place) : null);
-    if (!this.#pointers.has(event.pointerId)) return;
-    this.#pointers.set(event.pointerId, place);
-    if (gesture.kind === "pinch") {
-      const distance = this.#distance(), [one, other] = [...this.#pointers.values()];
-      this.zoom(distance / gesture.distance, this.#value({ px: (one.px + other.px) / 2, py: (one.py + other.py) / 2 }));
-      gesture.distance = distance;
-      return;
-    }
-    gesture.moved ||= Math.hypot(place.px - gesture.from.px, place.py - gesture.from.py) > CLICK_PIXELS;
-    if (!gesture.moved) return;
-    if (gesture.kind === "pan") this.pan((gesture.last.px - place.px) / this.width, (place.py - gesture.last.py) / this.height);
-    gesture.last = place;
-    if (gesture.kind === "box") this.draw();
-  }
-
-  #up(event) {
-    const gesture = this.#gesture, place = this.#place(event);
-    this.#cancel(event);
-    if (!gesture || gesture.kind === "pinch") return;
-    if (!gesture.moved) {
-      if (this.#inside(place)) this.act.pick(this.#value(place));
-    } else if (gesture.kind === "box") this.#showBox(gesture.from, place);
-  }
-
-  #cancel(event) {
-    this.#pointers.delete(event.pointerId);
-    if (!this.#pointers.size) this.#gesture = null;
-    this.draw();
-  }
-
-  #showBox(from, to) {
-    if (Math.abs(from.px - to.px) < SMALLEST_BOX || Math.abs(from.py - to.py) < SMALLEST_BOX || !this.act.mayZoomIn()) return;
-    const one = this.#value(from), other = this.#value(to), sorted = (a, b) => [Math.max(0, Math.min(a, b)), Math.max(a, b)];
-    this.go({ x: sorted(one.x, other.x), y: sorted(one.y, other.y) }, { now: true });
-  }
-
-  #wheel(event) {
-    event.preventDefault();
-    const place = this.#place(event), lines = event.deltaMode === 1 ? 16 : 1;
-    if (this.#inside(place)) this.zoom(Math.exp(-event.deltaY * lines * WHEEL_STEP), this.#value(place));
-  }
-
-  #key(event) {
-    const step = event.shiftKey ? 4 * KEY_PAN : KEY_PAN;
-    const keys = {
-      ArrowLeft: () => this.pan(-step, 0), ArrowRight: () => this.pan(step, 0), ArrowUp: () => this.pan(0, step),
-      ArrowDown: () => this.pan(0, -step), "+": () => this.zoom(KEY_ZOOM), "=": () => this.zoom(KEY_ZOOM),
-      "-": () => this.zoom(1 / KEY_ZOOM), Home: () => this.act.home(), Enter: () => this.act.pick(this.centre),
-    };
-    if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
-    event.preventDefault();
-    keys[event.key]();
-    this.act.point(this.centre);
   }
 
   draw() {
@@ -169,8 +89,10 @@ export class Plane {
   }
 
   #paint() {
-    const pen = this.canvas.getContext("2d"), ratio = globalThis.devicePixelRatio || 1;
-    const style = getComputedStyle(this.canvas), ink = style.color;
+    const pen = this.canvas.getContext("2d"),
+      ratio = globalThis.devicePixelRatio || 1;
+    const style = getComputedStyle(this.canvas),
+      ink = style.color;
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
@@ -182,16 +104,18 @@ export class Plane {
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const mark of this.scene.marks ?? []) this.#paintMark(pen, mark);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
-    if (this.#gesture?.kind === "box" && this.#gesture.moved) this.#paintBox(pen);
+    if (this.box) this.#paintBox(pen);
     pen.restore();
     this.#paintAxes(pen, ink);
   }
 
   #paintTiles(pen) {
-    const ratio = globalThis.devicePixelRatio || 1, whole = (length) => Math.round(length * ratio) / ratio; // no seams
+    const ratio = globalThis.devicePixelRatio || 1,
+      whole = (length) => Math.round(length * ratio) / ratio; // no seams
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.tiles ?? []) {
-      const left = whole(this.#px(x[0])), top = whole(this.#py(y[1]));
+      const left = whole(this.#px(x[0])),
+        top = whole(this.#py(y[1]));
       const place = [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
       pen.drawImage(image, ...place);
@@ -202,7 +126,10 @@ export class Plane {
     pen.beginPath();
     x.forEach((value, k) => (y[k] === null ? null : pen.lineTo(this.#px(value), this.#py(y[k]))));
     pen.setLineDash(dashed ? [6, 4] : []);
-    for (const [width, stroke] of [[4, "#FFFFFF"], [1.75, colour]]) {
+    for (const [width, stroke] of [
+      [4, "#FFFFFF"],
+      [1.75, colour],
+    ]) {
       pen.lineWidth = width;
       pen.strokeStyle = stroke;
       pen.stroke();
@@ -211,10 +138,19 @@ export class Plane {
   }
 
   #paintMark(pen, { x, y, shape, colour }) {
-    const px = this.#px(x), py = this.#py(y), size = 6;
+    const px = this.#px(x),
+      py = this.#py(y),
+      size = 6;
     pen.beginPath();
     if (shape === "circle") pen.arc(px, py, size, 0, 2 * Math.PI);
-    else for (const [dx, dy] of [[0, -1], [1, 0], [0, 1], [-1, 0]]) pen.lineTo(px + 1.2 * size * dx, py + 1.2 * size * dy);
+    else
+      for (const [dx, dy] of [
+        [0, -1],
+        [1, 0],
+        [0, 1],
+        [-1, 0],
+      ])
+        pen.lineTo(px + 1.2 * size * dx, py + 1.2 * size * dy);
     pen.closePath();
     pen.fillStyle = colour;
     pen.strokeStyle = "#FFFFFF";
@@ -224,13 +160,22 @@ export class Plane {
   }
 
   #paintCross(pen, { x, y }, ink) {
-    const px = this.#px(x), py = this.#py(y);
+    const px = this.#px(x),
+      py = this.#py(y);
     pen.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+    for (const [dx, dy] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ]) {
       pen.moveTo(px + 4 * dx, py + 4 * dy);
       pen.lineTo(px + 14 * dx, py + 14 * dy);
     }
-    for (const [width, stroke] of [[5, "#FFFFFF"], [2, "#000000"]]) {
+    for (const [width, stroke] of [
+      [5, "#FFFFFF"],
+      [2, "#000000"],
+    ]) {
       pen.lineWidth = width;
       pen.strokeStyle = stroke;
       pen.stroke();
@@ -239,21 +184,23 @@ export class Plane {
   }
 
   #paintBox(pen) {
-    const { from, last } = this.#gesture;
+    const { from, to } = this.box;
     pen.strokeStyle = "#000000";
     pen.fillStyle = "#FFFFFF55";
     pen.lineWidth = 1.5;
-    pen.fillRect(from.px, from.py, last.px - from.px, last.py - from.py);
-    pen.strokeRect(from.px, from.py, last.px - from.px, last.py - from.py);
+    pen.fillRect(from.px, from.py, to.px - from.px, to.py - from.py);
+    pen.strokeRect(from.px, from.py, to.px - from.px, to.py - from.py);
   }
 
   #paintAxes(pen, ink) {
-    const bottom = MARGIN.top + this.height, { names } = this.scene;
+    const bottom = MARGIN.top + this.height,
+      { names } = this.scene;
     pen.strokeStyle = pen.fillStyle = ink;
     pen.lineWidth = 1;
     pen.font = "12px system-ui, sans-serif";
     pen.strokeRect(MARGIN.left, MARGIN.top, this.width, this.height);
-    const across = ticks(this.view.x, Math.max(2, this.width / 110)), up = ticks(this.view.y, Math.max(2, this.height / 60));
+    const across = ticks(this.view.x, Math.max(2, this.width / 110)),
+      up = ticks(this.view.y, Math.max(2, this.height / 60));
     pen.textAlign = "center";
     pen.textBaseline = "top";
     for (const { value, text } of across.marks) {
@@ -278,19 +225,26 @@ export class Plane {
 
   // The mark within reach of a point of the plane.
   nearestMark(point) {
-    const reach = 10, near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
-    return (this.scene.marks ?? []).filter((mark) => near(mark) < reach).sort((one, other) => near(one) - near(other))[0];
+    const reach = 10,
+      near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
+    return (this.scene.marks ?? [])
+      .filter((mark) => near(mark) < reach)
+      .sort((one, other) => near(one) - near(other))[0];
   }
 
   // The line that passes within reach of a point of the plane.
   nearestLine(point) {
-    const reach = 6, px = this.#px(point.x), py = this.#py(point.y);
-    return (this.scene.lines ?? []).find(({ x, y }) => x.some((value, k) => {
-      if (!k || y[k] === null || y[k - 1] === null) return false;
-      const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
-      const length = (bx - ax) ** 2 + (by - ay) ** 2;
-      const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;
-      return Math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py) < reach;
-    }));
+    const reach = 6,
+      px = this.#px(point.x),
+      py = this.#py(point.y);
+    return (this.scene.lines ?? []).find(({ x, y }) =>
+      x.some((value, k) => {
+        if (!k || y[k] === null || y[k - 1] === null) return false;
+        const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
+        const length = (bx - ax) ** 2 + (by - ay) ** 2;
+        const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;
+        return Math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py) < reach;
+      }),
+    );
   }
 }

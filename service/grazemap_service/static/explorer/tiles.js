@@ -6,7 +6,7 @@ import { POINTS, ancestor, bounds, range } from "./lattice.js";
 const LEVELS_OF_PREVIEW = 2;
 const FIRST_GLANCE_POINTS = 32;
 const AT_ONCE = 4; // as browsers open six connections to a host
-const KEPT = 200;
+const KEPT = 150;
 const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
 
 export class Tiles {
@@ -15,6 +15,7 @@ export class Tiles {
   #number = 0;
   #running = new Map(); // name -> { abort, job }
   #wanted = [];
+  #failed = new Set();
   #kept = new Map(); // name -> tile, the last used at the end
 
   // `requestOf(omega, clearance, options)` is the request of a map; `changed` is called when something has come or
@@ -52,14 +53,21 @@ export class Tiles {
     this.#pump();
   }
 
+  // Forgets what has failed, so that it is asked for again.
+  forgive() {
+    this.#failed.clear();
+  }
+
   // Whether a map at least as fine as a preview is there for a tile.
   #covered(family, tile) {
-    return Array.from({ length: LEVELS_OF_PREVIEW + 1 }, (_, levels) => ancestor(tile, levels))
-      .some(({ ex, ey, i, j }) => [false, true].some((preview) => this.#kept.has(`${family} ${ex} ${ey} ${i} ${j} ${POINTS} ${preview}`)));
+    return Array.from({ length: LEVELS_OF_PREVIEW + 1 }, (_, levels) => ancestor(tile, levels)).some(
+      ({ ex, ey, i, j }) =>
+        [false, true].some((preview) => this.#kept.has(`${family} ${ex} ${ey} ${i} ${j} ${POINTS} ${preview}`)),
+    );
   }
 
   #pump() {
-    const missing = this.#wanted.filter(({ name, failed }) => !failed && !this.#kept.has(name));
+    const missing = this.#wanted.filter(({ name }) => !this.#failed.has(name) && !this.#kept.has(name));
     for (const step of missing) {
       if (this.#running.size >= AT_ONCE || step.preview !== missing[0].preview) return; // previews are not held up
       if (!this.#running.has(step.name)) this.#fetch(step);
@@ -67,7 +75,8 @@ export class Tiles {
   }
 
   async #fetch(step) {
-    const { name, family, tile, points, preview, requestOf } = step, abort = new AbortController();
+    const { name, family, tile, points, preview, requestOf } = step,
+      abort = new AbortController();
     const running = { abort };
     this.#running.set(name, running);
     const request = requestOf(range(tile.i, tile.ex, points), range(tile.j, tile.ey, points), preview);
@@ -75,13 +84,29 @@ export class Tiles {
     const priority = preview ? PRIORITY.preview : step === nearest ? PRIORITY.nearest : PRIORITY.tile;
     try {
       const { id, data } = await compute("unfolding-maps", request, {
-        npz: true, priority, signal: abort.signal, onJob: (job) => { running.job = job; this.changed(); },
+        npz: true,
+        priority,
+        signal: abort.signal,
+        onJob: (job) => {
+          running.job = job;
+          this.changed();
+        },
       });
       const values = await this.#decode(data);
-      this.#keep({ ...values, name, family, id, request, points, preview, x: bounds(tile.i, tile.ex), y: bounds(tile.j, tile.ey) });
+      this.#keep({
+        ...values,
+        name,
+        family,
+        id,
+        request,
+        points,
+        preview,
+        x: bounds(tile.i, tile.ex),
+        y: bounds(tile.j, tile.ey),
+      });
     } catch (error) {
       if (!isAborted(error)) {
-        step.failed = true;
+        this.#failed.add(name);
         this.failed(error);
       }
     }
@@ -102,12 +127,14 @@ export class Tiles {
   // The tiles of a family that meet a window, the coarsest points first.
   within(family, { x, y }) {
     const meets = (one, other) => one[0] < other[1] && other[0] < one[1];
-    const found = [...this.#kept.values()].filter((tile) => tile.family === family && meets(tile.x, x) && meets(tile.y, y));
+    const found = [...this.#kept.values()].filter(
+      (tile) => tile.family === family && meets(tile.x, x) && meets(tile.y, y),
+    );
     for (const tile of found) {
       this.#kept.delete(tile.name);
       this.#kept.set(tile.name, tile);
     }
-    const size = ({ x: [left, right], y: [low, high], points }) => (right - left) * (high - low) / points ** 2;
+    const size = ({ x: [left, right], y: [low, high], points }) => ((right - left) * (high - low)) / points ** 2;
     return found.sort((one, other) => size(other) - size(one) || other.preview - one.preview);
   }
 
@@ -117,7 +144,7 @@ export class Tiles {
     return {
       done: full.filter(({ name }) => this.#kept.has(name)).length,
       total: full.length,
-      failed: full.filter(({ failed }) => failed).length,
+      failed: full.filter(({ name }) => this.#failed.has(name)).length,
       waitingFor: [...this.#running.values()].map(({ job }) => job?.waiting_for).find(Boolean),
     };
   }

@@ -2,4 +2,5 @@
 
 const SI = { frequency: "rad/s", length: "m", time: "s", velocity: "m/s", power: "W" };
 
-export const unitOf = ({ oscillator }, quantity) => (oscillator?.units === "SI" && SI[quantity] ? ` ${SI[quantity]}` : "");
+export const unitOf = ({ oscillator }, quantity) =>
+  oscillator?.units === "SI" && SI[quantity] ? ` ${SI[quantity]}` : "";
