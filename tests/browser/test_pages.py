@@ -16,6 +16,7 @@ START_SECONDS = 240
 @pytest.mark.timeout(START_SECONDS)
 def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None:
     page = watched.page
+    page.set_viewport_size({"width": 1280, "height": 1600})
     page.goto(f"{url}/docs")
     document = httpx2.get(f"{url}/openapi.json").json()
     expected = {(method.upper(), path) for path, operations in document["paths"].items() for method in operations}
@@ -39,6 +40,7 @@ def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None
 
 def test_try_it_out_runs_an_operation(watched: Watched, url: str) -> None:
     page = watched.page
+    page.set_viewport_size({"width": 1280, "height": 1600})
     page.goto(f"{url}/docs")
     block = page.locator(".opblock", has=page.locator('[data-path="/v1/grazing-curves"]'))
     block.locator(".opblock-summary-control").click()

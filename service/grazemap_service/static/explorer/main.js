@@ -56,7 +56,10 @@ const act = {
     say();
     orderAgain();
   },
-  home: () => plane.go({ x: STANDARD.x, y: STANDARD.y }, { now: true }),
+  home: () => {
+    const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
+    plane.go({ x, y }, { now: true });
+  },
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
     return !across.ended && !up.ended;
@@ -76,10 +79,8 @@ const form = new MachineForm({
     Object.assign(state, { machine: chosen, at: null });
     point.clear();
     await overview.show(chosen, state);
-    const range = overview.curve
-      ? [0.25, 0.5].map((part) => overview.curve.x[Math.floor(part * overview.curve.x.length)])
-      : null;
-    const shown = window ?? (range && overview.window(...range)) ?? state;
+    const isThere = overview.curve === null || overview.meets(state);
+    const shown = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: shown.x, y: shown.y }, { now: true });
   },
 });

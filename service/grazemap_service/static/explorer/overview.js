@@ -9,8 +9,9 @@ import { unitOf } from "./units.js";
 const POINTS = 801;
 const BELOW = 0.3,
   ABOVE = 1.6; // times the lowest and the highest natural frequency
-const LOWEST = 0.3,
+const LOWEST = 0.15,
   HIGHEST = 1.1; // times the largest clearance of the curve in the window
+const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
 
 export class Overview {
   #abort = new AbortController();
@@ -48,6 +49,7 @@ export class Overview {
       const range = { start: BELOW * modes[0], stop: ABOVE * modes[modes.length - 1], points: POINTS };
       const { data } = await compute("grazing-curves", requests.curve(machine, range), { signal });
       if (signal.aborted) return;
+      this.first = modes[0];
       this.curve = { x: data.omega, y: data.clearance ?? data.clearance_right ?? data.clearance_left };
       byId("overview-says").textContent = "";
     } catch (error) {
@@ -73,8 +75,9 @@ export class Overview {
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.
   window(from, to) {
-    const within =
-      this.curve?.y.filter((value, k) => value > 0 && from <= this.curve.x[k] && this.curve.x[k] <= to) ?? [];
+    const { x, y } = this.curve ?? { x: [], y: [] },
+      step = x[1] - x[0];
+    const within = y.filter((value, k) => value > 0 && from - step < x[k] && x[k] < to + step);
     if (!within.length || !(from < to)) {
       byId("overview-says").textContent = "Choose two frequencies between which the curve has points.";
       return null;
@@ -82,5 +85,17 @@ export class Overview {
     byId("overview-says").textContent = "";
     const most = Math.max(...within);
     return { x: [from, to], y: [LOWEST * most, HIGHEST * most] };
+  }
+
+  // A window to begin with, about the lowest natural frequency; null before the curve is there.
+  suggested() {
+    return this.curve && this.window(...ABOUT_FIRST_MODE.map((factor) => factor * this.first));
+  }
+
+  // Whether the curve passes through a window.
+  meets({ x: [left, right], y: [low, high] }) {
+    return this.curve.x.some(
+      (omega, k) => left <= omega && omega <= right && low <= this.curve.y[k] && this.curve.y[k] <= high,
+    );
   }
 }

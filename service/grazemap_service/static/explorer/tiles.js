@@ -1,10 +1,11 @@
 // The tiles of a view: asks for what is missing, the nearest first, gives up what the view has left, and keeps what came.
-// A coarse preview comes before the tiles: that of the tile which contains 4 x 4 of them.
+// Before the tiles come previews of fewer points: first one of the tile which contains 4 x 4 of them, then of each.
 import { compute, isAborted } from "./api.js";
 import { POINTS, ancestor, bounds, range } from "./lattice.js";
 
-const LEVELS_OF_PREVIEW = 2;
-const FIRST_GLANCE_POINTS = 32;
+const PREVIEW_POINTS = 32;
+const PREVIEW_LEVELS = 2; // a tile so many levels up has points as far apart as a preview
+const GLANCE_LEVELS = 4;
 const AT_ONCE = 4; // as browsers open six connections to a host
 const KEPT = 150;
 const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
@@ -43,9 +44,9 @@ export class Tiles {
       const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
       if (!steps.some((other) => other.name === name)) steps.push({ name, family, tile, points, preview, requestOf });
     };
-    const bare = tiles.filter((tile) => !this.#covered(family, tile)).map((tile) => ancestor(tile, LEVELS_OF_PREVIEW));
-    bare.forEach((tile) => step(tile, FIRST_GLANCE_POINTS, true));
-    bare.forEach((tile) => step(tile, POINTS, true));
+    const unseen = (levels) => tiles.filter((tile) => !this.#covered(family, tile, levels));
+    unseen(GLANCE_LEVELS).forEach((tile) => step(ancestor(tile, PREVIEW_LEVELS), PREVIEW_POINTS, true));
+    unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
     tiles.forEach((tile) => step(tile, POINTS, false));
     this.#wanted = steps;
     const names = new Set(steps.map(({ name }) => name));
@@ -58,11 +59,10 @@ export class Tiles {
     this.#failed.clear();
   }
 
-  // Whether a map at least as fine as a preview is there for a tile.
-  #covered(family, tile) {
-    return Array.from({ length: LEVELS_OF_PREVIEW + 1 }, (_, levels) => ancestor(tile, levels)).some(
-      ({ ex, ey, i, j }) =>
-        [false, true].some((preview) => this.#kept.has(`${family} ${ex} ${ey} ${i} ${j} ${POINTS} ${preview}`)),
+  // Whether a tile is there, or one that contains it, up to some levels up.
+  #covered(family, tile, levels) {
+    return Array.from({ length: levels + 1 }, (_, level) => ancestor(tile, level)).some(({ ex, ey, i, j }) =>
+      this.#kept.has(`${family} ${ex} ${ey} ${i} ${j} ${POINTS} false`),
     );
   }
 
