@@ -281,6 +281,31 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
     expect(page).to_have_url(re.compile(re.escape(USUAL)))
 
 
+def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    session = page.context.new_cdp_session(page)
+    across, up = place(page, 0.265, 2.12)
+
+    def touch(kind: str, *offsets: float) -> None:
+        points = [{"x": across + offset, "y": up, "id": k} for k, offset in enumerate(offsets)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", -40, 40)
+    touch("touchMove", -60, 60)
+    touch("touchMove", -80, 80)
+    touch("touchEnd")
+    expect(page).not_to_have_url(re.compile(re.escape(QUICK)))
+    (left, right), _ = window(page)
+    assert right - left == pytest.approx(0.03125 / 2, rel=0.02)
+    assert (0.265 - left) / (right - left) == pytest.approx((0.265 - 0.25) / 0.03125, abs=0.03)
+    touch("touchStart", 0)
+    touch("touchMove", 10)
+    touch("touchMove", 40)
+    touch("touchEnd")
+    page.wait_for_timeout(500)
+    assert place(page, left, 2.1)[0] == pytest.approx(page.locator("#plane").bounding_box()["x"] + LEFT + 40, abs=11)
+
+
 def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> None:
     width = 2.0**-42
     page = show(small, url, f"omega=0.25..{0.25 + width!r}&clearance=2.125..{2.125 + 2.0**-36!r}")

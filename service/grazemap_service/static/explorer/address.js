@@ -34,8 +34,8 @@ export function write({ x, y, layer, curves, at, machine }, standard) {
   if (layer !== standard.layer) said.set("layer", layer);
   if (curves !== standard.curves) said.set("curves", curves);
   if (at) said.set("at", at.join(","));
-  const { machine: usual } = standard,
-    own = Object.entries(machine).filter(([name, value]) => value !== usual[name]);
+  const { machine: usual } = standard;
+  const own = Object.entries(machine).filter(([name, value]) => value !== usual[name]);
   if (own.length) said.set("machine", JSON.stringify(Object.fromEntries(own)));
   return `#${said}`;
 }

@@ -47,15 +47,15 @@ export class Animation {
   }
 
   #draw(moment) {
-    const pen = this.canvas.getContext("2d"),
-      { width, height } = this.canvas,
-      ink = getComputedStyle(this.canvas).color;
-    const count = this.masses.length,
-      cell = (width - 20) / (count + 0.5),
-      size = Math.min(34, cell * 0.35),
-      middle = height / 2;
-    const home = (k) => 10 + cell * (k + 0.5),
-      place = (k) => home(k) + this.masses[k][moment] * this.scale * cell;
+    const pen = this.canvas.getContext("2d");
+    const { width, height } = this.canvas;
+    const ink = getComputedStyle(this.canvas).color;
+    const count = this.masses.length;
+    const cell = (width - 20) / (count + 0.5);
+    const size = Math.min(34, cell * 0.35);
+    const middle = height / 2;
+    const home = (k) => 10 + cell * (k + 0.5);
+    const place = (k) => home(k) + this.masses[k][moment] * this.scale * cell;
     pen.clearRect(0, 0, width, height);
     pen.strokeStyle = pen.fillStyle = ink;
     pen.lineWidth = 1.5;
@@ -82,8 +82,8 @@ export class Animation {
 }
 
 function spring(pen, from, to, y) {
-  const coils = 6,
-    step = (to - from) / (coils + 2);
+  const coils = 6;
+  const step = (to - from) / (coils + 2);
   pen.beginPath();
   pen.moveTo(from, y);
   pen.lineTo(from + step, y);

@@ -132,7 +132,7 @@ export async function compute(process, request, { npz = false, priority, signal,
       if (!FINISHED.includes(job.status)) onJob?.(job);
     }
   } catch (error) {
-    if (isAborted(error) && id) giveUp(id);
+    if (isAborted(error) && id) await giveUp(id); // before the same is asked for again
     throw error;
   }
 }

@@ -7,8 +7,8 @@ const MARGIN = { left: 52, right: 8, top: 8, bottom: 36 };
 const SMALLEST_BAND = 4;
 
 export function extent(values, share = 0.05) {
-  let low = Infinity,
-    high = -Infinity;
+  let low = Infinity;
+  let high = -Infinity;
   for (const value of values) {
     if (value === null) continue;
     if (value < low) low = value;
@@ -22,19 +22,19 @@ export function extent(values, share = 0.05) {
 // chart. `kind` is the class that the style sheet knows. With `equal` both axes have one scale.
 export function chart({ title, x, y, names, series = [], dots = [], bars = [], equal = false }) {
   const height = equal ? SIZE.width - MARGIN.left - MARGIN.right + MARGIN.top + MARGIN.bottom : SIZE.height;
-  const right = SIZE.width - MARGIN.right,
-    bottom = height - MARGIN.bottom;
+  const right = SIZE.width - MARGIN.right;
+  const bottom = height - MARGIN.bottom;
   const px = (value) => MARGIN.left + ((value - x[0]) / (x[1] - x[0])) * (right - MARGIN.left);
   const py = (value) => bottom - ((value - y[0]) / (y[1] - y[0])) * (bottom - MARGIN.top);
   const at = (value) => value.toFixed(1);
   const line = (x1, y1, x2, y2, kind) =>
     drawing("line", { x1: at(x1), y1: at(y1), x2: at(x2), y2: at(y2), class: kind });
   const text = (content, attributes) => drawing("text", attributes, content);
-  const across = ticks(x, 4),
-    up = ticks(y, 4);
+  const across = ticks(x, 4);
+  const up = ticks(y, 4);
   const path = ({ x: xs, y: ys }) => {
-    let drawn = "",
-      lifted = true;
+    let drawn = "";
+    let lifted = true;
     xs.forEach((value, k) => {
       if (ys[k] !== null) drawn += `${lifted ? "M" : "L"}${at(px(value))} ${at(py(ys[k]))}`;
       lifted = ys[k] === null;
@@ -86,8 +86,8 @@ export function onDrag(svg, x, chosen) {
   const band = drawing("rect", { y: MARGIN.top, height: SIZE.height - MARGIN.top - MARGIN.bottom, class: "band" });
   const width = SIZE.width - MARGIN.left - MARGIN.right;
   const place = (event) => {
-    const box = svg.getBoundingClientRect(),
-      at = ((event.clientX - box.left) / box.width) * SIZE.width;
+    const box = svg.getBoundingClientRect();
+    const at = ((event.clientX - box.left) / box.width) * SIZE.width;
     return Math.min(MARGIN.left + width, Math.max(MARGIN.left, at));
   };
   const value = (at) => x[0] + ((at - MARGIN.left) / width) * (x[1] - x[0]);

@@ -16,9 +16,9 @@ const NAMES = {
 
 // The dyadic interval of at most eight parts that contains an interval.
 export function around([low, high]) {
-  const exponent = Math.ceil(Math.log2((high - low) / 4)),
-    found = indices([low, high], exponent),
-    size = 2 ** exponent;
+  const exponent = Math.ceil(Math.log2((high - low) / 4));
+  const found = indices([low, high], exponent);
+  const size = 2 ** exponent;
   return [Math.max(found[0] * size, size / 2 ** 10), (found[found.length - 1] + 1) * size];
 }
 
@@ -40,9 +40,9 @@ export class Curves {
   }
 
   show(machine, { x, y }, all) {
-    const family = JSON.stringify(machine),
-      omega = around(x),
-      clearance = around(y);
+    const family = JSON.stringify(machine);
+    const omega = around(x);
+    const clearance = around(y);
     this.#want("grazing-curves", family, requests.curve(machine, { start: omega[0], stop: omega[1], points: POINTS }));
     if (all) this.#want("bifurcation-curves", family, requests.borders(machine, omega, clearance));
     else this.#leave("bifurcation-curves");
@@ -82,9 +82,9 @@ export class Curves {
   }
 
   lines() {
-    const ink = this.palette.ink,
-      curve = this.found("grazing-curves"),
-      lines = [];
+    const ink = this.palette.ink;
+    const curve = this.found("grazing-curves");
+    const lines = [];
     if (curve) {
       const explained = "Grazing curve: on it the steady motion just touches the stop; above it, it does not reach it.";
       if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: explained });

@@ -19,9 +19,9 @@ const NAMES = [
 ];
 
 function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
-  const labels = [],
-    numbers = new Map(),
-    motion = new Uint16Array(kind.length);
+  const labels = [];
+  const numbers = new Map();
+  const motion = new Uint16Array(kind.length);
   for (let k = 0; k < kind.length; k++) {
     const name = kinds[kind[k]];
     const label = name === "periodic" ? labelOf(period[k], impacts_right[k], impacts_left[k]) : name;

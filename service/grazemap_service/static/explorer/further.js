@@ -10,9 +10,9 @@ const BASIN_POINTS = 96;
 
 export async function showBasins(panel) {
   const basins = await panel.compute("basins", requests.basins(panel.machine, panel.at, BASIN_POINTS));
-  const { label, attractors, horizontal, vertical } = basins,
-    rows = label.length,
-    columns = label[0].length;
+  const { label, attractors, horizontal, vertical } = basins;
+  const rows = label.length;
+  const columns = label[0].length;
   const canvas = element("canvas", {
     width: columns,
     height: rows,
@@ -20,13 +20,13 @@ export async function showBasins(panel) {
     role: "img",
     "aria-label": "Basins of attraction over initial displacement and velocity of mass 1",
   });
-  const names = attractors.map((one) => one.label ?? one.kind),
-    unresolved = panel.colours.channels("unresolved");
+  const names = attractors.map((one) => one.label ?? one.kind);
+  const unresolved = panel.colours.channels("unresolved");
   const taken = names.map((name, k) =>
     names.indexOf(name) < k ? unresolved.map((value) => 255 - value / 2) : panel.colours.channels(name),
   );
-  const pen = canvas.getContext("2d"),
-    image = pen.createImageData(columns, rows);
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(columns, rows);
   label.forEach((row, i) =>
     row.forEach((number, j) =>
       image.data.set([...(taken[number] ?? unresolved), 255], 4 * ((rows - 1 - i) * columns + j)),
@@ -51,18 +51,18 @@ export async function showBasins(panel) {
 
 export async function showBranch(panel) {
   const {
-      machine,
-      at: [omega],
-      window,
-    } = panel,
-    [low, high] = window.y;
+    machine,
+    at: [omega],
+    window,
+  } = panel;
+  const [low, high] = window.y;
   const branch = await panel.compute(
     "orbit-branches",
     requests.branch(machine, panel.at, [Math.min(low, panel.at[1]), Math.max(high, panel.at[1])]),
   );
   if (!branch.parameter.length) throw new Error(branch.reason);
-  const speed = branch.velocities.map((all) => Math.abs(all[0] ?? 0)),
-    all = branch.parameter.map((_, k) => k);
+  const speed = branch.velocities.map((all) => Math.abs(all[0] ?? 0));
+  const all = branch.parameter.map((_, k) => k);
   const part = (chosen) => ({
     x: branch.parameter,
     y: all.map((k) => (chosen(k) || chosen(Math.max(0, k - 1)) ? speed[k] : null)),
@@ -96,8 +96,8 @@ export async function showBranch(panel) {
       ),
     ),
   );
-  const ends = extent(branch.parameter, 0),
-    { bifurcations, ink } = panel.colours.palette;
+  const ends = extent(branch.parameter, 0);
+  const { bifurcations, ink } = panel.colours.palette;
   const line = { x: [omega, omega], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
   panel.draw(
     "branch",
@@ -113,10 +113,13 @@ export async function showBranch(panel) {
 }
 
 export async function showCurves(panel) {
-  const { machine, at, window } = panel,
-    data = await panel.compute("bifurcation-curves", requests.curvesOf(machine, at, panel.orbit, window.x, window.y));
-  const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette)),
-    reason = data.motions?.[0]?.reason;
+  const { machine, at, window } = panel;
+  const data = await panel.compute(
+    "bifurcation-curves",
+    requests.curvesOf(machine, at, panel.orbit, window.x, window.y),
+  );
+  const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
+  const reason = data.motions?.[0]?.reason;
   byId("own-curves").textContent =
     reason ?? `${lines.length} pieces of bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane.`;
   panel.draw("curves", lines);

@@ -44,14 +44,14 @@ export class Gestures {
   }
 
   #move(event) {
-    const place = this.#place(event),
-      gesture = this.#gesture;
+    const place = this.#place(event);
+    const gesture = this.#gesture;
     this.act.point(this.plane.inside(place) ? this.plane.value(place) : null);
     if (!this.#pointers.has(event.pointerId)) return;
     this.#pointers.set(event.pointerId, place);
     if (gesture.kind === "pinch") {
-      const distance = this.#distance(),
-        [one, other] = [...this.#pointers.values()];
+      const distance = this.#distance();
+      const [one, other] = [...this.#pointers.values()];
       this.plane.zoom(
         distance / gesture.distance,
         this.plane.value({ px: (one.px + other.px) / 2, py: (one.py + other.py) / 2 }),
@@ -69,8 +69,8 @@ export class Gestures {
   }
 
   #up(event) {
-    const gesture = this.#gesture,
-      place = this.#place(event);
+    const gesture = this.#gesture;
+    const place = this.#place(event);
     this.#end(event);
     if (!gesture || gesture.kind === "pinch") return;
     if (!gesture.moved) {
@@ -80,7 +80,8 @@ export class Gestures {
 
   #end(event) {
     this.#pointers.delete(event.pointerId);
-    if (!this.#pointers.size) this.#gesture = null;
+    const [left] = this.#pointers.values(); // a finger that stays after two have pinched moves the plane
+    this.#gesture = left ? { kind: "pan", from: left, last: left, moved: true } : null;
     this.plane.box = null;
     this.plane.draw();
   }
@@ -88,16 +89,16 @@ export class Gestures {
   #showBox(from, to) {
     if (Math.abs(from.px - to.px) < SMALLEST_BOX || Math.abs(from.py - to.py) < SMALLEST_BOX || !this.act.mayZoomIn())
       return;
-    const one = this.plane.value(from),
-      other = this.plane.value(to),
-      sorted = (a, b) => [Math.max(0, Math.min(a, b)), Math.max(a, b)];
+    const one = this.plane.value(from);
+    const other = this.plane.value(to);
+    const sorted = (a, b) => [Math.max(0, Math.min(a, b)), Math.max(a, b)];
     this.plane.go({ x: sorted(one.x, other.x), y: sorted(one.y, other.y) }, { now: true });
   }
 
   #wheel(event) {
     event.preventDefault();
-    const place = this.#place(event),
-      lines = event.deltaMode === 1 ? 16 : 1;
+    const place = this.#place(event);
+    const lines = event.deltaMode === 1 ? 16 : 1;
     if (this.plane.inside(place))
       this.plane.zoom(Math.exp(-event.deltaY * lines * WHEEL_STEP), this.plane.value(place));
   }

@@ -21,8 +21,8 @@ export function listJobs() {
 }
 
 function entry({ id, process, status, progress, request, waiting_for: waitingFor }) {
-  const running = status === "accepted" || status === "running",
-    { done, total } = progress;
+  const running = status === "accepted" || status === "running";
+  const { done, total } = progress;
   const what = `${process}${request?.preview ? ", preview" : ""} `;
   const line = element(
     "li",

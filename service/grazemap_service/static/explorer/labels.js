@@ -50,9 +50,9 @@ const DIVERGING = ["#053061", "#4393C3", "#F7F7F7", "#D6604D", "#67001F"].map(ch
 
 // The colour of a share from 0 to 1 on a ramp.
 export function onRamp(diverging, share) {
-  const ramp = diverging ? DIVERGING : CIVIDIS,
-    place = Math.min(1, Math.max(0, share)) * (ramp.length - 1);
-  const low = Math.min(ramp.length - 2, Math.floor(place)),
-    part = place - low;
+  const ramp = diverging ? DIVERGING : CIVIDIS;
+  const place = Math.min(1, Math.max(0, share)) * (ramp.length - 1);
+  const low = Math.min(ramp.length - 2, Math.floor(place));
+  const part = place - low;
   return ramp[low].map((value, k) => Math.round(value + part * (ramp[low + 1][k] - value)));
 }

@@ -23,9 +23,9 @@ export function exponentFor([low, high], pixels) {
 
 // The numbers of the tiles that an interval meets; only tiles of positive values.
 export function indices([low, high], exponent) {
-  const size = 2 ** exponent,
-    first = Math.max(0, Math.floor(low / size)),
-    last = Math.ceil(high / size) - 1;
+  const size = 2 ** exponent;
+  const first = Math.max(0, Math.floor(low / size));
+  const last = Math.ceil(high / size) - 1;
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => first + k);
 }
 
@@ -33,8 +33,8 @@ export const bounds = (index, exponent) => [index * 2 ** exponent, (index + 1) *
 
 // The values of a tile's points as a range of the API.
 export function range(index, exponent, points) {
-  const [start, stop] = bounds(index, exponent),
-    half = 2 ** exponent / points / 2;
+  const [start, stop] = bounds(index, exponent);
+  const half = 2 ** exponent / points / 2;
   return { start: start + half, stop: stop - half, points };
 }
 

@@ -21,8 +21,8 @@ export function rangeOf(layer, tiles) {
     .sort((one, other) => one - other);
   if (!values.length) return null;
   const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
-  const power = 10 ** Math.floor(Math.log10(most)),
-    round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
+  const power = 10 ** Math.floor(Math.log10(most));
+  const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
   return diverging ? [-round, round] : [0, round];
 }
 
@@ -31,16 +31,16 @@ const isUnverified = (tile, k) => !tile.verified[k] && isPeriodic(tile.labels[ti
 
 // Paints a tile on a canvas of one pixel a point. Every other point of a periodic motion that is not verified is dark.
 export function paint(tile, layer, { hidden, range, colours }) {
-  const n = tile.points,
-    canvas = tile.canvas ?? new OffscreenCanvas(n, n),
-    pen = canvas.getContext("2d");
-  const image = pen.createImageData(n, n),
-    { field, diverging } = LAYERS[layer],
-    values = tile[field];
+  const n = tile.points;
+  const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(n, n);
+  const { field, diverging } = LAYERS[layer];
+  const values = tile[field];
   const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.channels(label)));
   for (let k = 0; k < n * n; k++) {
-    const row = Math.floor(k / n),
-      place = 4 * ((n - 1 - row) * n + (k - row * n));
+    const row = Math.floor(k / n);
+    const place = 4 * ((n - 1 - row) * n + (k - row * n));
     let colour = null;
     if (!field) colour = ofLabels[tile.motion[k]];
     else if (values && range && Number.isFinite(values[k]))
@@ -60,10 +60,10 @@ export function shares(tiles, { x, y }) {
   const counts = new Map();
   let all = 0;
   for (const tile of tiles) {
-    const ofTile = new Uint32Array(tile.labels.length),
-      n = tile.points;
-    const [left, right] = within(tile.x, x, n),
-      [low, high] = within(tile.y, y, n);
+    const ofTile = new Uint32Array(tile.labels.length);
+    const n = tile.points;
+    const [left, right] = within(tile.x, x, n);
+    const [low, high] = within(tile.y, y, n);
     for (let row = low; row < high; row++)
       for (let column = left; column < right; column++) ofTile[tile.motion[row * n + column]] += 1;
     tile.labels.forEach((label, number) => {

@@ -27,8 +27,8 @@ function valueOf(text) {
       throw new Error("This is not JSON.");
     }
   }
-  const parts = text.split(",").map((part) => part.trim()),
-    numbers = parts.map(Number);
+  const parts = text.split(",").map((part) => part.trim());
+  const numbers = parts.map(Number);
   const wrong = parts.find((part, k) => part === "" || !Number.isFinite(numbers[k]));
   if (wrong !== undefined) throw new Error(`“${wrong}” is not a number.`);
   return parts.length > 1 ? numbers : numbers[0];
@@ -64,8 +64,8 @@ export class MachineForm {
   }
 
   show({ oscillator, stops, left, periods }) {
-    const { units = "nondimensional", ...others } = oscillator ?? {},
-      fields = this.form.elements;
+    const { units = "nondimensional", ...others } = oscillator ?? {};
+    const fields = this.form.elements;
     fields.units.value = units;
     fields.stops.value = stops;
     fields.left.value = left ?? "";
@@ -79,9 +79,9 @@ export class MachineForm {
 
   // The machine that the form says. Errors of single fields are shown there; null if there are some.
   #said() {
-    const fields = this.form.elements,
-      oscillator = {},
-      errors = {};
+    const fields = this.form.elements;
+    const oscillator = {};
+    const errors = {};
     if (fields.units.value !== "nondimensional") oscillator.units = fields.units.value;
     for (const name of [...FIELDS, "further"]) {
       const text = fields[name].value.trim();
@@ -95,8 +95,8 @@ export class MachineForm {
       }
     }
     for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
-    const stops = fields.stops.value,
-      left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
+    const stops = fields.stops.value;
+    const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
     if (Number.isNaN(left)) errors.left = "Enter the distance of the left stop.";
     this.#say(errors);
     if (Object.keys(errors).length) return null;
@@ -110,8 +110,8 @@ export class MachineForm {
 
   #say(errors) {
     for (const name of [...FIELDS, "left", "further"]) {
-      const field = this.form.elements[name],
-        says = byId(`error-${name}`);
+      const field = this.form.elements[name];
+      const says = byId(`error-${name}`);
       says.textContent = errors[name] ?? "";
       field.setAttribute("aria-invalid", name in errors);
     }
@@ -122,14 +122,14 @@ export class MachineForm {
   async #check() {
     this.#abort.abort();
     this.#abort = new AbortController();
-    const { signal } = this.#abort,
-      machine = this.#said();
+    const { signal } = this.#abort;
+    const machine = this.#said();
     if (!machine) return null;
     try {
       const { data } = await compute("structures", requests.structure(machine), { signal, priority: 9 });
       if (signal.aborted) return null;
-      const ratios = data.damping_ratios,
-        unit = unitOf(machine, "frequency");
+      const ratios = data.damping_ratios;
+      const unit = unitOf(machine, "frequency");
       byId("modes").replaceChildren(
         ...data.natural_frequencies.map((omega, k) =>
           element("li", { textContent: `${toRead(omega)}${unit}, damping ratio ${toRead(ratios[k])}` }),
@@ -140,8 +140,8 @@ export class MachineForm {
       if (isAborted(error)) return null;
       const errors = {};
       for (const { pointer, detail, allowed } of error.errors ?? []) {
-        const [, , name] = pointer.split("/"),
-          field = FIELDS.includes(name) ? name : name ? "further" : "machine";
+        const [, , name] = pointer.split("/");
+        const field = FIELDS.includes(name) ? name : name ? "further" : "machine";
         errors[field] ??= `${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
       }
       if (!Object.keys(errors).length) errors.machine = error.message;

@@ -22,8 +22,8 @@ import { unitOf } from "./units.js";
 
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 
-const { x, y, machine } = PRESETS.paper;
-const STANDARD = { x, y, machine, layer: "motion", curves: "grazing", at: null };
+const { paper } = PRESETS;
+const STANDARD = { x: paper.x, y: paper.y, machine: paper.machine, layer: "motion", curves: "grazing", at: null };
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
@@ -74,11 +74,14 @@ const point = new PointPanel({
     refresh();
   },
 });
+let choosing = null; // the machine that is about to be shown
 const form = new MachineForm({
   chosen: async (chosen, window) => {
+    choosing = chosen;
+    await overview.show(chosen, state);
+    if (choosing !== chosen) return; // another one was chosen meanwhile
     Object.assign(state, { machine: chosen, at: null });
     point.clear();
-    await overview.show(chosen, state);
     const isThere = overview.curve === null || overview.meets(state);
     const shown = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: shown.x, y: shown.y }, { now: true });
@@ -96,16 +99,16 @@ function change(part) {
 }
 
 function ask() {
-  const { x: across, y: up } = levels(),
-    centre = pointer ?? plane.centre,
-    { observables } = LAYERS[state.layer],
-    of = { ...state.machine };
+  const { x: across, y: up } = levels();
+  const centre = pointer ?? plane.centre;
+  const { observables } = LAYERS[state.layer];
+  const { machine } = state;
   tiles.show(
     family(),
-    (omega, clearance, preview) => requests.map(of, omega, clearance, { preview, observables }),
+    (omega, clearance, preview) => requests.map(machine, omega, clearance, { preview, observables }),
     tilesOf(state, across.exponent, up.exponent, centre),
   );
-  curves.show(state.machine, state, state.curves === "all");
+  curves.show(machine, state, state.curves === "all");
 }
 
 let ordering = null;
@@ -125,8 +128,8 @@ function remember() {
 
 // Shows what the address says.
 function restore() {
-  const old = state,
-    differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
+  const old = state;
+  const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = address.read(location.hash, STANDARD);
   if (differs("machine")) form.show(state.machine);
   byId("layer").value = state.layer;
@@ -171,8 +174,8 @@ function refresh() {
 }
 
 function show() {
-  const found = seen(),
-    range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
+  const found = seen();
+  const range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
   const style = JSON.stringify([state.layer, range, [...legend.hidden]]);
   for (const tile of found) {
     if (tile.paintedAs === style) continue;
@@ -194,8 +197,8 @@ function show() {
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(found = seen()) {
-  const { done, total, failed, waitingFor } = tiles.progress(),
-    { x: across, y: up } = levels();
+  const { done, total, failed, waitingFor } = tiles.progress();
+  const { x: across, y: up } = levels();
   const parts = [troubleText, errorText];
   if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
   parts.push(
@@ -208,16 +211,16 @@ function say(found = seen()) {
   byId("says").textContent = parts.filter(Boolean).join(" ");
   const at = pointer;
   if (!at) return;
-  const width = (interval) => interval[1] - interval[0],
-    values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
-  const mark = plane.nearestMark(at) ?? plane.nearestLine(at),
-    here = reading(found, at.x, at.y);
+  const width = (interval) => interval[1] - interval[0];
+  const values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
+  const mark = plane.nearestMark(at) ?? plane.nearestLine(at);
+  const here = reading(found, at.x, at.y);
   byId("reading").textContent = mark ? `${values}: ${mark.text}` : here ? `${values}: ${described(here)}` : values;
 }
 
 function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
-  const unit = (quantity) => unitOf(state.machine, quantity),
-    parts = [label];
+  const unit = (quantity) => unitOf(state.machine, quantity);
+  const parts = [label];
   if (verified) parts.push("verified");
   else if (reason) parts.push(reason);
   else if (sensitive) parts.push("sensitive to round-off");
@@ -259,8 +262,8 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();
 offer(() => {
-  const full = seen().filter(({ preview }) => !preview),
-    { x: across, y: up } = plane.centre;
+  const full = seen().filter(({ preview }) => !preview);
+  const { x: across, y: up } = plane.centre;
   const finest = full.filter((tile) => tile.x[1] - tile.x[0] === 2 ** levels().x.exponent);
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);

@@ -5,9 +5,9 @@ const inflate = (bytes) =>
 
 // The places of the members, from the directory at the end of the file.
 function directory(buffer) {
-  const view = new DataView(buffer),
-    members = new Map(),
-    text = new TextDecoder();
+  const view = new DataView(buffer);
+  const members = new Map();
+  const text = new TextDecoder();
   let end = buffer.byteLength - 22;
   while (view.getUint32(end, true) !== 0x06054b50) end -= 1;
   let at = view.getUint32(end + 16, true);
@@ -47,8 +47,8 @@ function texts(buffer, start, length) {
 }
 
 function npy(buffer) {
-  const view = new DataView(buffer),
-    start = 10 + view.getUint16(8, true);
+  const view = new DataView(buffer);
+  const start = 10 + view.getUint16(8, true);
   const header = new TextDecoder().decode(new Uint8Array(buffer, 10, start - 10));
   const type = /'descr': '([^']+)'/.exec(header)[1];
   if (type.startsWith("<U")) return texts(buffer, start, Number(type.slice(2)));
@@ -57,8 +57,8 @@ function npy(buffer) {
 
 // The arrays of these names that the file has, flat: typed arrays, and lists of texts.
 export async function arrays(buffer, names) {
-  const members = directory(buffer),
-    found = names.filter((name) => members.has(`${name}.npy`));
+  const members = directory(buffer);
+  const found = names.filter((name) => members.has(`${name}.npy`));
   const read = await Promise.all(found.map((name) => member(buffer, members.get(`${name}.npy`))));
   return Object.fromEntries(found.map((name, k) => [name, npy(read[k])]));
 }

@@ -7,10 +7,10 @@ import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
 const POINTS = 801;
-const BELOW = 0.3,
-  ABOVE = 1.6; // times the lowest and the highest natural frequency
-const LOWEST = 0.15,
-  HIGHEST = 1.1; // times the largest clearance of the curve in the window
+const BELOW = 0.3;
+const ABOVE = 1.6; // times the lowest and the highest natural frequency
+const LOWEST = 0.15;
+const HIGHEST = 1.1; // times the largest clearance of the curve in the window
 const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
 
 export class Overview {
@@ -58,8 +58,8 @@ export class Overview {
   }
 
   #draw(machine, view) {
-    const { x, y } = this.curve,
-      { from, to } = byId("overview").elements;
+    const { x, y } = this.curve;
+    const { from, to } = byId("overview").elements;
     const drawn = chart({
       title: "Grazing curve over all frequencies; the lines are the ends of the window",
       x: extent(x, 0),
@@ -75,8 +75,8 @@ export class Overview {
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.
   window(from, to) {
-    const { x, y } = this.curve ?? { x: [], y: [] },
-      step = x[1] - x[0];
+    const { x, y } = this.curve ?? { x: [], y: [] };
+    const step = x[1] - x[0];
     const within = y.filter((value, k) => value > 0 && from - step < x[k] && x[k] < to + step);
     if (!within.length || !(from < to)) {
       byId("overview-says").textContent = "Choose two frequencies between which the curve has points.";

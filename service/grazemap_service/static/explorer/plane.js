@@ -20,8 +20,8 @@ export class Plane {
   }
 
   #resize() {
-    const ratio = globalThis.devicePixelRatio || 1,
-      { clientWidth, clientHeight } = this.canvas;
+    const ratio = globalThis.devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas;
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
     this.width = Math.max(1, clientWidth - MARGIN.left - MARGIN.right);
@@ -89,10 +89,10 @@ export class Plane {
   }
 
   #paint() {
-    const pen = this.canvas.getContext("2d"),
-      ratio = globalThis.devicePixelRatio || 1;
-    const style = getComputedStyle(this.canvas),
-      ink = style.color;
+    const pen = this.canvas.getContext("2d");
+    const ratio = globalThis.devicePixelRatio || 1;
+    const style = getComputedStyle(this.canvas);
+    const ink = style.color;
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
@@ -110,12 +110,12 @@ export class Plane {
   }
 
   #paintTiles(pen) {
-    const ratio = globalThis.devicePixelRatio || 1,
-      whole = (length) => Math.round(length * ratio) / ratio; // no seams
+    const ratio = globalThis.devicePixelRatio || 1;
+    const whole = (length) => Math.round(length * ratio) / ratio; // no seams
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.tiles ?? []) {
-      const left = whole(this.#px(x[0])),
-        top = whole(this.#py(y[1]));
+      const left = whole(this.#px(x[0]));
+      const top = whole(this.#py(y[1]));
       const place = [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
       pen.drawImage(image, ...place);
@@ -138,9 +138,9 @@ export class Plane {
   }
 
   #paintMark(pen, { x, y, shape, colour }) {
-    const px = this.#px(x),
-      py = this.#py(y),
-      size = 6;
+    const px = this.#px(x);
+    const py = this.#py(y);
+    const size = 6;
     pen.beginPath();
     if (shape === "circle") pen.arc(px, py, size, 0, 2 * Math.PI);
     else
@@ -160,8 +160,8 @@ export class Plane {
   }
 
   #paintCross(pen, { x, y }, ink) {
-    const px = this.#px(x),
-      py = this.#py(y);
+    const px = this.#px(x);
+    const py = this.#py(y);
     pen.beginPath();
     for (const [dx, dy] of [
       [1, 0],
@@ -193,14 +193,14 @@ export class Plane {
   }
 
   #paintAxes(pen, ink) {
-    const bottom = MARGIN.top + this.height,
-      { names } = this.scene;
+    const bottom = MARGIN.top + this.height;
+    const { names } = this.scene;
     pen.strokeStyle = pen.fillStyle = ink;
     pen.lineWidth = 1;
     pen.font = "12px system-ui, sans-serif";
     pen.strokeRect(MARGIN.left, MARGIN.top, this.width, this.height);
-    const across = ticks(this.view.x, Math.max(2, this.width / 110)),
-      up = ticks(this.view.y, Math.max(2, this.height / 60));
+    const across = ticks(this.view.x, Math.max(2, this.width / 110));
+    const up = ticks(this.view.y, Math.max(2, this.height / 60));
     pen.textAlign = "center";
     pen.textBaseline = "top";
     for (const { value, text } of across.marks) {
@@ -225,8 +225,8 @@ export class Plane {
 
   // The mark within reach of a point of the plane.
   nearestMark(point) {
-    const reach = 10,
-      near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
+    const reach = 10;
+    const near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
     return (this.scene.marks ?? [])
       .filter((mark) => near(mark) < reach)
       .sort((one, other) => near(one) - near(other))[0];
@@ -234,9 +234,9 @@ export class Plane {
 
   // The line that passes within reach of a point of the plane.
   nearestLine(point) {
-    const reach = 6,
-      px = this.#px(point.x),
-      py = this.#py(point.y);
+    const reach = 6;
+    const px = this.#px(point.x);
+    const py = this.#py(point.y);
     return (this.scene.lines ?? []).find(({ x, y }) =>
       x.some((value, k) => {
         if (!k || y[k] === null || y[k - 1] === null) return false;

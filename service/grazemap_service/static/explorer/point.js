@@ -50,8 +50,8 @@ export class PointPanel {
     byId("branch").replaceChildren();
     byId("own-curves").textContent = "";
     byId("pictures").hidden = true;
-    const frequency = unitOf(machine, "frequency"),
-      length = unitOf(machine, "length");
+    const frequency = unitOf(machine, "frequency");
+    const length = unitOf(machine, "length");
     byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}`;
     byId("point-name").textContent = "Computing …";
     byId("point-figures").replaceChildren();
@@ -87,16 +87,16 @@ export class PointPanel {
       "trajectories",
       requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN }),
     );
-    const { motion } = path,
-      label = motion.label ?? motion.kind,
-      units = (quantity) => unitOf(machine, quantity);
+    const { motion } = path;
+    const label = motion.label ?? motion.kind;
+    const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label)), label);
     byId("point-why").textContent = motion.kind === "unresolved" ? (motion.reason ?? "") : "";
-    const q = contactOf(machine, path.displacement),
-      v = contactOf(machine, path.velocity),
-      stops = stopsOf(machine, at[1]);
-    const present = stops.filter((stop) => stop !== null),
-      period = (2 * Math.PI) / at[0];
+    const q = contactOf(machine, path.displacement);
+    const v = contactOf(machine, path.velocity);
+    const stops = stopsOf(machine, at[1]);
+    const present = stops.filter((stop) => stop !== null);
+    const period = (2 * Math.PI) / at[0];
     const last = path.time.findLastIndex(
       (time) => time <= Math.min(PERIODS_SHOWN, Math.max(4, 2 * (motion.period ?? 4))) * period + 1e-9,
     );
@@ -110,8 +110,8 @@ export class PointPanel {
         bars: present.map((x) => ({ x, kind: "stop" })),
       }),
     );
-    const { impacts } = path,
-      place = (stop) => (stop > 0 ? stops[1] : stops[0]);
+    const { impacts } = path;
+    const place = (stop) => (stop > 0 ? stops[1] : stops[0]);
     byId("history").replaceChildren(
       chart({
         title: "Displacement of the contact over time, with its impacts",
@@ -148,8 +148,8 @@ export class PointPanel {
   }
 
   async #orbit() {
-    const { machine, at } = this,
-      units = (quantity) => unitOf(machine, quantity);
+    const { machine, at } = this;
+    const units = (quantity) => unitOf(machine, quantity);
     const orbit = await this.compute("periodic-orbits", requests.orbit(machine, at));
     const yes = (value) => (value ? "yes" : "no");
     const rows = orbit.converged

@@ -68,8 +68,8 @@ export const curvesOf = (
 
 // Initial displacements and velocities of a mass in a rectangle that leaves the contact between the stops.
 export function basins(machine, point, points) {
-  const [omega, value] = point,
-    reach = 0.99 * value;
+  const [omega, value] = point;
+  const reach = 0.99 * value;
   const low = { right: -value, left: -reach, unequal: -0.99 * machine.left }[machine.stops] ?? -reach;
   const high = machine.stops === "left" ? value : reach;
   const coordinate = (quantity, start, stop) => ({ quantity, mass: 1, values: { start, stop, points } });

@@ -42,8 +42,8 @@ export function asPython({ machine, x, y }, address) {
   const fields = Object.entries(machine.oscillator ?? {})
     .map(([name, value]) => `${name}=${python(value)}`)
     .join(", ");
-  const pair = ([low, high]) => `(${low}, ${high})`,
-    clearance = requests.clearance(machine, y);
+  const pair = ([low, high]) => `(${low}, ${high})`;
+  const clearance = requests.clearance(machine, y);
   const stops = Array.isArray(clearance)
     ? pair(clearance)
     : `{${Object.entries(clearance)
@@ -64,12 +64,12 @@ umap.plot().figure.savefig("map.png")
 export function asCsv(tiles, { x, y }) {
   const lines = ["omega,clearance,motion,verified,sensitive,lyapunov,least_impact_velocity"];
   for (const tile of tiles) {
-    const n = tile.points,
-      width = (tile.x[1] - tile.x[0]) / n,
-      height = (tile.y[1] - tile.y[0]) / n;
+    const n = tile.points;
+    const width = (tile.x[1] - tile.x[0]) / n;
+    const height = (tile.y[1] - tile.y[0]) / n;
     for (let k = 0; k < n * n; k++) {
-      const omega = tile.x[0] + ((k % n) + 0.5) * width,
-        clearance = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
+      const omega = tile.x[0] + ((k % n) + 0.5) * width;
+      const clearance = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
       if (omega < x[0] || omega > x[1] || clearance < y[0] || clearance > y[1]) continue;
       const values = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
         array && Number.isFinite(array[k]) ? array[k] : "",
@@ -96,9 +96,9 @@ export function asSvg({ x, y }, lines, marks, names) {
   const text = (said, attributes) =>
     drawing("text", { "font-family": "sans-serif", "font-size": 13, ...attributes }, said);
   const frame = { x: left, y: 10, width: width - left - 10, height: height - bottom - 10 };
-  const across = ticks(x, 6),
-    up = ticks(y, 6),
-    offset = (name, base) => (base ? `${name} − ${base}` : name);
+  const across = ticks(x, 6);
+  const up = ticks(y, 6);
+  const offset = (name, base) => (base ? `${name} − ${base}` : name);
   const svg = drawing(
     "svg",
     { xmlns: "http://www.w3.org/2000/svg", viewBox: `0 0 ${width} ${height}`, width, height },

@@ -7,8 +7,8 @@ export function ticks([low, high], most) {
   const power = 10 ** Math.floor(Math.log10((high - low) / most));
   const step = power * [1, 2, 5, 10].find((factor) => (high - low) / (factor * power) <= most);
   const digits = Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step));
-  const first = Math.ceil(low / step),
-    count = Math.floor(high / step) - first + 1;
+  const first = Math.ceil(low / step);
+  const count = Math.floor(high / step) - first + 1;
   const base = digits > BASE_DIGITS ? Number(((first + Math.floor(count / 2)) * step).toPrecision(digits + 1)) : 0;
   const marks = Array.from({ length: count }, (_, k) => {
     const value = (first + k) * step;

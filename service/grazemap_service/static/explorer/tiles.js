@@ -75,8 +75,8 @@ export class Tiles {
   }
 
   async #fetch(step) {
-    const { name, family, tile, points, preview, requestOf } = step,
-      abort = new AbortController();
+    const { name, family, tile, points, preview, requestOf } = step;
+    const abort = new AbortController();
     const running = { abort };
     this.#running.set(name, running);
     const request = requestOf(range(tile.i, tile.ex, points), range(tile.j, tile.ey, points), preview);
