@@ -47,7 +47,8 @@ class _WholeFiles(StaticFiles):
         response = super().file_response(full_path, stat_result, scope, status_code)
         if not isinstance(response, FileResponse):
             return response
-        return _WholeFile(full_path, status_code, stat_result=stat_result)
+        # asked for again after an update, so that modules of two versions do not meet
+        return _WholeFile(full_path, status_code, {"Cache-Control": "no-cache"}, stat_result=stat_result)
 
 
 def install(app: FastAPI) -> None:

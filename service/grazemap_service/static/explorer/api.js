@@ -1,0 +1,138 @@
+// Requests to the service: problems, the key, waiting for a job, and giving it up.
+
+const FINISHED = ["successful", "failed", "dismissed"];
+const BUSY = [429, 502, 503, 504, 507];
+const WAIT_SECONDS = 20;
+const NPZ = "application/x-npz";
+
+// One asker for each open page, so that pages that share a job give it up one by one.
+const asker = `explorer-${[...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("")}`;
+
+// What the service refused or could not do: an RFC 9457 document.
+export class Problem extends Error {
+  constructor(body, status) {
+    const [first] = body.errors ?? [];
+    const where = first ? ` ${first.pointer ? `${first.pointer}: ` : ""}${first.detail}` : "";
+    super(`${body.detail ?? body.title ?? `The service answers ${status}.`}${where}`);
+    this.status = status;
+    this.errors = body.errors ?? [];
+  }
+}
+
+// What the page does where the service needs it: `key()` is a promise of the key that a person enters; `trouble(text)`
+// says why an answer is awaited, and "" when it has come.
+const page = { key: null, trouble: null };
+export const serve = (handlers) => Object.assign(page, handlers);
+
+const pause = (seconds, signal) =>
+  new Promise((resolve, reject) => {
+    const timer = setTimeout(resolve, 1000 * seconds);
+    signal?.addEventListener(
+      "abort",
+      () => {
+        clearTimeout(timer);
+        reject(signal.reason);
+      },
+      { once: true },
+    );
+  });
+
+let key = sessionStorage.getItem("grazemap-key");
+let keyIsAsked = null;
+async function newKey() {
+  keyIsAsked ??= page.key().finally(() => {
+    keyIsAsked = null;
+  });
+  key = await keyIsAsked;
+  sessionStorage.setItem("grazemap-key", key);
+}
+
+const RETRY_SECONDS = 2;
+async function answerTo(path, options) {
+  try {
+    return await fetch(path, options);
+  } catch (error) {
+    if (isAborted(error)) throw error;
+    return null; // there is no service, or no way to it
+  }
+}
+
+// The answer to a request; waits while the service is busy or away. Throws a Problem for every other answer of 400 or
+// more.
+export async function send(path, { method = "GET", headers = {}, body, signal, keepalive } = {}) {
+  for (;;) {
+    const all = { "Grazemap-Client": asker, ...headers };
+    if (key) all.Authorization = `Bearer ${key}`;
+    if (body !== undefined) all["Content-Type"] = "application/json";
+    const answer = await answerTo(path, {
+      method,
+      headers: all,
+      signal,
+      keepalive,
+      body: body && JSON.stringify(body),
+    });
+    if (answer?.ok) {
+      page.trouble("");
+      return answer;
+    }
+    if (!answer) {
+      page.trouble("The service does not answer; trying again.");
+      await pause(RETRY_SECONDS, signal);
+      continue;
+    }
+    if (answer.status === 401) {
+      await newKey();
+      continue;
+    }
+    const problem = new Problem(await answer.json().catch(() => ({})), answer.status);
+    if (!BUSY.includes(answer.status)) throw problem;
+    page.trouble(problem.message);
+    await pause(Number(answer.headers.get("Retry-After")) || RETRY_SECONDS, signal);
+  }
+}
+
+export const isAborted = (error) => error.name === "AbortError";
+
+// Takes back this page's interest in a job: it is stopped unless others asked for it too.
+const giveUp = (id) => send(`v1/jobs/${id}`, { method: "DELETE", keepalive: true }).catch(() => {});
+
+const cancelled = new Set();
+// Gives a job up for whatever in this page waits for it.
+export function cancel(id) {
+  cancelled.add(id);
+  return giveUp(id);
+}
+
+// The result of a process, { id, data }: data is an ArrayBuffer (npz) or what the JSON says. An aborted `signal` gives
+// the job up. `onJob` is called with each state of the job before its end.
+export async function compute(process, request, { npz = false, priority, signal, onJob } = {}) {
+  const headers = {
+    Accept: npz ? NPZ : "application/json",
+    ...(priority !== undefined && { Priority: `${priority}` }),
+  };
+  let id = null;
+  try {
+    for (let wait = 1; ; wait = WAIT_SECONDS) {
+      // The first answer has the id, which giving up needs: so it is awaited even when `signal` is aborted.
+      const answer = await send(`v1/${process}`, {
+        method: "POST",
+        headers: { ...headers, Prefer: `wait=${wait}, return=representation` },
+        body: request,
+        signal: id ? signal : undefined,
+      });
+      id = answer.headers.get("Location").split("/").pop();
+      if (answer.headers.get("Preference-Applied")?.includes("return=representation")) {
+        return { id, data: await (npz ? answer.arrayBuffer() : answer.json()) };
+      }
+      const job = await answer.json();
+      if (signal?.aborted) throw signal.reason;
+      if (job.status === "failed") throw new Problem(job.problem ?? {}, 500);
+      if (job.status === "dismissed" || cancelled.delete(id))
+        throw new Problem({ detail: "The job was cancelled." }, 409);
+      if (!FINISHED.includes(job.status)) onJob?.(job);
+    }
+  } catch (error) {
+    if (isAborted(error) && id) await giveUp(id); // before the same is asked for again
+    throw error;
+  }
+}

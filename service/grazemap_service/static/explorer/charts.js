@@ -1,0 +1,139 @@
+// Small line charts as SVG.
+import { drawing } from "./dom.js";
+import { ticks } from "./ticks.js";
+
+const SIZE = { width: 320, height: 200 };
+const MARGIN = { left: 52, right: 8, top: 8, bottom: 36 };
+const SMALLEST_BAND = 4;
+
+export function extent(values, share = 0.05) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (value === null) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  const margin = high > low ? share * (high - low) : 0.5 * Math.abs(high) || 1;
+  return [low - margin, high + margin];
+}
+
+// `series` are { x, y, kind }, lines; `dots` { x, y, kind, text }; `bars` { x } or { y }, straight lines across the
+// chart. `kind` is the class that the style sheet knows. With `equal` both axes have one scale.
+export function chart({ title, x, y, names, series = [], dots = [], bars = [], equal = false }) {
+  const height = equal ? SIZE.width - MARGIN.left - MARGIN.right + MARGIN.top + MARGIN.bottom : SIZE.height;
+  const right = SIZE.width - MARGIN.right;
+  const bottom = height - MARGIN.bottom;
+  const px = (value) => MARGIN.left + ((value - x[0]) / (x[1] - x[0])) * (right - MARGIN.left);
+  const py = (value) => bottom - ((value - y[0]) / (y[1] - y[0])) * (bottom - MARGIN.top);
+  const at = (value) => value.toFixed(1);
+  const line = (x1, y1, x2, y2, kind) =>
+    drawing("line", { x1: at(x1), y1: at(y1), x2: at(x2), y2: at(y2), class: kind });
+  const text = (content, attributes) => drawing("text", attributes, content);
+  const across = ticks(x, 4);
+  const up = ticks(y, 4);
+  const path = ({ x: xs, y: ys }) => {
+    let drawn = "";
+    let lifted = true;
+    xs.forEach((value, k) => {
+      if (ys[k] !== null) drawn += `${lifted ? "M" : "L"}${at(px(value))} ${at(py(ys[k]))}`;
+      lifted = ys[k] === null;
+    });
+    return drawn;
+  };
+  return drawing(
+    "svg",
+    { viewBox: `0 0 ${SIZE.width} ${height}`, role: "img", "aria-label": title, class: "chart" },
+    drawing("title", {}, title),
+    drawing("rect", {
+      x: MARGIN.left,
+      y: MARGIN.top,
+      width: right - MARGIN.left,
+      height: bottom - MARGIN.top,
+      class: "frame",
+    }),
+    ...bars.map((bar) =>
+      "x" in bar
+        ? line(px(bar.x), MARGIN.top, px(bar.x), bottom, bar.kind)
+        : line(MARGIN.left, py(bar.y), right, py(bar.y), bar.kind),
+    ),
+    ...series.map((one) => drawing("path", { d: path(one), class: one.kind })),
+    ...dots.map((dot) =>
+      drawing(
+        "circle",
+        { cx: at(px(dot.x)), cy: at(py(dot.y)), r: 3.5, class: dot.kind },
+        ...(dot.text ? [drawing("title", {}, dot.text)] : []),
+      ),
+    ),
+    ...across.marks.map(({ value, text: said }) => text(said, { x: at(px(value)), y: bottom + 14, class: "middle" })),
+    ...up.marks.map(({ value, text: said }) => text(said, { x: MARGIN.left - 5, y: at(py(value) + 4), class: "end" })),
+    text(names.x + (across.base ? ` − ${across.base}` : ""), {
+      x: (MARGIN.left + right) / 2,
+      y: bottom + 30,
+      class: "middle",
+    }),
+    text(names.y + (up.base ? ` − ${up.base}` : ""), {
+      x: 12,
+      y: (MARGIN.top + bottom) / 2,
+      class: "middle",
+      transform: `rotate(-90 12 ${(MARGIN.top + bottom) / 2})`,
+    }),
+  );
+}
+
+// Calls `chosen` with the two values of x between which one drags over a chart, the smaller first.
+export function onDrag(svg, x, chosen) {
+  const band = drawing("rect", { y: MARGIN.top, height: SIZE.height - MARGIN.top - MARGIN.bottom, class: "band" });
+  const width = SIZE.width - MARGIN.left - MARGIN.right;
+  const place = (event) => {
+    const box = svg.getBoundingClientRect();
+    const at = ((event.clientX - box.left) / box.width) * SIZE.width;
+    return Math.min(MARGIN.left + width, Math.max(MARGIN.left, at));
+  };
+  const value = (at) => x[0] + ((at - MARGIN.left) / width) * (x[1] - x[0]);
+  let from = null;
+  const ends = (event) => [from, place(event)].sort((one, other) => one - other);
+  svg.addEventListener("pointerdown", (event) => {
+    event.preventDefault();
+    from = place(event);
+    svg.setPointerCapture(event.pointerId);
+    svg.append(band);
+  });
+  svg.addEventListener("pointermove", (event) => {
+    if (from === null) return;
+    const [left, right] = ends(event);
+    band.setAttribute("x", left);
+    band.setAttribute("width", right - left);
+  });
+  svg.addEventListener("pointercancel", () => {
+    from = null;
+    band.remove();
+  });
+  svg.addEventListener("pointerup", (event) => {
+    if (from === null) return;
+    const [left, right] = ends(event);
+    from = null;
+    band.remove();
+    if (right - left > SMALLEST_BAND) chosen(value(left), value(right));
+  });
+}
+
+// Multipliers in the complex plane, with the unit circle.
+export function circle(multipliers) {
+  const reach = 1.1 * Math.max(1, ...multipliers.flat().map(Math.abs));
+  const angles = Array.from({ length: 181 }, (_, k) => (k * Math.PI) / 90);
+  return chart({
+    title: "Multipliers of the orbit on the complex plane, with the unit circle",
+    x: [-reach, reach],
+    y: [-reach, reach],
+    equal: true,
+    names: { x: "real part", y: "imaginary part" },
+    series: [{ x: angles.map(Math.cos), y: angles.map(Math.sin), kind: "circle" }],
+    dots: multipliers.map(([re, im]) => ({
+      x: re,
+      y: im,
+      kind: Math.hypot(re, im) < 1 ? "inside" : "outside",
+      text: `${re} ${im < 0 ? "−" : "+"} ${Math.abs(im)} i, modulus ${Math.hypot(re, im)}`,
+    })),
+  });
+}

@@ -1,0 +1,47 @@
+// The worker that reads maps: an npz file in, the arrays of a tile out, with every motion as its number in a list of
+// labels.
+import { arrays } from "./npz.js";
+import { labelOf } from "./labels.js";
+
+const NAMES = [
+  "kind",
+  "kinds",
+  "period",
+  "impacts_right",
+  "impacts_left",
+  "verified",
+  "sensitive",
+  "reason",
+  "reasons",
+  "lyapunov",
+  "least_impact_velocity",
+  "dissipated_power",
+];
+
+function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
+  const labels = [];
+  const numbers = new Map();
+  const motion = new Uint16Array(kind.length);
+  for (let k = 0; k < kind.length; k++) {
+    const name = kinds[kind[k]];
+    const label = name === "periodic" ? labelOf(period[k], impacts_right[k], impacts_left[k]) : name;
+    let number = numbers.get(label);
+    if (number === undefined) {
+      number = labels.push(label) - 1;
+      numbers.set(label, number);
+    }
+    motion[k] = number;
+  }
+  return { labels, motion };
+}
+
+onmessage = async ({ data: { number, buffer } }) => {
+  const { kind, kinds, period, impacts_right, impacts_left, ...rest } = await arrays(buffer, NAMES);
+  const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
+  postMessage(
+    { number, tile },
+    Object.values(tile)
+      .filter(ArrayBuffer.isView)
+      .map((array) => array.buffer),
+  );
+};

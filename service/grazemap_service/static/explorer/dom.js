@@ -1,0 +1,35 @@
+// Elements of the page.
+
+export const byId = (id) => document.getElementById(id);
+
+// An element with properties, attributes (names with a hyphen, and `role`) and children.
+export function element(name, properties = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(properties)) {
+    if (key.includes("-") || key === "role") made.setAttribute(key, value);
+    else made[key] = value;
+  }
+  made.append(...children);
+  return made;
+}
+
+// A square of the colour of a motion.
+export function swatch(colour) {
+  const square = element("i", { className: "swatch" });
+  square.style.backgroundColor = colour;
+  return square;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+export function drawing(name, attributes = {}, ...children) {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+export function save(name, blob) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}

@@ -1,0 +1,126 @@
+// What can be asked about the motion of an open point: its basins of attraction, its branch and its bifurcation curves.
+import { chart, extent } from "./charts.js";
+import { lineOf } from "./curves.js";
+import { byId, element, swatch } from "./dom.js";
+import * as requests from "./requests.js";
+import { toRead } from "./ticks.js";
+import { unitOf } from "./units.js";
+
+const BASIN_POINTS = 96;
+
+export async function showBasins(panel) {
+  const basins = await panel.compute("basins", requests.basins(panel.machine, panel.at, BASIN_POINTS));
+  const { label, attractors, horizontal, vertical } = basins;
+  const rows = label.length;
+  const columns = label[0].length;
+  const canvas = element("canvas", {
+    width: columns,
+    height: rows,
+    className: "basins",
+    role: "img",
+    "aria-label": "Basins of attraction over initial displacement and velocity of mass 1",
+  });
+  const names = attractors.map((one) => one.label ?? one.kind);
+  const unresolved = panel.colours.channels("unresolved");
+  const taken = names.map((name, k) =>
+    names.indexOf(name) < k ? unresolved.map((value) => 255 - value / 2) : panel.colours.channels(name),
+  );
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(columns, rows);
+  label.forEach((row, i) =>
+    row.forEach((number, j) =>
+      image.data.set([...(taken[number] ?? unresolved), 255], 4 * ((rows - 1 - i) * columns + j)),
+    ),
+  );
+  pen.putImageData(image, 0, 0);
+  const ends = (values, unit) => `${toRead(values[0])} to ${toRead(values[values.length - 1])}${unit}`;
+  byId("basins").replaceChildren(
+    canvas,
+    element("p", {
+      textContent: `Initial displacement ${ends(horizontal, unitOf(panel.machine, "length"))} to the right, velocity ${ends(vertical, unitOf(panel.machine, "velocity"))} upwards, of mass 1; the rest starts at rest.`,
+    }),
+    element(
+      "ul",
+      {},
+      ...attractors.map((one, k) =>
+        element("li", {}, swatch(`rgb(${taken[k]})`), `${names[k]}: ${(100 * one.share).toFixed(1)} %`),
+      ),
+    ),
+  );
+}
+
+export async function showBranch(panel) {
+  const {
+    machine,
+    at: [omega],
+    window,
+  } = panel;
+  const [low, high] = window.y;
+  const branch = await panel.compute(
+    "orbit-branches",
+    requests.branch(machine, panel.at, [Math.min(low, panel.at[1]), Math.max(high, panel.at[1])]),
+  );
+  if (!branch.parameter.length) throw new Error(branch.reason);
+  const speed = branch.velocities.map((all) => Math.abs(all[0] ?? 0));
+  const all = branch.parameter.map((_, k) => k);
+  const part = (chosen) => ({
+    x: branch.parameter,
+    y: all.map((k) => (chosen(k) || chosen(Math.max(0, k - 1)) ? speed[k] : null)),
+  });
+  const stable = (k) => branch.stable[k] && branch.admissible[k];
+  byId("branch").replaceChildren(
+    chart({
+      title: "Branch: speed of the first impact over the clearance",
+      x: extent(branch.parameter),
+      y: extent(speed),
+      names: { x: `clearance${unitOf(machine, "length")}`, y: `impact speed${unitOf(machine, "velocity")}` },
+      series: [
+        { ...part((k) => !stable(k)), kind: "unstable" },
+        { ...part(stable), kind: "motion" },
+      ],
+      dots: branch.special_points.map((point) => ({
+        x: point.parameter,
+        y: Math.abs(point.velocities[0] ?? 0),
+        kind: point.type,
+        text: `${point.type} at ${point.parameter}`,
+      })),
+    }),
+    element("p", { textContent: "Dashed: unstable or not admissible." }),
+    element(
+      "ul",
+      {},
+      ...branch.special_points.map((point) =>
+        element("li", {
+          textContent: `${point.type} at clearance ${toRead(point.parameter)}${point.admissible ? "" : " (not admissible)"}`,
+        }),
+      ),
+    ),
+  );
+  const ends = extent(branch.parameter, 0);
+  const { bifurcations, ink } = panel.colours.palette;
+  const line = { x: [omega, omega], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
+  panel.draw(
+    "branch",
+    [line],
+    branch.special_points.map((point) => ({
+      x: omega,
+      y: point.parameter,
+      shape: "diamond",
+      colour: bifurcations[point.type],
+      text: `${point.type} of the branch, at clearance ${point.parameter}`,
+    })),
+  );
+}
+
+export async function showCurves(panel) {
+  const { machine, at, window } = panel;
+  const data = await panel.compute(
+    "bifurcation-curves",
+    requests.curvesOf(machine, at, panel.orbit, window.x, window.y),
+  );
+  const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
+  const reason = data.motions?.[0]?.reason;
+  byId("own-curves").textContent =
+    reason ?? `${lines.length} pieces of bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane.`;
+  panel.draw("curves", lines);
+}

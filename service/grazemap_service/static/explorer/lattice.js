@@ -1,0 +1,54 @@
+// The dyadic lattice of tiles: on an axis, tile i at exponent e covers i 2^e to (i + 1) 2^e, and its points lie in the
+// middle of POINTS equal parts. All of these numbers are exact in double precision.
+
+export const POINTS = 128;
+const ROUNDINGS = 64; // neighbouring points are at least so many roundings apart
+const TILE_PIXELS = 240;
+
+const binade = (value) => {
+  let exponent = Math.floor(Math.log2(value));
+  if (2 ** exponent > value) exponent -= 1;
+  return exponent;
+};
+
+// The smallest exponent whose points double precision separates at values up to `largest`.
+export const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) + Math.log2(POINTS);
+
+// The exponent for which a tile has about TILE_PIXELS pixels, and whether double precision forbids it.
+export function exponentFor([low, high], pixels) {
+  const wanted = Math.round(Math.log2(((high - low) * TILE_PIXELS) / pixels));
+  const end = finest(Math.max(Math.abs(low), Math.abs(high)));
+  return { exponent: Math.max(wanted, end), ended: wanted < end };
+}
+
+// The numbers of the tiles that an interval meets; only tiles of positive values.
+export function indices([low, high], exponent) {
+  const size = 2 ** exponent;
+  const first = Math.max(0, Math.floor(low / size));
+  const last = Math.ceil(high / size) - 1;
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => first + k);
+}
+
+export const bounds = (index, exponent) => [index * 2 ** exponent, (index + 1) * 2 ** exponent];
+
+// The values of a tile's points as a range of the API.
+export function range(index, exponent, points) {
+  const [start, stop] = bounds(index, exponent);
+  const half = 2 ** exponent / points / 2;
+  return { start: start + half, stop: stop - half, points };
+}
+
+// The tile that contains a tile, some levels up.
+export const ancestor = ({ ex, ey, i, j }, levels) => ({
+  ex: ex + levels,
+  ey: ey + levels,
+  i: Math.floor(i / 2 ** levels),
+  j: Math.floor(j / 2 ** levels),
+});
+
+// The tiles of a window, the nearest to `centre` first.
+export function tilesOf({ x, y }, ex, ey, centre) {
+  const tiles = indices(y, ey).flatMap((j) => indices(x, ex).map((i) => ({ ex, ey, i, j })));
+  const distance = ({ i, j }) => Math.hypot(i + 0.5 - centre.x / 2 ** ex, j + 0.5 - centre.y / 2 ** ey);
+  return tiles.sort((one, other) => distance(one) - distance(other));
+}

@@ -1,0 +1,102 @@
+// What the colours of the plane mean: the motion, or a value of every point.
+import { onRamp } from "./labels.js";
+
+export const LAYERS = {
+  motion: { text: "Motion" },
+  exponent: { text: "Lyapunov exponent", field: "lyapunov", unit: "per forcing period", diverging: true },
+  speed: { text: "Minimum impact speed", field: "least_impact_velocity", quantity: "velocity" },
+  power: { text: "Dissipated power", field: "dissipated_power", quantity: "power", observables: ["dissipated_power"] },
+};
+
+const UNVERIFIED_SHADE = 0.55;
+const SHARE_IN_RANGE = 0.98;
+
+// The values between which a layer's ramp runs for these tiles; null where they have none.
+export function rangeOf(layer, tiles) {
+  const { field, diverging } = LAYERS[layer];
+  const values = tiles
+    .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
+    .filter(Number.isFinite)
+    .map((value) => (diverging ? Math.abs(value) : value))
+    .sort((one, other) => one - other);
+  if (!values.length) return null;
+  const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
+  const power = 10 ** Math.floor(Math.log10(most));
+  const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
+  return diverging ? [-round, round] : [0, round];
+}
+
+const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
+const isUnverified = (tile, k) => !tile.verified[k] && isPeriodic(tile.labels[tile.motion[k]]);
+
+// Paints a tile on a canvas of one pixel a point. Every other point of a periodic motion that is not verified is dark.
+export function paint(tile, layer, { hidden, range, colours }) {
+  const n = tile.points;
+  const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(n, n);
+  const { field, diverging } = LAYERS[layer];
+  const values = tile[field];
+  const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.channels(label)));
+  for (let k = 0; k < n * n; k++) {
+    const row = Math.floor(k / n);
+    const place = 4 * ((n - 1 - row) * n + (k - row * n));
+    let colour = null;
+    if (!field) colour = ofLabels[tile.motion[k]];
+    else if (values && range && Number.isFinite(values[k]))
+      colour = onRamp(diverging, (values[k] - range[0]) / (range[1] - range[0]));
+    if (!colour) continue;
+    const shade = !field && (row + k) % 2 && isUnverified(tile, k) ? UNVERIFIED_SHADE : 1;
+    for (let c = 0; c < 3; c++) image.data[place + c] = shade * colour[c];
+    image.data[place + 3] = 255;
+  }
+  pen.putImageData(image, 0, 0);
+  tile.canvas = canvas;
+  return canvas;
+}
+
+// The labels of the points of tiles inside a window with their shares, the largest first.
+export function shares(tiles, { x, y }) {
+  const counts = new Map();
+  let all = 0;
+  for (const tile of tiles) {
+    const ofTile = new Uint32Array(tile.labels.length);
+    const n = tile.points;
+    const [left, right] = within(tile.x, x, n);
+    const [low, high] = within(tile.y, y, n);
+    for (let row = low; row < high; row++)
+      for (let column = left; column < right; column++) ofTile[tile.motion[row * n + column]] += 1;
+    tile.labels.forEach((label, number) => {
+      if (ofTile[number]) counts.set(label, (counts.get(label) ?? 0) + ofTile[number]);
+    });
+    all += Math.max(0, right - left) * Math.max(0, high - low);
+  }
+  return [...counts]
+    .map(([label, count]) => ({ label, share: count / all }))
+    .sort((one, other) => other.share - one.share);
+}
+
+// From which to before which of a tile's points lie inside an interval.
+function within([low, high], interval, points) {
+  const place = (value) => Math.min(points, Math.max(0, Math.round(((value - low) / (high - low)) * points)));
+  return interval.map(place);
+}
+
+// What the finest of the tiles says about a point of the plane; null where none has come.
+export function reading(tiles, x, y) {
+  const tile = tiles.findLast((one) => one.x[0] <= x && x < one.x[1] && one.y[0] <= y && y < one.y[1]);
+  if (!tile) return null;
+  const place = (value, [low, high]) =>
+    Math.min(tile.points - 1, Math.floor(((value - low) / (high - low)) * tile.points));
+  const k = place(y, tile.y) * tile.points + place(x, tile.x);
+  return {
+    label: tile.labels[tile.motion[k]],
+    verified: Boolean(tile.verified[k]),
+    sensitive: Boolean(tile.sensitive?.[k]),
+    preview: tile.preview,
+    reason: tile.reasons[tile.reason[k]],
+    exponent: tile.lyapunov?.[k],
+    speed: tile.least_impact_velocity?.[k],
+    power: tile.dissipated_power?.[k],
+  };
+}

@@ -1,0 +1,153 @@
+// The form of the machine: presets, its fields with their errors, and its natural frequencies while one types.
+import { compute, isAborted } from "./api.js";
+import { byId, element } from "./dom.js";
+import { PRESETS } from "./presets.js";
+import * as requests from "./requests.js";
+import { toRead } from "./ticks.js";
+import { unitOf } from "./units.js";
+
+const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
+const LISTS = ["masses", "stiffnesses", "forcing"];
+const TYPING_PAUSE = 300;
+
+const textOf = (value) => {
+  if (value === undefined) return "";
+  // a list of one number keeps its brackets: a damping that is a number is not a list of dampings
+  return Array.isArray(value) && value.length > 1 && value.every(Number.isFinite)
+    ? value.join(", ")
+    : JSON.stringify(value);
+};
+
+// What a field says: a number, numbers with commas, or JSON. Throws an Error with what is wrong.
+function valueOf(text) {
+  if (/^[[{]/.test(text)) {
+    try {
+      return JSON.parse(text);
+    } catch {
+      throw new Error("This is not JSON.");
+    }
+  }
+  const parts = text.split(",").map((part) => part.trim());
+  const numbers = parts.map(Number);
+  const wrong = parts.find((part, k) => part === "" || !Number.isFinite(numbers[k]));
+  if (wrong !== undefined) throw new Error(`“${wrong}” is not a number.`);
+  return parts.length > 1 ? numbers : numbers[0];
+}
+
+export class MachineForm {
+  #abort = new AbortController();
+  #typing = null;
+
+  // `chosen(machine, window)` is called with a machine, and with a window if a preset has one.
+  constructor({ chosen }) {
+    this.chosen = chosen;
+    this.form = byId("machine");
+    const presets = Object.entries(PRESETS).map(([value, { text }]) => element("option", { value, textContent: text }));
+    byId("preset").append(element("option", { value: "", textContent: "choose …" }), ...presets);
+    byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
+    this.form.addEventListener("input", () => {
+      byId("other-clearance").hidden = this.form.stops.value !== "unequal";
+      clearTimeout(this.#typing);
+      this.#typing = setTimeout(() => this.#check(), TYPING_PAUSE);
+    });
+    this.form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const machine = await this.#check();
+      if (machine) this.chosen(machine, null);
+    });
+  }
+
+  #preset(preset) {
+    if (!preset) return;
+    this.show(preset.machine);
+    this.chosen(preset.machine, preset);
+  }
+
+  show({ oscillator, stops, left, periods }) {
+    const { units = "nondimensional", ...others } = oscillator ?? {};
+    const fields = this.form.elements;
+    fields.units.value = units;
+    fields.stops.value = stops;
+    fields.left.value = left ?? "";
+    fields.periods.value = periods;
+    for (const name of FIELDS) fields[name].value = textOf(others[name]);
+    const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
+    fields.further.value = Object.keys(further).length ? JSON.stringify(further) : "";
+    byId("other-clearance").hidden = stops !== "unequal";
+    this.#check();
+  }
+
+  // The machine that the form says. Errors of single fields are shown there; null if there are some.
+  #said() {
+    const fields = this.form.elements;
+    const oscillator = {};
+    const errors = {};
+    if (fields.units.value !== "nondimensional") oscillator.units = fields.units.value;
+    for (const name of [...FIELDS, "further"]) {
+      const text = fields[name].value.trim();
+      if (!text) continue;
+      try {
+        const value = valueOf(text);
+        if (name === "further") Object.assign(oscillator, value);
+        else oscillator[name] = value;
+      } catch (error) {
+        errors[name] = error.message;
+      }
+    }
+    for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
+    const stops = fields.stops.value;
+    const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
+    if (Number.isNaN(left)) errors.left = "Enter the distance of the left stop.";
+    this.#say(errors);
+    if (Object.keys(errors).length) return null;
+    return {
+      oscillator: Object.keys(oscillator).length ? oscillator : null,
+      stops,
+      left,
+      periods: Number(fields.periods.value),
+    };
+  }
+
+  #say(errors) {
+    for (const name of [...FIELDS, "left", "further"]) {
+      const field = this.form.elements[name];
+      const says = byId(`error-${name}`);
+      says.textContent = errors[name] ?? "";
+      field.setAttribute("aria-invalid", name in errors);
+    }
+    byId("error-machine").textContent = errors.machine ?? "";
+  }
+
+  // Asks the service for the linear properties; the machine if there are some.
+  async #check() {
+    this.#abort.abort();
+    this.#abort = new AbortController();
+    const { signal } = this.#abort;
+    const machine = this.#said();
+    if (!machine) return null;
+    try {
+      const { data } = await compute("structures", requests.structure(machine), { signal, priority: 9 });
+      if (signal.aborted) return null;
+      const ratios = data.damping_ratios;
+      const unit = unitOf(machine, "frequency");
+      byId("modes").replaceChildren(
+        ...data.natural_frequencies.map((omega, k) =>
+          element("li", { textContent: `${toRead(omega)}${unit}, damping ratio ${toRead(ratios[k])}` }),
+        ),
+      );
+      return machine;
+    } catch (error) {
+      if (isAborted(error)) return null;
+      const errors = {};
+      for (const { pointer, detail, allowed } of error.errors ?? []) {
+        const [, , name] = pointer.split("/");
+        const field = FIELDS.includes(name) ? name : name ? "further" : "machine";
+        errors[field] ??= `${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
+      }
+      if (!Object.keys(errors).length) errors.machine = error.message;
+      this.#say(errors);
+      byId("modes").replaceChildren();
+      return null;
+    }
+  }
+}

@@ -1,0 +1,284 @@
+// The explorer: a page over the plane of forcing frequency and clearance. It is a client of the public API only.
+import { serve } from "./api.js";
+import * as address from "./address.js";
+import { Curves } from "./curves.js";
+import { byId, element } from "./dom.js";
+import { listJobs } from "./jobs.js";
+import { Gestures } from "./gestures.js";
+import { Colours } from "./labels.js";
+import { exponentFor, tilesOf } from "./lattice.js";
+import { LAYERS, paint, rangeOf, reading } from "./layers.js";
+import { Legend } from "./legend.js";
+import { MachineForm } from "./machine.js";
+import { Overview } from "./overview.js";
+import { Plane } from "./plane.js";
+import { PointPanel } from "./point.js";
+import { PRESETS } from "./presets.js";
+import * as requests from "./requests.js";
+import { offer } from "./takehome.js";
+import { toRead } from "./ticks.js";
+import { Tiles } from "./tiles.js";
+import { unitOf } from "./units.js";
+
+const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
+
+const { paper } = PRESETS;
+const STANDARD = { x: paper.x, y: paper.y, machine: paper.machine, layer: "motion", curves: "grazing", at: null };
+
+const palette = await (await fetch("static/palette.json")).json();
+const colours = new Colours(palette);
+let state = address.read(location.hash, STANDARD);
+let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
+let pointer = null; // where the pointer is over the plane
+let errorText = "";
+let troubleText = "";
+
+const family = () => JSON.stringify([state.machine, LAYERS[state.layer].observables ?? []]);
+const levels = () => ({ x: exponentFor(state.x, plane.width), y: exponentFor(state.y, plane.height) });
+
+function fail(error) {
+  errorText = error.message;
+  refresh();
+}
+
+const tiles = new Tiles({ changed: () => refresh(), failed: fail });
+const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
+const act = {
+  moved: (view) => {
+    if (view) change(view);
+  },
+  settled: () => remember(),
+  pick: (at) => {
+    if (at.x > 0 && at.y > 0) open(rounded(at));
+  },
+  point: (at) => {
+    pointer = at;
+    say();
+    orderAgain();
+  },
+  home: () => {
+    const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
+    plane.go({ x, y }, { now: true });
+  },
+  mayZoomIn: () => {
+    const { x: across, y: up } = levels();
+    return !across.ended && !up.ended;
+  },
+};
+const plane = new Plane(byId("plane"), act);
+new Gestures(plane, act);
+const point = new PointPanel({
+  colours,
+  drawn: (made) => {
+    ofPoint = made;
+    refresh();
+  },
+});
+let choosing = null; // the machine that is about to be shown
+const form = new MachineForm({
+  chosen: async (chosen, window) => {
+    choosing = chosen;
+    await overview.show(chosen, state);
+    if (choosing !== chosen) return; // another one was chosen meanwhile
+    Object.assign(state, { machine: chosen, at: null });
+    point.clear();
+    const isThere = overview.curve === null || overview.meets(state);
+    const shown = window ?? ((!isThere && overview.suggested()) || state);
+    plane.go({ x: shown.x, y: shown.y }, { now: true });
+  },
+});
+const legend = new Legend({ colours, changed: () => refresh() });
+const overview = new Overview({ chosen: (window) => plane.go(window, { now: true }) });
+
+// Shows a changed part of the state.
+function change(part) {
+  Object.assign(state, part);
+  errorText = "";
+  ask();
+  refresh();
+}
+
+function ask() {
+  const { x: across, y: up } = levels();
+  const centre = pointer ?? plane.centre;
+  const { observables } = LAYERS[state.layer];
+  const { machine } = state;
+  tiles.show(
+    family(),
+    (omega, clearance, preview) => requests.map(machine, omega, clearance, { preview, observables }),
+    tilesOf(state, across.exponent, up.exponent, centre),
+  );
+  curves.show(machine, state, state.curves === "all");
+}
+
+let ordering = null;
+function orderAgain() {
+  ordering ??= setTimeout(() => {
+    ordering = null;
+    if (pointer) ask();
+  }, ORDER_AGAIN);
+}
+
+function remember() {
+  tiles.forgive();
+  const hash = address.write(state, STANDARD);
+  if (hash !== location.hash) history.pushState(null, "", hash);
+  overview.show(state.machine, state);
+}
+
+// Shows what the address says.
+function restore() {
+  const old = state;
+  const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
+  state = address.read(location.hash, STANDARD);
+  if (differs("machine")) form.show(state.machine);
+  byId("layer").value = state.layer;
+  byId("curves").checked = state.curves === "all";
+  plane.view = { x: state.x, y: state.y };
+  change({});
+  if (!state.at) point.clear();
+  else if (differs("at") || differs("machine")) openPanel();
+  overview.show(state.machine, state);
+}
+
+// A point with the digits that a pixel has.
+function rounded({ x: omega, y: clearance }) {
+  const digits = (value, [low, high], pixels) =>
+    Math.max(1, Math.min(17, Math.ceil(Math.log10((value / (high - low)) * pixels)) + 1));
+  return [
+    Number(omega.toPrecision(digits(omega, state.x, plane.width))),
+    Number(clearance.toPrecision(digits(clearance, state.y, plane.height))),
+  ];
+}
+
+function open(at) {
+  state.at = at;
+  openPanel();
+  remember();
+  refresh();
+}
+
+function openPanel() {
+  byId("point-section").open = true;
+  point.show(state.machine, state.at, { x: state.x, y: state.y });
+}
+
+const seen = () => tiles.within(family(), state);
+
+let refreshing = null;
+function refresh() {
+  refreshing ??= requestAnimationFrame(() => {
+    refreshing = null;
+    show();
+  });
+}
+
+function show() {
+  const found = seen();
+  const range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
+  const style = JSON.stringify([state.layer, range, [...legend.hidden]]);
+  for (const tile of found) {
+    if (tile.paintedAs === style) continue;
+    tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
+    tile.paintedAs = style;
+  }
+  const inBrackets = (quantity) => unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)");
+  plane.scene = {
+    tiles: found,
+    lines: [...curves.lines(), ...ofPoint.lines],
+    marks: [...curves.marks(), ...ofPoint.marks],
+    at: state.at && { x: state.at[0], y: state.at[1] },
+    names: { x: `forcing frequency ω${inBrackets("frequency")}`, y: `clearance${inBrackets("length")}` },
+  };
+  plane.draw();
+  legend.show(state, found, range);
+  say(found);
+}
+
+// The lines below the plane: what is under the pointer, and how far the tiles are.
+function say(found = seen()) {
+  const { done, total, failed, waitingFor } = tiles.progress();
+  const { x: across, y: up } = levels();
+  const parts = [troubleText, errorText];
+  if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  parts.push(
+    done === total
+      ? `${total} tiles verified.`
+      : `${done} of ${total} tiles verified${failed ? `, ${failed} failed` : ""}.`,
+  );
+  if (across.ended || up.ended)
+    parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
+  byId("says").textContent = parts.filter(Boolean).join(" ");
+  const at = pointer;
+  if (!at) return;
+  const width = (interval) => interval[1] - interval[0];
+  const values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
+  const mark = plane.nearestMark(at) ?? plane.nearestLine(at);
+  const here = reading(found, at.x, at.y);
+  byId("reading").textContent = mark ? `${values}: ${mark.text}` : here ? `${values}: ${described(here)}` : values;
+}
+
+function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
+  const unit = (quantity) => unitOf(state.machine, quantity);
+  const parts = [label];
+  if (verified) parts.push("verified");
+  else if (reason) parts.push(reason);
+  else if (sensitive) parts.push("sensitive to round-off");
+  if (preview) parts.push("preview");
+  if (Number.isFinite(exponent)) parts.push(`exponent ${toRead(exponent)}`);
+  if (Number.isFinite(speed)) parts.push(`minimum impact speed ${toRead(speed)}${unit("velocity")}`);
+  if (Number.isFinite(power)) parts.push(`dissipated power ${toRead(power)}${unit("power")}`);
+  return parts.join("; ");
+}
+
+serve({
+  key: () =>
+    new Promise((resolve) => {
+      const dialog = byId("key-dialog");
+      dialog.showModal();
+      dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
+    }),
+  trouble: (text) => {
+    if (text === troubleText) return;
+    troubleText = text;
+    refresh();
+  },
+});
+
+for (const [value, { text }] of Object.entries(LAYERS))
+  byId("layer").append(element("option", { value, textContent: text }));
+byId("layer").addEventListener("change", ({ target }) => {
+  change({ layer: target.value });
+  remember();
+});
+byId("curves").addEventListener("change", ({ target }) => {
+  change({ curves: target.checked ? "all" : "grazing" });
+  remember();
+});
+byId("zoom-in").addEventListener("click", () => plane.zoom(2));
+byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
+byId("home").addEventListener("click", act.home);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
+addEventListener("popstate", restore);
+listJobs();
+offer(() => {
+  const full = seen().filter(({ preview }) => !preview);
+  const { x: across, y: up } = plane.centre;
+  const finest = full.filter((tile) => tile.x[1] - tile.x[0] === 2 ** levels().x.exponent);
+  const middle = ({ x: [left, right], y: [low, high] }) =>
+    Number(left <= across && across < right && low <= up && up < high);
+  return {
+    state,
+    ...plane.scene,
+    tiles: finest.sort((one, other) => middle(one) - middle(other)),
+    canvas: byId("plane"),
+  };
+});
+// The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.
+addEventListener("pagehide", () => tiles.show("", null, []));
+addEventListener("pageshow", ({ persisted }) => {
+  if (persisted) change({});
+});
+form.show(state.machine);
+restore();
+if (state.at) openPanel();

@@ -1,0 +1,101 @@
+// The grazing curve over all frequencies of a machine, in which a window is chosen.
+import { compute, isAborted } from "./api.js";
+import { chart, extent, onDrag } from "./charts.js";
+import { byId } from "./dom.js";
+import * as requests from "./requests.js";
+import { toRead } from "./ticks.js";
+import { unitOf } from "./units.js";
+
+const POINTS = 801;
+const BELOW = 0.3;
+const ABOVE = 1.6; // times the lowest and the highest natural frequency
+const LOWEST = 0.15;
+const HIGHEST = 1.1; // times the largest clearance of the curve in the window
+const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
+
+export class Overview {
+  #abort = new AbortController();
+
+  // `chosen(window)` is called with the window of a part of the curve.
+  constructor({ chosen }) {
+    this.chosen = chosen;
+    byId("overview").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const { from, to } = event.target.elements;
+      this.#choose(Number(from.value), Number(to.value));
+    });
+  }
+
+  #choose(from, to) {
+    const window = this.window(from, to);
+    if (window) this.chosen(window);
+  }
+
+  // Shows the curve of a machine, and the part of it that a window has.
+  async show(machine, view) {
+    const name = JSON.stringify(machine);
+    if (name !== this.name) await this.#ask(machine, name);
+    if (this.curve && name === this.name) this.#draw(machine, view);
+  }
+
+  async #ask(machine, name) {
+    this.#abort.abort();
+    this.#abort = new AbortController();
+    Object.assign(this, { name, curve: null });
+    const { signal } = this.#abort;
+    try {
+      const { data: linear } = await compute("structures", requests.structure(machine), { signal });
+      const modes = linear.natural_frequencies.filter((omega) => omega > 0);
+      const range = { start: BELOW * modes[0], stop: ABOVE * modes[modes.length - 1], points: POINTS };
+      const { data } = await compute("grazing-curves", requests.curve(machine, range), { signal });
+      if (signal.aborted) return;
+      this.first = modes[0];
+      this.curve = { x: data.omega, y: data.clearance ?? data.clearance_right ?? data.clearance_left };
+      byId("overview-says").textContent = "";
+    } catch (error) {
+      if (!isAborted(error)) byId("overview-says").textContent = error.message;
+    }
+  }
+
+  #draw(machine, view) {
+    const { x, y } = this.curve;
+    const { from, to } = byId("overview").elements;
+    const drawn = chart({
+      title: "Grazing curve over all frequencies; the lines are the ends of the window",
+      x: extent(x, 0),
+      y: extent(y),
+      names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
+      series: [{ x, y, kind: "motion" }],
+      bars: view.x.filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
+    });
+    onDrag(drawn, extent(x, 0), (left, right) => this.#choose(left, right));
+    byId("overview-chart").replaceChildren(drawn);
+    [from.value, to.value] = view.x.map((value) => toRead(value, view.x[1] - view.x[0]));
+  }
+
+  // The window of a part of the frequencies, about the curve there; null without a curve there.
+  window(from, to) {
+    const { x, y } = this.curve ?? { x: [], y: [] };
+    const step = x[1] - x[0];
+    const within = y.filter((value, k) => value > 0 && from - step < x[k] && x[k] < to + step);
+    if (!within.length || !(from < to)) {
+      byId("overview-says").textContent = "Choose two frequencies between which the curve has points.";
+      return null;
+    }
+    byId("overview-says").textContent = "";
+    const most = Math.max(...within);
+    return { x: [from, to], y: [LOWEST * most, HIGHEST * most] };
+  }
+
+  // A window to begin with, about the lowest natural frequency; null before the curve is there.
+  suggested() {
+    return this.curve && this.window(...ABOUT_FIRST_MODE.map((factor) => factor * this.first));
+  }
+
+  // Whether the curve passes through a window.
+  meets({ x: [left, right], y: [low, high] }) {
+    return this.curve.x.some(
+      (omega, k) => left <= omega && omega <= right && low <= this.curve.y[k] && this.curve.y[k] <= high,
+    );
+  }
+}

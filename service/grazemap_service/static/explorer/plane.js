@@ -1,0 +1,250 @@
+// The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
+import { ticks } from "./ticks.js";
+
+const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
+const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
+
+export class Plane {
+  box = null; // the rectangle that is being dragged, { from, to }
+  #settling = null;
+  #frame = null;
+
+  // `act` has moved(view), settled(view), pick(point), point(point or null), home() and mayZoomIn().
+  constructor(canvas, act) {
+    Object.assign(this, { canvas, act, view: null, scene: {} });
+    new ResizeObserver(() => {
+      this.#resize();
+      act.moved(this.view);
+    }).observe(canvas);
+    this.#resize();
+  }
+
+  #resize() {
+    const ratio = globalThis.devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas;
+    this.canvas.width = Math.round(clientWidth * ratio);
+    this.canvas.height = Math.round(clientHeight * ratio);
+    this.width = Math.max(1, clientWidth - MARGIN.left - MARGIN.right);
+    this.height = Math.max(1, clientHeight - MARGIN.top - MARGIN.bottom);
+    this.draw();
+  }
+
+  get centre() {
+    const middle = ([low, high]) => (low + high) / 2;
+    return { x: middle(this.view.x), y: middle(this.view.y) };
+  }
+
+  // Lengths on the canvas of values, and back.
+  #px(x) {
+    return MARGIN.left + ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
+  }
+  #py(y) {
+    return MARGIN.top + ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+  }
+  value({ px, py }) {
+    const { x, y } = this.view;
+    return {
+      x: x[0] + ((px - MARGIN.left) / this.width) * (x[1] - x[0]),
+      y: y[1] - ((py - MARGIN.top) / this.height) * (y[1] - y[0]),
+    };
+  }
+
+  inside({ px, py }) {
+    return px >= MARGIN.left && px <= MARGIN.left + this.width && py >= MARGIN.top && py <= MARGIN.top + this.height;
+  }
+
+  // Shows another window; settles after a while unless another one follows.
+  go(view, { now = false } = {}) {
+    this.view = view;
+    this.draw();
+    this.act.moved(view);
+    clearTimeout(this.#settling);
+    if (now) this.act.settled(view);
+    else this.#settling = setTimeout(() => this.act.settled(view), SETTLED_AFTER);
+  }
+
+  pan(dx, dy) {
+    const shifted = ([low, high], by) => {
+      const step = Math.max(-low, by * (high - low)); // frequencies and clearances are positive
+      return [low + step, high + step];
+    };
+    this.go({ x: shifted(this.view.x, dx), y: shifted(this.view.y, dy) });
+  }
+
+  // Zooms so that the point at `centre` stays where it is; a factor above 1 shows less.
+  zoom(factor, centre = this.centre) {
+    if (factor > 1 && !this.act.mayZoomIn()) return;
+    const about = ([low, high], middle) => [
+      Math.max(0, middle - (middle - low) / factor),
+      middle + (high - middle) / factor,
+    ];
+    this.go({ x: about(this.view.x, centre.x), y: about(this.view.y, centre.y) });
+  }
+
+  draw() {
+    this.#frame ??= requestAnimationFrame(() => {
+      this.#frame = null;
+      if (this.view) this.#paint();
+    });
+  }
+
+  #paint() {
+    const pen = this.canvas.getContext("2d");
+    const ratio = globalThis.devicePixelRatio || 1;
+    const style = getComputedStyle(this.canvas);
+    const ink = style.color;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.fillStyle = style.backgroundColor;
+    pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+    pen.save();
+    pen.beginPath();
+    pen.rect(MARGIN.left, MARGIN.top, this.width, this.height);
+    pen.clip();
+    this.#paintTiles(pen);
+    for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
+    for (const mark of this.scene.marks ?? []) this.#paintMark(pen, mark);
+    if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
+    if (this.box) this.#paintBox(pen);
+    pen.restore();
+    this.#paintAxes(pen, ink);
+  }
+
+  #paintTiles(pen) {
+    const ratio = globalThis.devicePixelRatio || 1;
+    const whole = (length) => Math.round(length * ratio) / ratio; // no seams
+    pen.imageSmoothingEnabled = false;
+    for (const { image, x, y } of this.scene.tiles ?? []) {
+      const left = whole(this.#px(x[0]));
+      const top = whole(this.#py(y[1]));
+      const place = [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
+      pen.fillRect(...place); // a point without a colour does not show the coarser tile below
+      pen.drawImage(image, ...place);
+    }
+  }
+
+  #paintLine(pen, { x, y, colour, dashed }) {
+    pen.beginPath();
+    x.forEach((value, k) => (y[k] === null ? null : pen.lineTo(this.#px(value), this.#py(y[k]))));
+    pen.setLineDash(dashed ? [6, 4] : []);
+    for (const [width, stroke] of [
+      [4, "#FFFFFF"],
+      [1.75, colour],
+    ]) {
+      pen.lineWidth = width;
+      pen.strokeStyle = stroke;
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+
+  #paintMark(pen, { x, y, shape, colour }) {
+    const px = this.#px(x);
+    const py = this.#py(y);
+    const size = 6;
+    pen.beginPath();
+    if (shape === "circle") pen.arc(px, py, size, 0, 2 * Math.PI);
+    else
+      for (const [dx, dy] of [
+        [0, -1],
+        [1, 0],
+        [0, 1],
+        [-1, 0],
+      ])
+        pen.lineTo(px + 1.2 * size * dx, py + 1.2 * size * dy);
+    pen.closePath();
+    pen.fillStyle = colour;
+    pen.strokeStyle = "#FFFFFF";
+    pen.lineWidth = 2;
+    pen.fill();
+    pen.stroke();
+  }
+
+  #paintCross(pen, { x, y }, ink) {
+    const px = this.#px(x);
+    const py = this.#py(y);
+    pen.beginPath();
+    for (const [dx, dy] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ]) {
+      pen.moveTo(px + 4 * dx, py + 4 * dy);
+      pen.lineTo(px + 14 * dx, py + 14 * dy);
+    }
+    for (const [width, stroke] of [
+      [5, "#FFFFFF"],
+      [2, "#000000"],
+    ]) {
+      pen.lineWidth = width;
+      pen.strokeStyle = stroke;
+      pen.stroke();
+    }
+    pen.strokeStyle = ink;
+  }
+
+  #paintBox(pen) {
+    const { from, to } = this.box;
+    pen.strokeStyle = "#000000";
+    pen.fillStyle = "#FFFFFF55";
+    pen.lineWidth = 1.5;
+    pen.fillRect(from.px, from.py, to.px - from.px, to.py - from.py);
+    pen.strokeRect(from.px, from.py, to.px - from.px, to.py - from.py);
+  }
+
+  #paintAxes(pen, ink) {
+    const bottom = MARGIN.top + this.height;
+    const { names } = this.scene;
+    pen.strokeStyle = pen.fillStyle = ink;
+    pen.lineWidth = 1;
+    pen.font = "12px system-ui, sans-serif";
+    pen.strokeRect(MARGIN.left, MARGIN.top, this.width, this.height);
+    const across = ticks(this.view.x, Math.max(2, this.width / 110));
+    const up = ticks(this.view.y, Math.max(2, this.height / 60));
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    for (const { value, text } of across.marks) {
+      pen.fillRect(this.#px(value) - 0.5, bottom, 1, 4);
+      pen.fillText(text, this.#px(value), bottom + 6);
+    }
+    const named = (name, base) => (base ? `${name} − ${base}` : name);
+    pen.fillText(named(names?.x ?? "", across.base), MARGIN.left + this.width / 2, bottom + 24);
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    for (const { value, text } of up.marks) {
+      pen.fillRect(MARGIN.left - 4, this.#py(value) - 0.5, 4, 1);
+      pen.fillText(text, MARGIN.left - 7, this.#py(value));
+    }
+    pen.save();
+    pen.translate(8, MARGIN.top + this.height / 2);
+    pen.rotate(-Math.PI / 2);
+    pen.textAlign = "center";
+    pen.fillText(named(names?.y ?? "", up.base), 0, 0);
+    pen.restore();
+  }
+
+  // The mark within reach of a point of the plane.
+  nearestMark(point) {
+    const reach = 10;
+    const near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
+    return (this.scene.marks ?? [])
+      .filter((mark) => near(mark) < reach)
+      .sort((one, other) => near(one) - near(other))[0];
+  }
+
+  // The line that passes within reach of a point of the plane.
+  nearestLine(point) {
+    const reach = 6;
+    const px = this.#px(point.x);
+    const py = this.#py(point.y);
+    return (this.scene.lines ?? []).find(({ x, y }) =>
+      x.some((value, k) => {
+        if (!k || y[k] === null || y[k - 1] === null) return false;
+        const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
+        const length = (bx - ax) ** 2 + (by - ay) ** 2;
+        const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;
+        return Math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py) < reach;
+      }),
+    );
+  }
+}

@@ -1,0 +1,187 @@
+// The motion at a point of the plane, in the side panel: its name and figures, pictures, and what can be asked next.
+import { compute, isAborted } from "./api.js";
+import { Animation } from "./animation.js";
+import { chart, circle, extent } from "./charts.js";
+import { contactOf, stopsOf } from "./contact.js";
+import { byId, element, swatch } from "./dom.js";
+import { showBasins, showBranch, showCurves } from "./further.js";
+import * as requests from "./requests.js";
+import { toRead } from "./ticks.js";
+import { unitOf } from "./units.js";
+
+const PERIODS_SHOWN = 12;
+
+export class PointPanel {
+  #abort = new AbortController();
+  #animation = new Animation(byId("animation"));
+
+  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane.
+  constructor({ colours, drawn }) {
+    Object.assign(this, { colours, drawn });
+    byId("play").addEventListener("click", () => this.#toggle());
+    byId("ask-basins").addEventListener("click", () => this.#work("Basins", () => showBasins(this)));
+    byId("ask-branch").addEventListener("click", () => this.#work("The branch", () => showBranch(this)));
+    byId("ask-curves").addEventListener("click", () => this.#work("The curves", () => showCurves(this)));
+  }
+
+  clear() {
+    this.#abort.abort();
+    this.#animation.stop();
+    byId("point").hidden = true;
+    byId("no-point").hidden = false;
+    this.inPlane = {};
+    this.drawn({ lines: [], marks: [] });
+  }
+
+  // Draws the lines and marks of the branch or of the curves into the plane, in place of those before.
+  draw(name, lines, marks = []) {
+    this.inPlane[name] = { lines, marks };
+    const all = Object.values(this.inPlane);
+    this.drawn({ lines: all.flatMap((one) => one.lines), marks: all.flatMap((one) => one.marks) });
+  }
+
+  async show(machine, at, window) {
+    this.clear();
+    this.#abort = new AbortController();
+    Object.assign(this, { machine, at, window });
+    byId("point").hidden = false;
+    byId("no-point").hidden = true;
+    byId("basins").replaceChildren();
+    byId("branch").replaceChildren();
+    byId("own-curves").textContent = "";
+    byId("pictures").hidden = true;
+    const frequency = unitOf(machine, "frequency");
+    const length = unitOf(machine, "length");
+    byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}`;
+    byId("point-name").textContent = "Computing …";
+    byId("point-figures").replaceChildren();
+    await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
+  }
+
+  async #work(what, task) {
+    byId("point-says").textContent = `${what}: computing …`;
+    try {
+      await task();
+      byId("point-says").textContent = "";
+    } catch (error) {
+      if (!isAborted(error)) byId("point-says").textContent = `${what}: ${error.message}`;
+    }
+  }
+
+  async compute(process, request) {
+    const { signal } = this.#abort;
+    const { data } = await compute(process, request, {
+      signal,
+      priority: 8,
+      onJob: (job) => {
+        if (job.waiting_for) byId("point-says").textContent = `Waiting for ${job.waiting_for}.`;
+      },
+    });
+    signal.throwIfAborted();
+    return data;
+  }
+
+  async #trajectory() {
+    const { machine, at } = this;
+    const path = await this.compute(
+      "trajectories",
+      requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN }),
+    );
+    const { motion } = path;
+    const label = motion.label ?? motion.kind;
+    const units = (quantity) => unitOf(machine, quantity);
+    byId("point-name").replaceChildren(swatch(this.colours.of(label)), label);
+    byId("point-why").textContent = motion.kind === "unresolved" ? (motion.reason ?? "") : "";
+    const q = contactOf(machine, path.displacement);
+    const v = contactOf(machine, path.velocity);
+    const stops = stopsOf(machine, at[1]);
+    const present = stops.filter((stop) => stop !== null);
+    const period = (2 * Math.PI) / at[0];
+    const last = path.time.findLastIndex(
+      (time) => time <= Math.min(PERIODS_SHOWN, Math.max(4, 2 * (motion.period ?? 4))) * period + 1e-9,
+    );
+    byId("portrait").replaceChildren(
+      chart({
+        title: "Phase portrait: velocity over displacement of the contact, with the stops",
+        x: extent([...q, ...present]),
+        y: extent(v),
+        names: { x: `displacement${units("length")}`, y: `velocity${units("velocity")}` },
+        series: [{ x: q, y: v, kind: "motion" }],
+        bars: present.map((x) => ({ x, kind: "stop" })),
+      }),
+    );
+    const { impacts } = path;
+    const place = (stop) => (stop > 0 ? stops[1] : stops[0]);
+    byId("history").replaceChildren(
+      chart({
+        title: "Displacement of the contact over time, with its impacts",
+        x: [0, path.time[last]],
+        y: extent([...q, ...present]),
+        names: { x: `time${units("time")}`, y: `displacement${units("length")}` },
+        series: [{ x: path.time.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
+        bars: present.map((y) => ({ y, kind: "stop" })),
+        dots: impacts.time.flatMap((time, k) =>
+          time > path.time[last]
+            ? []
+            : [
+                {
+                  x: time,
+                  y: place(impacts.stop[k]),
+                  kind: "impact",
+                  text: `${impacts.kind[k]} at ${toRead(Math.abs(impacts.velocity[k]))}${units("velocity")}`,
+                },
+              ],
+        ),
+      }),
+    );
+    const chain = (machine.oscillator?.contact ?? 1) === 1 && !machine.oscillator?.matrices;
+    byId("pictures").hidden = false;
+    this.#animation.show({
+      time: path.time,
+      masses: chain ? path.displacement : [q],
+      stops,
+      period,
+      colour: this.colours.of(label),
+    });
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.#animation.play();
+    this.#name();
+  }
+
+  async #orbit() {
+    const { machine, at } = this;
+    const units = (quantity) => unitOf(machine, quantity);
+    const orbit = await this.compute("periodic-orbits", requests.orbit(machine, at));
+    const yes = (value) => (value ? "yes" : "no");
+    const rows = orbit.converged
+      ? [
+          ["verified", yes(orbit.verified)],
+          ["isolated", yes(orbit.isolated)],
+          ["admissible", yes(orbit.admissible)],
+          ["stable", yes(orbit.stable)],
+          ["largest multiplier", toRead(Math.hypot(...(orbit.multipliers?.[0] ?? [NaN])))],
+          ["impacts in a forcing period", toRead(orbit.impact_rate)],
+          ["peak impact speed", `${toRead(orbit.peak_impact_speed)}${units("velocity")}`],
+          ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
+        ]
+      : [["periodic orbit", "none found"]];
+    if (orbit.reason) rows.push(["because", orbit.reason]);
+    byId("point-figures").replaceChildren(
+      ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
+    );
+    byId("multipliers").replaceChildren(
+      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers)] : []),
+    );
+    this.orbit = orbit;
+    byId("ask-branch").disabled = byId("ask-curves").disabled = !orbit.converged;
+  }
+
+  #toggle() {
+    if (this.#animation.playing) this.#animation.stop();
+    else this.#animation.play();
+    this.#name();
+  }
+
+  #name() {
+    byId("play").textContent = this.#animation.playing ? "Pause" : "Play";
+  }
+}

@@ -1,0 +1,168 @@
+// What one takes home: the link, pictures, data and code.
+import { send } from "./api.js";
+import { byId, drawing, save } from "./dom.js";
+import * as requests from "./requests.js";
+import { ticks } from "./ticks.js";
+
+const CODE_POINTS = 128;
+
+async function copy(text, what) {
+  try {
+    await navigator.clipboard.writeText(text);
+    byId("copied").textContent = `${what} copied.`;
+  } catch {
+    // clipboards need a secure address: the text is shown instead
+    byId("copied").textContent = "Copy this:";
+    byId("to-copy").value = text;
+    byId("to-copy").hidden = false;
+    byId("to-copy").select();
+  }
+}
+
+const windowRange = ([start, stop]) => ({ start, stop, points: CODE_POINTS });
+const mapRequest = ({ machine, x, y }) => requests.map(machine, windowRange(x), windowRange(y), {});
+
+export function asCurl(state, address) {
+  const body = JSON.stringify(mapRequest(state)).replaceAll("'", "'\\''");
+  return `curl -s ${address}/v1/unfolding-maps -H 'Content-Type: application/json' \\\n  -H 'Prefer: wait=30, return=representation' -d '${body}'`;
+}
+
+const python = (value) => {
+  if (value === null) return "None";
+  if (typeof value === "boolean") return value ? "True" : "False";
+  if (Array.isArray(value)) return `[${value.map(python).join(", ")}]`;
+  if (typeof value === "object")
+    return `{${Object.entries(value)
+      .map(([name, one]) => `${JSON.stringify(name)}: ${python(one)}`)
+      .join(", ")}}`;
+  return JSON.stringify(value);
+};
+
+export function asPython({ machine, x, y }, address) {
+  const fields = Object.entries(machine.oscillator ?? {})
+    .map(([name, value]) => `${name}=${python(value)}`)
+    .join(", ");
+  const pair = ([low, high]) => `(${low}, ${high})`;
+  const clearance = requests.clearance(machine, y);
+  const stops = Array.isArray(clearance)
+    ? pair(clearance)
+    : `{${Object.entries(clearance)
+        .map(([name, value]) => `"${name}": ${Array.isArray(value) ? pair(value) : python(value)}`)
+        .join(", ")}}`;
+  return `from grazemap import Client, Oscillator
+
+client = Client("${address}")
+machine = Oscillator(${fields})
+umap = client.unfolding_map(
+    machine, omega=${pair(x)}, clearance=${stops}, shape=(${CODE_POINTS}, ${CODE_POINTS}), max_periods=${machine.periods}
+)
+umap.plot().figure.savefig("map.png")
+`;
+}
+
+// The points of tiles inside a window, as text with commas.
+export function asCsv(tiles, { x, y }) {
+  const lines = ["omega,clearance,motion,verified,sensitive,lyapunov,least_impact_velocity"];
+  for (const tile of tiles) {
+    const n = tile.points;
+    const width = (tile.x[1] - tile.x[0]) / n;
+    const height = (tile.y[1] - tile.y[0]) / n;
+    for (let k = 0; k < n * n; k++) {
+      const omega = tile.x[0] + ((k % n) + 0.5) * width;
+      const clearance = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
+      if (omega < x[0] || omega > x[1] || clearance < y[0] || clearance > y[1]) continue;
+      const values = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
+        array && Number.isFinite(array[k]) ? array[k] : "",
+      );
+      lines.push(
+        [omega, clearance, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","),
+      );
+    }
+  }
+  return `${lines.join("\n")}\n`;
+}
+
+// The curves and points of a window as a drawing of its own.
+export function asSvg({ x, y }, lines, marks, names) {
+  const [width, height, left, bottom] = [720, 540, 70, 50];
+  const px = (value) => left + ((value - x[0]) / (x[1] - x[0])) * (width - left - 10);
+  const py = (value) => height - bottom - ((value - y[0]) / (y[1] - y[0])) * (height - bottom - 10);
+  const path = ({ x: xs, y: ys }) =>
+    xs
+      .map((value, k) =>
+        ys[k] === null ? "" : `${k && ys[k - 1] !== null ? "L" : "M"}${px(value).toFixed(2)} ${py(ys[k]).toFixed(2)}`,
+      )
+      .join("");
+  const text = (said, attributes) =>
+    drawing("text", { "font-family": "sans-serif", "font-size": 13, ...attributes }, said);
+  const frame = { x: left, y: 10, width: width - left - 10, height: height - bottom - 10 };
+  const across = ticks(x, 6);
+  const up = ticks(y, 6);
+  const offset = (name, base) => (base ? `${name} − ${base}` : name);
+  const svg = drawing(
+    "svg",
+    { xmlns: "http://www.w3.org/2000/svg", viewBox: `0 0 ${width} ${height}`, width, height },
+    drawing("clipPath", { id: "frame" }, drawing("rect", frame)),
+    drawing("rect", { width, height, fill: "#fff" }),
+    drawing(
+      "g",
+      { "clip-path": "url(#frame)", fill: "none", "stroke-width": 1.5 },
+      ...lines.map((line) =>
+        drawing(
+          "path",
+          { d: path(line), stroke: line.colour, ...(line.dashed && { "stroke-dasharray": "6 4" }) },
+          drawing("title", {}, line.text),
+        ),
+      ),
+      ...marks.map((mark) =>
+        drawing(
+          "circle",
+          { cx: px(mark.x), cy: py(mark.y), r: 5, fill: mark.colour, stroke: "#fff" },
+          drawing("title", {}, mark.text),
+        ),
+      ),
+    ),
+    drawing("rect", { ...frame, fill: "none", stroke: "#000" }),
+    ...across.marks.map(({ value, text: said }) =>
+      text(said, { x: px(value), y: height - bottom + 18, "text-anchor": "middle" }),
+    ),
+    ...up.marks.map(({ value, text: said }) => text(said, { x: left - 6, y: py(value) + 4, "text-anchor": "end" })),
+    text(offset(names.x, across.base), { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }),
+    text(offset(names.y, up.base), {
+      x: 16,
+      y: height / 2,
+      "text-anchor": "middle",
+      transform: `rotate(-90 16 ${height / 2})`,
+    }),
+  );
+  return new XMLSerializer().serializeToString(svg);
+}
+
+// `now()` is { state, tiles, lines, marks, names, canvas }, with the verified tiles of the view, the middle one last.
+export function offer(now) {
+  const address = new URL(".", location.href).href.replace(/\/$/, "");
+  const on = (id, task) =>
+    byId(id).addEventListener("click", async () => {
+      byId("to-copy").hidden = true;
+      byId("copied").textContent = "";
+      try {
+        await task(now());
+      } catch (error) {
+        byId("copied").textContent = error.message;
+      }
+    });
+  on("copy-link", () => copy(location.href, "The link was"));
+  on("copy-python", ({ state }) => copy(asPython(state, address), "Python was"));
+  on("copy-curl", ({ state }) => copy(asCurl(state, address), "The command was"));
+  on("save-png", async ({ canvas }) => save("grazemap.png", await new Promise((done) => canvas.toBlob(done))));
+  on("save-svg", ({ state, lines, marks, names }) =>
+    save("grazemap.svg", new Blob([asSvg(state, lines, marks, names)], { type: "image/svg+xml" })),
+  );
+  on("save-csv", ({ state, tiles }) => save("grazemap.csv", new Blob([asCsv(tiles, state)], { type: "text/csv" })));
+  on("save-npz", async ({ tiles }) => {
+    const tile = tiles[tiles.length - 1];
+    if (!tile) throw new Error("No verified tile has come yet.");
+    const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
+    save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
+  });
+}

@@ -1,0 +1,151 @@
+// The tiles of a view: asks for what is missing, the nearest first, gives up what the view has left, and keeps what came.
+// Before the tiles come previews of fewer points: first one of the tile which contains 4 x 4 of them, then of each.
+import { compute, isAborted } from "./api.js";
+import { POINTS, ancestor, bounds, range } from "./lattice.js";
+
+const PREVIEW_POINTS = 32;
+const PREVIEW_LEVELS = 2; // a tile so many levels up has points as far apart as a preview
+const GLANCE_LEVELS = 4;
+const AT_ONCE = 4; // as browsers open six connections to a host
+const KEPT = 150;
+const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
+
+export class Tiles {
+  #decoder = new Worker(new URL("decoder.js", import.meta.url), { type: "module" });
+  #decoding = new Map();
+  #number = 0;
+  #running = new Map(); // name -> { abort, job }
+  #wanted = [];
+  #failed = new Set();
+  #kept = new Map(); // name -> tile, the last used at the end
+
+  // `requestOf(omega, clearance, options)` is the request of a map; `changed` is called when something has come or
+  // failed, `failed` with the error.
+  constructor({ changed, failed }) {
+    Object.assign(this, { changed, failed });
+    this.#decoder.onmessage = ({ data: { number, tile } }) => {
+      this.#decoding.get(number)(tile);
+      this.#decoding.delete(number);
+    };
+  }
+
+  #decode(buffer) {
+    const number = this.#number++;
+    return new Promise((resolve) => {
+      this.#decoding.set(number, resolve);
+      this.#decoder.postMessage({ number, buffer }, [buffer]);
+    });
+  }
+
+  // Tells what the view shows. Names tell the requests of one family of maps from those of others.
+  show(family, requestOf, tiles) {
+    const steps = [];
+    const step = (tile, points, preview) => {
+      const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
+      if (!steps.some((other) => other.name === name)) steps.push({ name, family, tile, points, preview, requestOf });
+    };
+    const unseen = (levels) => tiles.filter((tile) => !this.#covered(family, tile, levels));
+    unseen(GLANCE_LEVELS).forEach((tile) => step(ancestor(tile, PREVIEW_LEVELS), PREVIEW_POINTS, true));
+    unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
+    tiles.forEach((tile) => step(tile, POINTS, false));
+    this.#wanted = steps;
+    const names = new Set(steps.map(({ name }) => name));
+    for (const [name, { abort }] of this.#running) if (!names.has(name)) abort.abort();
+    this.#pump();
+  }
+
+  // Forgets what has failed, so that it is asked for again.
+  forgive() {
+    this.#failed.clear();
+  }
+
+  // Whether a tile is there, or one that contains it, up to some levels up.
+  #covered(family, tile, levels) {
+    return Array.from({ length: levels + 1 }, (_, level) => ancestor(tile, level)).some(({ ex, ey, i, j }) =>
+      this.#kept.has(`${family} ${ex} ${ey} ${i} ${j} ${POINTS} false`),
+    );
+  }
+
+  #pump() {
+    const missing = this.#wanted.filter(({ name }) => !this.#failed.has(name) && !this.#kept.has(name));
+    for (const step of missing) {
+      if (this.#running.size >= AT_ONCE || step.preview !== missing[0].preview) return; // previews are not held up
+      if (!this.#running.has(step.name)) this.#fetch(step);
+    }
+  }
+
+  async #fetch(step) {
+    const { name, family, tile, points, preview, requestOf } = step;
+    const abort = new AbortController();
+    const running = { abort };
+    this.#running.set(name, running);
+    const request = requestOf(range(tile.i, tile.ex, points), range(tile.j, tile.ey, points), preview);
+    const nearest = this.#wanted.find((other) => !other.preview && !this.#kept.has(other.name));
+    const priority = preview ? PRIORITY.preview : step === nearest ? PRIORITY.nearest : PRIORITY.tile;
+    try {
+      const { id, data } = await compute("unfolding-maps", request, {
+        npz: true,
+        priority,
+        signal: abort.signal,
+        onJob: (job) => {
+          running.job = job;
+          this.changed();
+        },
+      });
+      const values = await this.#decode(data);
+      this.#keep({
+        ...values,
+        name,
+        family,
+        id,
+        request,
+        points,
+        preview,
+        x: bounds(tile.i, tile.ex),
+        y: bounds(tile.j, tile.ey),
+      });
+    } catch (error) {
+      if (!isAborted(error)) {
+        this.#failed.add(name);
+        this.failed(error);
+      }
+    }
+    this.#running.delete(name);
+    this.changed();
+    this.#pump();
+  }
+
+  #keep(tile) {
+    this.#kept.set(tile.name, tile);
+    const wanted = new Set(this.#wanted.map(({ name }) => name));
+    for (const name of this.#kept.keys()) {
+      if (this.#kept.size <= KEPT) return;
+      if (!wanted.has(name)) this.#kept.delete(name);
+    }
+  }
+
+  // The tiles of a family that meet a window, the coarsest points first.
+  within(family, { x, y }) {
+    const meets = (one, other) => one[0] < other[1] && other[0] < one[1];
+    const found = [...this.#kept.values()].filter(
+      (tile) => tile.family === family && meets(tile.x, x) && meets(tile.y, y),
+    );
+    for (const tile of found) {
+      this.#kept.delete(tile.name);
+      this.#kept.set(tile.name, tile);
+    }
+    const size = ({ x: [left, right], y: [low, high], points }) => ((right - left) * (high - low)) / points ** 2;
+    return found.sort((one, other) => size(other) - size(one) || other.preview - one.preview);
+  }
+
+  // How many of the view's verified tiles are there, of how many; and what an unfinished job waits for.
+  progress() {
+    const full = this.#wanted.filter(({ preview }) => !preview);
+    return {
+      done: full.filter(({ name }) => this.#kept.has(name)).length,
+      total: full.length,
+      failed: full.filter(({ name }) => this.#failed.has(name)).length,
+      waitingFor: [...this.#running.values()].map(({ job }) => job?.waiting_for).find(Boolean),
+    };
+  }
+}
