@@ -260,6 +260,7 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
                 place = float(row @ u.ravel()) + steady
                 seen.append(place)
                 assert -task.stops[index, 1] < place < task.stops[index, 0]
+        column.results.codes[...], column.results.figures[...] = 0, 0.0
 
     monkeypatch.setattr(settling, "settle_column", kept)
     pair = np.array([[np.inf if side is None else side for side in clearance]])
