@@ -33,11 +33,9 @@ def dense_model(size: int) -> dict[str, Any]:
     mass = np.diag(generator.uniform(1.0, 2.0, size)) + 0.2 * spread @ spread.T
     coupling = _SPRINGS * np.abs(spread + spread.T)
     stiffness = np.diag(1.0 + np.sum(coupling, axis=1)) - coupling
-    contact = [0.0] * size
-    contact[0], contact[-1] = 1.0, -1.0
     return {
-        "matrices": {"mass": mass.tolist(), "stiffness": stiffness.tolist(), "damping": {"ratio": 0.05}},
-        "contact": contact,
+        "matrices": {"mass": mass.tolist(), "stiffness": stiffness.tolist(), "damping": {"modal": 0.05}},
+        "contact": [1, size],
         "forcing": [1.0] + [0.0] * (size - 1),
     }
 
