@@ -9,6 +9,7 @@ The program fails if a map takes more, or if the second one waits for kernels.
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 import time
@@ -59,7 +60,7 @@ def waited(job: grazemap.Job) -> list[str]:
     """Wait for a job; return what it waited for, each text once."""
     texts: list[str] = []
     while job.refresh().job.status not in ("successful", "failed", "dismissed"):
-        text = job.job.waiting_for
+        text = re.sub(r" for \d+ s", "", job.job.waiting_for or "")
         if text and text not in texts:
             texts.append(text)
         time.sleep(_SECONDS_BETWEEN_LOOKS)
@@ -78,7 +79,7 @@ def main() -> int:
             (f"{DENSE} degrees of freedom, dense", dense_model(DENSE)),
             (f"a chain of {CHAIN}", chain_model(CHAIN)),
         ):
-            curve = client.grazing_curve(omega=[1.0, 1.1], oscillator=oscillator)
+            curve = client.grazing_curve(omega=(1.0, 1.1), points=2, oscillator=oscillator)
             for number in (1, 2):
                 about = question(oscillator, 1.0 + 0.001 * number, float(curve.clearance[0]))
                 began = time.perf_counter()

@@ -43,14 +43,16 @@ _VALUES: Final = {
 }
 BETWEEN_NUMBERS, ONE_OF_TABLES, BOTH_OF_TABLES = 1.1, 2.0, None
 """Limits of the ratio, by how many of the parameters need tables; omega does, as in the map that is compared with."""
+UNEQUAL = 1.08 * BETWEEN_NUMBERS
+"""Between stops that are not alike motions are watched over whole periods, not half periods, whatever the plane."""
 PLANES: Final = (
     ("omega", "clearance", BETWEEN_NUMBERS),  # itself, for the noise
-    ("omega", "clearance_right", BETWEEN_NUMBERS),
+    ("omega", "clearance_right", UNEQUAL),
     ("omega", "restitution", BETWEEN_NUMBERS),
-    ("omega", "restitution_right", BETWEEN_NUMBERS),
-    ("omega", "bias", BETWEEN_NUMBERS),
+    ("omega", "restitution_right", UNEQUAL),
+    ("omega", "bias", UNEQUAL),
     ("omega", "forcing", BETWEEN_NUMBERS),
-    ("clearance_right", "clearance_left", BETWEEN_NUMBERS),
+    ("clearance_right", "clearance_left", UNEQUAL),
     ("damping", "clearance", ONE_OF_TABLES),
     ("masses[2]", "restitution", ONE_OF_TABLES),
     ("omega", "damping", BOTH_OF_TABLES),
