@@ -27,10 +27,10 @@ from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 def plan(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
     rows, columns = request.plane.shape
-    samples = Samples.of(request.plane)
-    cost = samples.mean_cost() * _slower(request.plane)
+    samples, sweeps = Samples.of(request.plane), request.policy.startswith("sweep")
+    # the trajectories of a sweep, one after another, never share a lockstep
+    cost = samples.mean_cost() * (1.0 if sweeps else _slower(request.plane))
     periods_per_pixel = expected_periods(request.oscillator, request.max_periods)
-    sweeps = request.policy.startswith("sweep")
     rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     more = setup_seconds(request.oscillator)
