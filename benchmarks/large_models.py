@@ -1,4 +1,4 @@
-"""Maps of large oscillators: `make large`.
+"""Maps of large oscillators: `make large-models`.
 
 A dense model of 40 degrees of freedom, with contact between two of them, and a chain of 64 masses. Each is asked for a
 map of 64 by 64 points twice, through a service that has compiled nothing: the kernels for a number of masses are
@@ -24,7 +24,7 @@ SIDE, PERIODS = 64, 200
 DENSE, CHAIN = 40, 64
 _SECONDS_BETWEEN_LOOKS = 0.2
 _SPRINGS: Final = 0.05
-"""Stiffness between any two coordinates of the dense model, on top of a chain's."""
+"""Stiffness between any two coordinates of the dense model, over their share of its random matrix."""
 
 
 def dense_model(size: int) -> dict[str, Any]:
