@@ -97,9 +97,15 @@ class Child(ABC):
             self._process.kill()
             self._process.wait()
 
-    @abstractmethod
     def end_if_hung(self) -> None:
-        """Kill it if it lives but no longer responds."""
+        """Kill it if it lives but no longer responds; what it has started ends with it."""
+        if self._process is not None and self.running and (reason := self.hangs()):
+            structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
+            self._process.kill()
+
+    @abstractmethod
+    def hangs(self) -> str:
+        """Return why it counts as hung; empty if it does not. It is called several times a second while it runs."""
 
     @abstractmethod
     def last_words(self) -> str:
@@ -167,11 +173,9 @@ class PythonChild(Child):
         self.log = log
         self._inherited = tuple(inherited)
 
-    def end_if_hung(self) -> None:
-        """Kill it if it is stopped, or no longer says that it goes on; what it has started ends with it."""
-        if self._process is not None and self.running and (reason := self._liveness.hangs()):
-            structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
-            self._process.kill()
+    def hangs(self) -> str:
+        """As `Child.hangs`: it is stopped, or no longer says that it goes on."""
+        return self._liveness.hangs()
 
     def end(self, deadline: float) -> None:
         """Wait for its end until `deadline` (monotonic seconds), then kill it."""

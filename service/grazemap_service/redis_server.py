@@ -232,22 +232,18 @@ class RedisServer(Child):
             except OSError:
                 return False
 
-    def end_if_hung(self) -> None:
-        """Kill it if it is stopped, or after too many checks at intervals that it does not answer."""
-        if self._process is None or not self.running:
-            return
-        reason = "it is stopped" if self._progress is not None and self._progress.hangs(computing=False) else ""
-        if not reason and time.monotonic() >= self._next_ping:
+    def hangs(self) -> str:
+        """As `Child.hangs`: it is stopped, or has not answered too many checks, which are some seconds apart."""
+        if self._progress is not None and self._progress.hangs(computing=False):
+            return "it is stopped"
+        if time.monotonic() >= self._next_ping:
             if self.answers(ANSWER_SECONDS):
                 self.has_answered, self._unanswered = True, 0
             else:
                 self._unanswered += 1
-            if self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST):
-                reason = "it does not answer"
             self._next_ping = time.monotonic() + PING_SECONDS
-        if reason:
-            structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
-            self._process.kill()
+        silent = self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST)
+        return "it does not answer" if silent else ""
 
     def ask_to_stop(self) -> None:
         """Do nothing yet: it ends last, after the processes that use it."""
