@@ -118,12 +118,13 @@ def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, rest
 
     `gaps` and `restitution` (n, 2) are those of the right and of the left stop.
     """
-    followed = {one: followed_chatter_impacts(one, problem.cells) for one in {*restitution.ravel().tolist()}}
-    chatter = np.array([[followed[one] for one in row] for row in restitution.tolist()])
-    settling = np.sum(np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0), axis=1)
-    unit = np.array([_unit(one, other, problem.steady_bound) for one, other in gaps.tolist()])
-    alike = (gaps[:, 0] == gaps[:, 1]) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
-    return np.column_stack([gaps, restitution, unit, np.sum(chatter, axis=1), settling, alike])
+    odd, amplitude, rows = has_odd_harmonics_only(oscillator), problem.steady_bound, []
+    for (right, left), both in zip(gaps.tolist(), restitution.tolist(), strict=True):
+        chatter = [followed_chatter_impacts(one, problem.cells) for one in both]
+        settling = sum(one for one in chatter if one < tolerances.MAX_CHATTER_IMPACTS)
+        alike = right == left and both[0] == both[1] and odd
+        rows.append((right, left, *both, _unit(right, left, amplitude), sum(chatter), settling, float(alike)))
+    return np.array(rows)
 
 
 def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1) -> int:
@@ -234,6 +235,7 @@ def at_phase(
     )
 
 
+@lru_cache(maxsize=16)
 def followed_chatter_impacts(restitution: float, cells: int) -> float:
     """Return how many impacts of a complete chatter are computed one by one, at most MAX_CHATTER_IMPACTS.
 

@@ -84,13 +84,15 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     oscillator, constrained, blocks = model.oscillator, model.constrained, model.held
     size, count = oscillator.size, oscillator.size - 1
     exists = blocks is not None or count == 0  # otherwise the motion has no accurate closed form
-    steady = np.zeros((len(oscillator.forces), count), dtype=np.complex128)
+    forces = [one.amplitudes(np.array([omega]))[0] for one in oscillator.forces]
+    steady = np.zeros((len(forces), count), dtype=np.complex128)
     if blocks is not None:
-        steady, exists = _held_steady(model, blocks, omega)
+        steady, exists = _held_steady(model, blocks, forces, omega)
     factors = _phase_factors(oscillator, cells, phase)
+    acceleration = _harmonic_acceleration(model, forces, steady, omega, exists)
     return HeldProblem(
         **model.fixed_arrays,
-        steady_table=real_and_imaginary(_harmonic_acceleration(model, steady, omega, exists)[:, None] * factors),
+        steady_table=real_and_imaginary(acceleration[:, None] * factors),
         phase_factors=real_and_imaginary(factors),
         turn=np.zeros((len(oscillator.forces), 2)),
         steady=real_and_imaginary(steady @ constrained.basis.T),
@@ -106,7 +108,8 @@ def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int,
     """Return the arrays for another forcing phase at t = 0; the contact does not rest."""
     factors = _phase_factors(model.oscillator, cells, phase)
     steady = (held.steady[..., 0] + 1j * held.steady[..., 1])[:, model.constrained.others]
-    acceleration = _harmonic_acceleration(model, steady, omega, held.exists)
+    forces = [one.amplitudes(np.array([omega]))[0] for one in model.oscillator.forces]
+    acceleration = _harmonic_acceleration(model, forces, steady, omega, held.exists)
     return held._replace(
         phase_factors=real_and_imaginary(factors),
         steady_table=real_and_imaginary(acceleration[:, None] * factors),
@@ -122,19 +125,19 @@ def harmonic_orders(oscillator: Oscillator) -> Floats:
     return np.array([float(one.order) for one in oscillator.forces])
 
 
-def _held_steady(model: HeldModel, blocks: ModalModel, omega: float) -> tuple[Complexes, bool]:
+def _held_steady(model: HeldModel, blocks: ModalModel, forces: list[Complexes], omega: float) -> tuple[Complexes, bool]:
     """Return the steady amplitudes of the constrained structure in each harmonic, (H, n), and whether they exist."""
     constrained, exists = model.constrained, True
     assert constrained.structure is not None
     row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
-    steady = np.zeros((len(model.oscillator.forces), blocks.size), dtype=np.complex128)
+    steady = np.zeros((len(forces), blocks.size), dtype=np.complex128)
     for h, one in enumerate(model.oscillator.forces):
-        forces = one.amplitudes(np.array([omega])) @ constrained.basis
-        if np.any(forces):
-            found = constrained.structure.response(np.array([one.order * omega]), forces, row)
+        on_basis = forces[h][None] @ constrained.basis
+        if np.any(on_basis):
+            found = constrained.structure.response(np.array([one.order * omega]), on_basis, row)
             steady[h] = found.amplitudes[0]
-            exists = exists and bool(found.exists[0])
-            exists = exists and not bool(np.any(resonant_modes(blocks, omega, one.order, HELD_RESONANT_GAIN)))
+            resonant = resonant_modes(blocks, np.array([omega]), one.order, HELD_RESONANT_GAIN)
+            exists = exists and bool(found.exists[0]) and not bool(np.any(resonant))
     return steady, exists
 
 
@@ -149,15 +152,17 @@ def _output_row(model: HeldModel, blocks: ModalModel) -> Floats:
     return np.stack([first[0], first[1], -first[1] * square, first[0] - twice * first[1]], axis=1)
 
 
-def _harmonic_acceleration(model: HeldModel, steady: Complexes, omega: float, exists: bool) -> Complexes:
+def _harmonic_acceleration(
+    model: HeldModel, forces: list[Complexes], steady: Complexes, omega: float, exists: bool
+) -> Complexes:
     """Return the acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,).
 
-    `steady` is the steady motion of the constrained structure, shape (H, n).
+    `forces` are their amplitudes, and `steady` is the steady motion of the constrained structure, shape (H, n).
     """
     oscillator, constrained = model.oscillator, model.constrained
     result = np.zeros(len(steady), dtype=np.complex128)
     for h, one in enumerate(oscillator.forces):
-        force = complex(np.sum(oscillator.jump * one.amplitudes(np.array([omega]))[0]))
+        force = complex(np.sum(oscillator.jump * forces[h]))
         if exists:
             rows = zip(constrained.stiffness_row.tolist(), constrained.damping_row.tolist(), strict=True)
             for (stiff, viscous), amplitude in zip(rows, steady[h].tolist(), strict=True):

@@ -146,18 +146,13 @@ def reference_motion(
     output_row : (N, 4)
         As in `CellProblem`.
     """
-    parts = [
-        _HarmonicPart.of(
-            oscillator, model, harmonic, steady[h], _Grid.of(harmonic, omega, step, cells), phase, output_row
-        )
-        for h, harmonic in enumerate(oscillator.forces)
-    ]
-    lone = parts[0] if len(parts) == 1 and parts[0].harmonic.order == 1 else None
-    resonant = any(part.modes for part in parts)
-    orders = harmonic_orders(oscillator)
-    if lone is not None and not resonant:
-        half, bound, square = lone.amplitude * lone.turn * half_period_phases(cells), abs(lone.amplitude), omega * omega
-        table = real_and_imaginary(whole_period(half))
+    at, orders = np.array([omega]), harmonic_orders(oscillator)
+    resonant = [resonant_modes(model, at, one.order)[0] & bool(oscillator.drive) for one in oscillator.forces]
+    states = model.size if np.any(resonant) else 0
+    if len(orders) == 1 and orders[0] == 1.0 and states == 0:
+        amplitude, turn = complex(steady[0, 0, model.size]), complex(np.exp(1j * phase))
+        bound, square = abs(amplitude), omega * omega
+        table = real_and_imaginary(whole_period(amplitude * turn * half_period_phases(cells)))
         return {
             "steady_table": table,
             "half_start": np.stack([table[0], -table[0]]),
@@ -172,7 +167,12 @@ def reference_motion(
             "lasting_steady": table[:1].copy(),
             "lasting_bound": bound,
         }
-    states = model.size if resonant else 0
+    parts = [
+        _HarmonicPart.of(
+            oscillator, model, one, steady[h], _Grid.of(one, omega, step, cells), phase, output_row, resonant[h]
+        )
+        for h, one in enumerate(oscillator.forces)
+    ]
     return {
         "steady_table": np.concatenate([_total(parts, 0, "boundaries"), _total(parts, 1, "boundaries")[1:]]),
         "half_start": np.stack([_total(parts, half, "boundaries")[0] for half in (0, 1)]),
@@ -242,11 +242,11 @@ class _HarmonicPart:
         grid: _Grid,
         phase: float,
         output_row: Floats,
+        resonant: Booleans,
     ) -> _HarmonicPart:
         """Return the part of a harmonic; `steady` (2, N + 1) is its part of `reference_response`."""
         order, count, omega = harmonic.order, model.size, grid.omega
         turn = complex(np.exp(1j * (order * phase)))
-        resonant = resonant_modes(model, omega, order) & bool(oscillator.drive)
         amplitude = complex(steady[0, count])
         nothing = np.zeros((count, 2), dtype=np.complex128)
         forcing, jump, states = nothing, nothing.copy(), nothing

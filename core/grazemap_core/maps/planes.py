@@ -237,15 +237,16 @@ class PlaneSettler:
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         # random initial states do not scale with the forces and the bias
         varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
+        conditions = self._conditions(rows, columns)
         for group in self.plane.groups(rows, columns, varied):
-            codes[group], figures[group] = self._run(rows[group], columns[group])
+            codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
         return codes, figures
 
     def sweep(self, rows: Indices, column: int) -> tuple[Integers, Floats]:
         """Return codes (k, 1, CODES) and figures of points of a column, each from the final state of the one before."""
         columns = np.full(len(rows), column)
         if self.plane.is_swept_by_kernels:
-            return self._run(rows, columns)
+            return self._run(rows, columns, self._conditions(rows, columns))
         state: Floats | None = None
         inherits, found = False, []
         for k in range(len(rows)):
@@ -275,11 +276,11 @@ class PlaneSettler:
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
-    def _run(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
-        """Run the trajectories of points that share their tables."""
+    def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
+        """Run the trajectories of points that share their tables, under the conditions there."""
         settler, omega, steady = self._settler(int(rows[0]), int(columns[0]))
         scaled = self._starts * np.array([1.0, omega])[:, None]
-        return settler.run(omega, steady, self._conditions(rows, columns), settler.origin, scaled)
+        return settler.run(omega, steady, conditions, settler.origin, scaled)
 
     def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
         """Return the conditions of points for the settler of their oscillator."""

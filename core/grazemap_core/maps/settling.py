@@ -102,6 +102,10 @@ class Conditions(NamedTuple):
         restitution = [oscillator.restitution_of(1) * ones, oscillator.restitution_of(-1) * ones]
         return cls(both, np.stack(restitution, axis=1), ones, ones)
 
+    def part(self, which: Integers) -> Conditions:
+        """Return the conditions of some of the trajectories."""
+        return Conditions(*(values[which] for values in self))
+
 
 class Settler:
     """Settings and scratch for runs of one oscillator."""
@@ -118,6 +122,8 @@ class Settler:
         self._blocks = _impulse_blocks(free, task.early)
         self._task = task
         self._equilibrium = equilibrium(oscillator)
+        direction = np.concatenate([self._models.constrained.profile, np.zeros(size)])
+        self._aside = np.ascontiguousarray((free.to_modal @ direction).reshape(size, 2))
         growth_periods = min(math.ceil(GROWTH_SHARE * task.max_periods), MOST_GROWTH_PERIODS)
         self._growth_halves = 2 * growth_periods if task.linearised else 0
         self._masses = (0,) * size
@@ -190,7 +196,7 @@ class Settler:
         column = self._column(omega, steady, given, states, scaled, phase, inherits)
         settle_column(self._masses, column, classify_lane.address(column))
         problem, stops, results = column.model.problem, column.task.stops, column.results
-        self._ended_early = np.array_equal(self._scratch["final_state"], column.task.base)
+        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], column.task.base)
         shape, figures = (len(stops), len(scaled)), results.figures
         if self._task.observed is not None:
             parts = problem, column.model.held
@@ -199,9 +205,10 @@ class Settler:
         codes, figures = results.codes.reshape(*shape, -1), figures.reshape(*shape, -1)
         figures[:, :, lane_state.LEAST_VELOCITY] *= given.forcing[:, None]
         hidden = hidden_by_rounding(problem.steady_bound, stops[:, UNIT])
-        codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
-        codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
+        if np.any(hidden):
+            codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
+            codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
+            codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
         return codes, figures
 
     def compile(self, *, lockstep: bool) -> None:
@@ -232,7 +239,7 @@ class Settler:
         problem, held = cell_problem(self._models, steady, omega, phase)
         gaps = self._gaps(given)
         stops = stops_table(self._models.oscillator, gaps, problem, given.restitution)
-        offset, on_stop, aside = self._preload(gaps, states)
+        offset, on_stop = self._preload(gaps, states)
         if self._task.starts is not None:
             offset = _between_stops(given, stops[:, UNIT])
         start, on_stop = self._begin(given, states, on_stop)
@@ -247,7 +254,7 @@ class Settler:
             base=free_state(free, steady, problem.orders, omega, start[0], start[1], phase),
             directions=_in_blocks(free, scaled),
             offset=offset,
-            aside=aside,
+            aside=self._aside,
             on_stop=on_stop,
             max_periods=self._task.max_periods,
             max_period=self._task.max_period,
@@ -300,14 +307,11 @@ class Settler:
         place = float(self._models.oscillator.contact @ self._equilibrium) * conditions.bias[:, None]
         return np.asarray((conditions.clearance - place * np.array([1.0, -1.0])) / conditions.forcing[:, None])
 
-    def _preload(self, gaps: Floats, states: Floats | None) -> tuple[Floats, Integers, Floats]:
-        """Return `offset`, `on_stop` and `aside` of a task: trajectories from rest begin held by a preloaded stop."""
-        size = len(self._masses)
-        direction = np.concatenate([self._models.constrained.profile, np.zeros(size)])
-        aside = np.ascontiguousarray((self._models.free.to_modal @ direction).reshape(size, 2))
+    def _preload(self, gaps: Floats, states: Floats | None) -> tuple[Floats, Integers]:
+        """Return `offset` and `on_stop` of a task: trajectories from rest begin held by a preloaded stop."""
         preloaded = gaps < 0.0 if self._is_rest(states) else np.zeros(gaps.shape, dtype=np.bool_)
         offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
-        return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1], aside
+        return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1]
 
     def _is_rest(self, states: Floats | None) -> bool:
         """Return whether trajectories start at rest."""
@@ -381,6 +385,7 @@ def _in_blocks(model: ModalModel, states: Floats) -> Floats:
     count, _, size = states.shape
     flat = states.reshape(count, 2 * size)
     result = np.zeros((count, 2 * size))
-    for c in range(2 * size):  # term by term: the roundings of a product of matrices depend on the number of states
+    # term by term: the roundings of a product of matrices depend on the number of states
+    for c in np.flatnonzero(np.any(flat, axis=0)).tolist():
         result += flat[:, c : c + 1] * model.to_modal[:, c]
     return result.reshape(count, size, 2)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,12 +30,19 @@ class Harmonic:
     def amplitudes(self, omega: Floats) -> Complexes:
         """Return the amplitudes of the forces at forcing frequencies (n,), shape (n, N)."""
         s = self.order * omega[:, None]
-        result = np.broadcast_to(self.constant, (len(omega), len(self.constant))).copy()
-        if np.any(self.rate):
+        result = np.empty((len(omega), len(self.constant)), dtype=np.complex128)
+        result[:] = self.constant
+        has_rate, has_quadratic = self._terms
+        if has_rate:
             result = result + 1j * s * self.rate
-        if np.any(self.quadratic):
+        if has_quadratic:
             result = result + s * s * self.quadratic
         return result
+
+    @cached_property
+    def _terms(self) -> tuple[bool, bool]:
+        """Whether `rate`, and `quadratic`, is not 0."""
+        return bool(np.any(self.rate)), bool(np.any(self.quadratic))
 
     def slopes(self, omega: Floats) -> Complexes:
         """Return the derivatives of `amplitudes` with respect to omega, shape (n, N)."""

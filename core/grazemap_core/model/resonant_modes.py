@@ -18,15 +18,16 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.tolerances import RESONANT_GAIN
 
 
-def resonant_modes(model: ModalModel, omega: float, order: int = 1, limit: float = RESONANT_GAIN) -> Booleans:
-    """Return which modes have a steady motion larger than `limit` times their response within half a period, (N,).
+def resonant_modes(model: ModalModel, omega: Floats, order: int = 1, limit: float = RESONANT_GAIN) -> Booleans:
+    """Return which modes have a steady motion larger than `limit` times their response within half a period.
 
     A unit force of the harmonic s = order omega on a mode of frequency w has a steady motion
     ``1/|w^2 - s^2 + 2 i eta s|``, and from rest a response of up to ``pi/(w omega)`` within half a forcing period. The
-    first can exceed the second only if the mode is underdamped.
+    first can exceed the second only if the mode is underdamped. For frequencies (n,) the shape is (n, N).
     """
+    at = omega[:, None]
     frequency = np.sqrt(model.frequency_squared)
-    return np.asarray(frequency * omega > limit * np.pi * np.abs(_denominators(model, order * omega)))
+    return np.asarray(frequency * at > limit * np.pi * np.abs(_denominators(model, order * at)))
 
 
 def modal_forcing(oscillator: Oscillator, model: ModalModel, omega: float, harmonic: Harmonic) -> Complexes:
@@ -79,8 +80,7 @@ def reference_response(oscillator: Oscillator, model: ModalModel, omega: Floats)
     values = checked_omega(omega)
     steady = np.empty((len(values), len(oscillator.forces), 2, model.size + 1), dtype=np.complex128)
     for h, harmonic in enumerate(oscillator.forces):
-        found = [resonant_modes(model, w, harmonic.order) for w in values.tolist()]
-        resonant = np.array(found).reshape(len(values), model.size) & bool(oscillator.drive)
+        resonant = resonant_modes(model, values, harmonic.order) & bool(oscillator.drive)
         plain = ~np.any(resonant, axis=1)
         if np.any(plain):
             steady[plain, h] = _with_contact(oscillator, values[plain], harmonic)[:, None]
@@ -99,6 +99,6 @@ def _with_contact(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> 
     return np.concatenate([response.amplitudes, response.coordinate[:, None]], axis=1)
 
 
-def _denominators(model: ModalModel, omega: float) -> Complexes:
+def _denominators(model: ModalModel, omega: Floats | float) -> Complexes:
     frequency = np.sqrt(model.frequency_squared)
     return np.asarray((frequency - omega) * (frequency + omega) + 2j * model.decay * omega)

@@ -149,7 +149,8 @@ def orbit_seconds(oscillator: Oscillator, omega: Floats, clearance: Floats, max_
     impacts = np.fmin(period_impacts(oscillator, omega, clearance), rates.MOST_ORBIT_IMPACTS)
     settled = 1.0 - _largest_restitution(oscillator) ** rates.UNSETTLED_POWER
     settled *= min(1.0, max_periods / rates.PERIODS_TO_SETTLE)
-    return rates.ORBIT_SECONDS * oscillator.size * settled * float((impacts**2).mean())
+    solved = rates.ORBIT_SECONDS * oscillator.size * float((impacts**2).mean())
+    return settled * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
 
 
 class Samples:

@@ -37,8 +37,9 @@ MOST_UNSETTLED = 0.7
 UNSETTLED_POWER = 8
 LEAST_UNSETTLED = 0.02
 # The orbit of a trajectory that settles, per mass and square of its impacts in a period, of which it has no more than
-# are given.
+# are given; and the norm in which its return map contracts, per cube of the masses.
 ORBIT_SECONDS = 1.0e-6
+ORBIT_NORM_SECONDS = 1.0e-7
 MOST_ORBIT_IMPACTS = 256
 # Number of chaotic trajectories that are run on for so many times the periods, and the maximum of their periods.
 RUN_ON_SAMPLE = 20

@@ -11,6 +11,10 @@ import math
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 
+LARGE = 24
+"""Size from which on products are computed row by row, in vectors. The compiler makes none of smaller ones, whose
+preparations would cost several times as much."""
+
 
 @kernel
 def eliminate(system: Floats, size: int) -> float:
@@ -52,12 +56,12 @@ def eliminate(system: Floats, size: int) -> float:
 
 @fused_kernel
 def multiply(left: Floats, right: Floats, product: Floats) -> None:
-    """Write the product of two square matrices of even size into a third one.
-
-    Two rows by two columns at a time, each entry summed in order: compilers make no vectors of such sums, whose
-    preparations would cost several times as much as so small a product.
-    """
+    """Write the product of two square matrices of even size into a third one; each entry is summed in order."""
     size = product.shape[0]
+    if size >= LARGE:
+        for row in range(size):
+            _add_row(left[row], right, product[row], size)
+        return
     for row in range(0, size, 2):
         lower = row + 1
         for column in range(0, size, 2):
@@ -74,9 +78,27 @@ def multiply(left: Floats, right: Floats, product: Floats) -> None:
 
 
 @fused_kernel
-def add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
-    """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size."""
+def _add_row(factors: Floats, rows: Floats, total: Floats, count: int) -> None:
+    """Write the sum of rows, each times its factor, over the first `count` columns."""
+    for column in range(count):
+        total[column] = 0.0
+    for m in range(rows.shape[0]):
+        factor = factors[m]
+        for column in range(count):
+            total[column] += factor * rows[m, column]
+
+
+@fused_kernel
+def add_transposed_product(left: Floats, right: Floats, total: Floats, sums: Floats) -> None:
+    """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size; `sums` (size,) is scratch."""
     size = total.shape[0]
+    if size >= LARGE:
+        for row in range(size):
+            _add_row(left[:, row], right, sums, row + 1)
+            for column in range(row + 1):
+                total[row, column] += sums[column]
+                total[column, row] = total[row, column]
+        return
     for row in range(0, size, 2):
         lower = row + 1
         for column in range(0, row + 1, 2):

@@ -61,6 +61,8 @@ class CaptureScratch(NamedTuple):
         Units of the rows of a difference, in which the norm is expressed.
     form, norm, power, product : (2 N, 2 N)
         The norm's Cholesky factor; powers of the return map's derivative.
+    sums : (2 N,)
+        Of a row of a product.
     after : (N, 2)
         The orbit just after an impact.
     columns : (2 N (2 N + 3 k),)
@@ -75,6 +77,7 @@ class CaptureScratch(NamedTuple):
     norm: Floats
     power: Floats
     product: Floats
+    sums: Floats
     after: Floats
     columns: Floats
     displacement: Floats
@@ -94,6 +97,7 @@ def capture_scratch(count: int, blocks: int) -> CaptureScratch:
         norm=np.zeros((size, size)),
         power=np.zeros((size, size)),
         product=np.zeros((size, size)),
+        sums=np.zeros(size),
         after=np.zeros((blocks, 2)),
         columns=np.zeros(size * columns),
         displacement=np.zeros(columns),
@@ -118,7 +122,7 @@ def _sum_over_returns(matrix: Floats, rate: float, shortest: float, norm: Floats
             power[row, column] = matrix[row, column] / rate
     for _ in range(tolerances.NORM_DOUBLINGS):
         multiply(norm, power, product)
-        add_transposed_product(power, product, norm)
+        add_transposed_product(power, product, norm, scratch.sums)
         multiply(power, power, product)
         power, product = product, power
         squares = 0.0
