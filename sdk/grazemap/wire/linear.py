@@ -82,11 +82,23 @@ def _natural_frequencies(masses: tuple[float, ...], stiffnesses: tuple[float, ..
 
 def fastest_exponent(oscillator: Oscillator) -> float:
     """Return the largest modulus of the exponents of the free motion."""
+    return float(np.abs(_exponents(oscillator)).max())
+
+
+def slowest_decay(oscillator: Oscillator) -> float:
+    """Return the rate at which the free motion decays that does so most slowly; 0 where one does not."""
+    if oscillator.matrices is None and not isinstance(oscillator.damping, list):
+        frequency = natural_frequencies(oscillator)
+        ratio = oscillator.damping * frequency
+        return float((frequency * np.where(ratio < 1.0, ratio, 0.5 / np.fmax(ratio, 1.0))).min())
+    return max(0.0, float(-_exponents(oscillator).real.max()))
+
+
+def _exponents(oscillator: Oscillator) -> Complexes:
     mass, damping, stiffness = matrices(oscillator)
     count = len(mass)
     inner, viscous = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
-    values = np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -viscous]]))
-    return float(np.abs(values).max())
+    return np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -viscous]]))
 
 
 def growing(oscillator: Oscillator) -> str | None:

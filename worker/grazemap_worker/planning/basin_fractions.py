@@ -13,8 +13,10 @@ from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 def _plan(request: BasinFractionsRequest) -> Plan:
     samples = Samples.of(request.line)
     grid = Plan(rows=grid_points(request.range), columns=request.states)
-    other = samples.orbit_seconds(request.max_periods) + setup_seconds(request.oscillator) / request.states
-    return plan_of_states(request, grid, request.states, samples.mean_cost(), other)
+    other = rates.BASIN_ORBITS * samples.orbit_seconds(request.max_periods)
+    other += setup_seconds(request.oscillator) / request.states
+    settles = samples.settling(request.max_periods)
+    return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), other)
 
 
 def _counts(request: BasinFractionsRequest, limits: Limits) -> list[Count]:

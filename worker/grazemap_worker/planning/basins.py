@@ -9,11 +9,12 @@ import numpy as np
 from grazemap.wire import BasinFractionsRequest, BasinsRequest, grid_points
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
+    Settling,
     chance_seconds,
-    expected_periods,
     longest_at_point,
     orbit_seconds,
     period_cost,
+    settling,
     setup_seconds,
     stop_distance,
 )
@@ -26,12 +27,18 @@ def _plan(request: BasinsRequest) -> Plan:
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
     distance, _ = stop_distance(request.clearance)
     place = np.array([request.omega]), np.array([distance])
-    orbit = orbit_seconds(request.oscillator, *place, request.max_periods)
-    return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, cost, orbit)
+    orbit = rates.BASIN_ORBITS * orbit_seconds(request.oscillator, *place, request.max_periods)
+    settles = settling(request.oscillator, *place, request.max_periods)
+    return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, settles, cost, orbit)
 
 
 def plan_of_states(
-    request: BasinsRequest | BasinFractionsRequest, grid: Plan, together: int, cost: float, other_seconds: float
+    request: BasinsRequest | BasinFractionsRequest,
+    grid: Plan,
+    together: int,
+    settles: Settling,
+    cost: float,
+    other_seconds: float,
 ) -> Plan:
     """Return the tiles of a grid of initial states, and the estimate.
 
@@ -41,22 +48,22 @@ def plan_of_states(
         With its rows and columns.
     together : int
         Number of states that may run side by side.
+    settles : Settling
     cost : float
         Mean cost of a forcing period, as `costs.period_costs`.
     other_seconds : float
         Seconds for each state besides those of its forcing periods.
     """
     oscillator, most = request.oscillator, request.max_periods
-    periods = expected_periods(oscillator, most, rates.BASIN_UNSETTLED)
     lanes = math.sqrt(rates.FULL_COLUMN / min(together, rates.FULL_COLUMN))
-    seconds = periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND + other_seconds
+    seconds = settles.periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND + other_seconds
     at_worst = rates.WORST_SLOWER * most * cost / rates.MAP_PERIODS_PER_SECOND
-    chance = rates.BASIN_UNSETTLED * chance_seconds(oscillator, grid.rows * grid.columns, most, cost)
+    chance = settles.unsettled * chance_seconds(grid.rows * grid.columns, most, cost)  # all are chaotic, or none is
     pixels = pixels_per_tile(seconds, at_worst)
     tile_columns = even(grid.columns, pixels)
     tile_rows = even(grid.rows, max(1, pixels // tile_columns))
     shape = grid.model_copy(update={"tile_rows": tile_rows, "tile_columns": tile_columns})
-    return estimated(shape, periods, seconds, shape.count * setup_seconds(oscillator) + chance)
+    return estimated(shape, settles.periods, seconds, shape.count * setup_seconds(oscillator) + chance)
 
 
 def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:

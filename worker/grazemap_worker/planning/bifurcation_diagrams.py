@@ -9,7 +9,6 @@ from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
     Samples,
     chance_seconds,
-    expected_periods,
     longest_period,
     setup_seconds,
 )
@@ -24,11 +23,12 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     costs = len(values) * samples.mean_cost()
     watched = each + rates.DIAGRAM_SETTLING_PERIODS
     alone = 4.0 * math.sqrt(rates.FULL_COLUMN) / rates.MAP_PERIODS_PER_SECOND  # and with the growth of changes
-    seconds = costs * (each / rates.PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
-    seconds += chance_seconds(request.oscillator, len(values), watched, costs / len(values))
+    settling = samples.settling(watched)
+    seconds = costs * (each / rates.PERIODS_PER_SECOND + settling.periods * alone)
+    seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
     orbit = samples.orbit_seconds(watched)
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
-    seconds += len(values) * samples.observed_seconds(request, costs / len(values))
+    seconds += len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +107,8 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats, *, 
         rising = 0.5 * acceleration * omega * (12.0 * clearance / (acceleration * omega)) ** (2.0 / 3.0)
         bounces = 0.5 * period * acceleration / np.fmin(np.fmin(flight, steady), rising)
         bounces *= 1.0 + period * slowing / rates.DRAG_OF_BOUNCES * restitution**rates.DRAG_POWER
-        return np.fmin(np.fmin(bounces, _impacts_to_rest(restitution)), rates.MOST_PERIOD_IMPACTS)
+        to_rest = _impacts_to_rest(restitution)
+        return np.fmin(np.where(bounces < rates.REST_SHARE * to_rest, bounces, to_rest), rates.MOST_PERIOD_IMPACTS)
 
 
 def period_costs(
@@ -119,7 +121,7 @@ def period_costs(
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         impacts = period_impacts(oscillator, omega, clearance, single=single)
-        rests = impacts >= _impacts_to_rest(_largest_restitution(oscillator))
+        rests = _rests(oscillator, impacts)
         cells = _cells(oscillator, omega) * size * np.where(rests, rates.HELD_CELLS, 1.0)
         impact_seconds = rates.IMPACT_SECONDS + rates.IMPACT_MASS_SECONDS * size
         seconds = rates.PERIOD_SECONDS + rates.CELL_SECONDS * cells + impact_seconds * impacts
@@ -147,8 +149,7 @@ def orbit_seconds(oscillator: Oscillator, omega: Floats, clearance: Floats, max_
     `omega` and `clearance` (k,) are those of points.
     """
     impacts = np.fmin(period_impacts(oscillator, omega, clearance), rates.MOST_ORBIT_IMPACTS)
-    settled = 1.0 - _largest_restitution(oscillator) ** rates.UNSETTLED_POWER
-    settled *= min(1.0, max_periods / rates.PERIODS_TO_SETTLE)
+    settled = 1.0 - settling(oscillator, omega, clearance, max_periods).unsettled
     solved = rates.ORBIT_SECONDS * oscillator.size * float((impacts**2).mean())
     return settled * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
 
@@ -186,11 +187,20 @@ class Samples:
             seconds += len(omega) * orbit_seconds(oscillator, omega, distance, max_periods)
         return seconds / self._count
 
-    def observed_seconds(self, request: ObservedRequest, cost: float) -> float:
-        """Return the mean seconds in which quantities are read off a motion of a map; `cost` is that of a period."""
+    def settling(self, max_periods: int) -> Settling:
+        """Return `settling` of the points."""
+        found = [settling(oscillator, omega, distance, max_periods) for oscillator, omega, distance, _ in self._groups]
+        weights = [len(omega) for _, omega, _, _ in self._groups]
+        return Settling(*np.average(np.array(found), axis=0, weights=weights).tolist())
+
+    def observed_seconds(self, request: ObservedRequest, cost: float, unsettled: float) -> float:
+        """Return the mean seconds in which quantities are read off a motion of a map.
+
+        `cost` is that of a period, and `unsettled` the share of motions that do not settle.
+        """
         if not request.observed:
             return 0.0
-        periods = rates.OBSERVED_PERIODS + unsettled(request.oscillator) * rates.AVERAGED_PERIODS
+        periods = rates.OBSERVED_PERIODS + unsettled * rates.AVERAGED_PERIODS
         seconds = 0.0
         for oscillator, omega, distance, _ in self._groups:
             seconds += len(omega) * observed_seconds(request, oscillator, omega, distance, periods)
@@ -231,19 +241,43 @@ def setup_seconds(oscillator: Oscillator) -> float:
     return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2
 
 
-def unsettled(oscillator: Oscillator) -> float:
-    """Return the share of trajectories that are expected not to settle: more where impacts take less energy."""
+def _chaotic(oscillator: Oscillator) -> float:
+    """Return the share of trajectories that are expected to be chaotic: more where impacts take less energy."""
     return max(rates.LEAST_UNSETTLED, rates.MOST_UNSETTLED * _largest_restitution(oscillator) ** rates.UNSETTLED_POWER)
 
 
-def expected_periods(oscillator: Oscillator, max_periods: int, share: float = 1.0) -> float:
-    """Return the forcing periods that a pixel takes on average, with a share of the `unsettled` ones."""
-    return min(float(max_periods), rates.PERIODS_TO_SETTLE + share * unsettled(oscillator) * max_periods)
+class Settling(NamedTuple):
+    """How trajectories settle on average.
+
+    Attributes
+    ----------
+    periods : float
+        Forcing periods that they run for.
+    unsettled : float
+        Share of those that do not settle, and are taken for chaotic. None is where the contact comes to rest.
+    """
+
+    periods: float
+    unsettled: float
 
 
-def chance_seconds(oscillator: Oscillator, trajectories: float, max_periods: int, cost: float) -> float:
-    """Return the seconds in which a sample of the chaotic ones among trajectories is run on."""
-    sample = min(rates.RUN_ON_SAMPLE, unsettled(oscillator) * trajectories)
+def settling(oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int) -> Settling:
+    """Return how the trajectories of points (k,) settle."""
+    with np.errstate(divide="ignore"):
+        decays = rates.SETTLING_DECAYS * omega / (2.0 * math.pi * linear.slowest_decay(oscillator))
+    rests = _rests(oscillator, period_impacts(oscillator, omega, clearance))
+    free = clearance >= rates.FREE_FROM * contact_force(oscillator, omega)[1]
+    if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
+        free = free | rests
+    alike = rates.LEAST_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
+    share = np.where(free | rests, 0.0, np.where(alike > max_periods, 1.0, _chaotic(oscillator)))
+    periods = np.fmin(alike + share * max_periods, max_periods)
+    return Settling(float(periods.mean()), float(share.mean()))
+
+
+def chance_seconds(trajectories: float, max_periods: int, cost: float) -> float:
+    """Return the seconds in which a sample of so many chaotic trajectories is run on."""
+    sample = min(rates.RUN_ON_SAMPLE, trajectories)
     return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * cost / rates.PERIODS_PER_SECOND
 
 
@@ -303,6 +337,11 @@ def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
     highest = max(oscillator.orders, default=1)
     least = max(rates.LEAST_CELLS, 2.0 * math.pi * highest)
     return np.maximum(least, fastest_exponent(oscillator) * 2.0 * math.pi / omega)
+
+
+def _rests(oscillator: Oscillator, impacts: Floats) -> NDArray[np.bool_]:
+    """Return where the contact comes to rest, of `period_impacts`."""
+    return np.asarray(impacts >= _impacts_to_rest(_largest_restitution(oscillator)))
 
 
 def _impacts_to_rest(restitution: float) -> float:

@@ -30,11 +30,15 @@ ADAPTIVE_STRIPS_CLOSED = 16
 ADAPTIVE_SIDE = 60.0
 ADAPTIVE_POWER = 0.45
 ADAPTIVE_PERIODS = 1.6
-# Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods: MOST_UNSETTLED
+# Periods that a pixel takes to settle: LEAST_PERIODS_TO_SETTLE and the time in which the slowest free motion decays by
+# a factor of e to the power of SETTLING_DECAYS. Where the clearance is FREE_FROM times the amplitude of the motion
+# without stops or more, it takes the first alone. The share of other pixels that reach max_periods is MOST_UNSETTLED
 # times a power of the restitution, but not less than LEAST_UNSETTLED.
-PERIODS_TO_SETTLE = 45
-MOST_UNSETTLED = 0.7
-UNSETTLED_POWER = 8
+LEAST_PERIODS_TO_SETTLE = 8.0
+SETTLING_DECAYS = 3.0
+FREE_FROM = 1.5
+MOST_UNSETTLED = 0.35
+UNSETTLED_POWER = 4
 LEAST_UNSETTLED = 0.02
 # The orbit of a trajectory that settles, per mass and square of its impacts in a period, of which it has no more than
 # are given; and the norm in which its return map contracts, per cube of the masses.
@@ -50,10 +54,10 @@ RUN_ON_PERIODS = 5.0e6
 SENSITIVE = 0.02
 RESOLUTION_SECONDS = 6.0
 RESOLUTION_AT_WORST = 180.0
-# The same for the states of a basin, which run side by side and mostly lead to few attractors: the share of basins that
-# have a chaotic one, over that of the points of a map.
+# The same for the states of a basin, which run side by side, and the share of them whose orbit is not known already, as
+# they mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
-BASIN_UNSETTLED = 0.5
+BASIN_ORBITS = 0.1
 # The maximum number of values of basin fractions: their result has figures of every attractor at every value.
 FRACTION_VALUES = 2000
 # Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: of a forcing period, of a cell per
@@ -84,6 +88,8 @@ FLIGHT_SPEED = 1.33
 DRAG_OF_BOUNCES = 6.0
 DRAG_POWER = 100
 CHATTER_REST = 2.0e-5
+# The share of the impacts of a chatter that ends in rest from which on it is taken to do so.
+REST_SHARE = 0.25
 MOST_PERIOD_IMPACTS = 1.0e5
 # Forcing periods in which a resonance without damping is taken to grow.
 GROWTH_PERIODS = 100.0

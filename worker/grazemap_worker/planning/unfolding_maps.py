@@ -16,7 +16,6 @@ from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
     Samples,
     chance_seconds,
-    expected_periods,
     longest_period,
     setup_seconds,
 )
@@ -30,24 +29,24 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     samples, sweeps = Samples.of(request.plane), request.policy.startswith("sweep")
     # the trajectories of a sweep, one after another, never share a lockstep
     cost = samples.mean_cost() * (1.0 if sweeps else _slower(request.plane))
-    periods_per_pixel = expected_periods(request.oscillator, request.max_periods)
+    settling = samples.settling(request.max_periods)
     rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     more = setup_seconds(request.oscillator)
     column = rates.COLUMN_SETUPS * more
-    observed = starts * samples.observed_seconds(request, cost)
+    observed = starts * samples.observed_seconds(request, cost, 0.0 if request.preview else settling.unsettled)
     orbit = 0.0
     if request.preview:
         cost /= rates.PREVIEW_FASTER
     else:
         orbit = samples.orbit_seconds(request.max_periods)
-        more += chance_seconds(request.oscillator, starts * rows * columns, request.max_periods, cost)
+        more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost)
     if not sweeps:
         cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.LONGEST_COLUMN))
     if request.adaptive:
         period = cost / rates.MAP_PERIODS_PER_SECOND
-        return _adaptive_plan(request, starts, period, starts * orbit, more + columns * column)
-    pixel_seconds = periods_per_pixel * cost / rate + starts * orbit + column / rows + observed
+        return _adaptive_plan(request, starts, settling.periods, period, starts * orbit, more + columns * column)
+    pixel_seconds = settling.periods * cost / rate + starts * orbit + column / rows + observed
     at_worst = request.max_periods * cost / rate + observed
     if request.resolve_sensitive:
         pixel_seconds += starts * rates.SENSITIVE * rates.RESOLUTION_SECONDS
@@ -59,20 +58,25 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
         tile_columns = even(columns, min(pixels, rates.TALLEST_TILE))
         tile_rows = even(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return estimated(shape, starts * periods_per_pixel, pixel_seconds, more)
+    return estimated(shape, starts * settling.periods, pixel_seconds, more)
 
 
 def _adaptive_plan(
-    request: UnfoldingMapsRequest, starts: int, period_seconds: float, orbit_seconds: float, more_seconds: float
+    request: UnfoldingMapsRequest,
+    starts: int,
+    periods_per_pixel: float,
+    period_seconds: float,
+    orbit_seconds: float,
+    more_seconds: float,
 ) -> Plan:
     """Return a plan of strips, with the cost from the expected share of computed pixels.
 
-    `period_seconds` is the time for a forcing period of all trajectories of a pixel, `orbit_seconds` that
-    for their orbits, `more_seconds` that of all else.
+    `periods_per_pixel` are those of a map that is not adaptive; `period_seconds` is the time for a forcing period of
+    all trajectories of a pixel, `orbit_seconds` that for their orbits, `more_seconds` that of all else.
     """
     (rows, columns), max_periods = request.plane.shape, request.max_periods
     share = min(1.0, (rates.ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** rates.ADAPTIVE_POWER)
-    expected = rates.ADAPTIVE_PERIODS * expected_periods(request.oscillator, max_periods)
+    expected = rates.ADAPTIVE_PERIODS * periods_per_pixel
     periods = share * min(float(max_periods), expected)
     row_seconds = rates.WORST_SLOWER * max_periods * period_seconds * rates.ADAPTIVE_COLUMNS
     longest = round(rates.WORST_TILE_SECONDS / row_seconds)
