@@ -12,8 +12,8 @@ from starlette.testclient import TestClient
 
 from grazemap.client.arguments import validated
 from grazemap.errors import ParameterError
-from grazemap.wire import Oscillator
-from grazemap_worker.planning.costs import expected_periods
+from grazemap.wire import UnfoldingMapsRequest
+from grazemap_worker.planning import PLANNING
 from grazemap_worker.store import Store
 
 JSON = {"Content-Type": "application/json"}
@@ -455,8 +455,9 @@ def test_an_adaptive_map_may_be_larger_than_a_full_one(client: TestClient) -> No
 def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:
     answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
     assert answer.status_code == 422
-    expected = 25 * expected_periods(Oscillator(), 1000)
-    assert answer.json()["estimate"]["forcing_periods"] == pytest.approx(expected, rel=1e-12)
+    estimate = PLANNING["unfolding-maps"].plan(UnfoldingMapsRequest(**MAP)).estimate
+    assert answer.json()["estimate"]["forcing_periods"] == pytest.approx(estimate.periods, rel=1e-12)
+    assert 25 < estimate.periods < 25 * 1000
     assert answer.json()["limit"]["forcing_periods"] == 1000
     assert store.jobs.page() == ([], None)
 
