@@ -431,7 +431,7 @@ def test_the_error_of_too_many_points_has_a_pointer(client: TestClient, process:
 
 
 def test_a_sweep_whose_columns_take_too_long_is_refused(client: TestClient, store: Store) -> None:
-    body = {"omega": [0.01, 0.011], "clearance": {**RANGE, "points": 2000}, "max_periods": 300_000}
+    body = {"omega": [0.29, 0.3], "clearance": {**RANGE, "points": 2000}, "max_periods": 300_000}
     answer = client.post("/v1/unfolding-maps", json={**body, "policy": "sweep-up"})
     assert answer.status_code == 422
     assert set(answer.json()["limit"]) == {"seconds"}
@@ -456,7 +456,7 @@ def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> N
     answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
     assert answer.status_code == 422
     estimate = PLANNING["unfolding-maps"].plan(UnfoldingMapsRequest(**MAP)).estimate
-    assert answer.json()["estimate"]["forcing_periods"] == pytest.approx(estimate.periods, rel=1e-12)
+    assert answer.json()["estimate"]["forcing_periods"] == pytest.approx(estimate.periods, rel=1e-9)
     assert 25 < estimate.periods < 25 * 1000
     assert answer.json()["limit"]["forcing_periods"] == 1000
     assert store.jobs.page() == ([], None)
