@@ -1,5 +1,7 @@
 // The state of the page in the address: #omega=0.25..0.3125&clearance=1.25..2&layer=motion&at=0.28,1.6&machine={...}
+// Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
 import { LAYERS } from "./layers.js";
+import { USUAL, isUsual, parameter } from "./parameters.js";
 
 const numbers = (text, separator) => {
   const found = (text ?? "").split(separator).map(Number);
@@ -9,6 +11,23 @@ const interval = (text) => {
   const found = numbers(text, "..");
   return found && found[0] < found[1] ? found : null;
 };
+const number = (text) => (text && Number.isFinite(Number(text)) ? Number(text) : null);
+
+// The plane and its window: the usual one where the address does not say another one whole.
+function planeOf(said, standard) {
+  const [horizontal, vertical] = ["horizontal", "vertical"].map((name) => said.get(name) ?? USUAL[name]);
+  const [x, y] = [horizontal, vertical].map((name) => interval(said.get(name)));
+  const [omega, clearance] = ["omega", "clearance"].map((name) => number(said.get(name)));
+  const varies = (name) => horizontal === name || vertical === name;
+  const isWhole = x && y && (varies("omega") || omega) && (varies("clearance") || clearance);
+  if (isWhole && horizontal !== vertical && parameter(horizontal) && parameter(vertical))
+    return { x, y, plane: { horizontal, vertical, omega, clearance } };
+  return {
+    x: interval(said.get("omega")) ?? standard.x,
+    y: interval(said.get("clearance")) ?? standard.y,
+    plane: USUAL,
+  };
+}
 
 // The state that an address says; what it does not say, or says wrongly, is that of `standard`.
 export function read(hash, standard) {
@@ -20,19 +39,26 @@ export function read(hash, standard) {
     /* an address that was cut off */
   }
   return {
-    x: interval(said.get("omega")) ?? standard.x,
-    y: interval(said.get("clearance")) ?? standard.y,
+    ...planeOf(said, standard),
     layer: Object.hasOwn(LAYERS, said.get("layer") ?? "") ? said.get("layer") : standard.layer,
     curves: said.get("curves") === "all" ? "all" : standard.curves,
+    borders: said.get("borders") === "explained",
     at: numbers(said.get("at"), ","),
     machine,
   };
 }
 
-export function write({ x, y, layer, curves, at, machine }, standard) {
-  const said = new URLSearchParams({ omega: x.join(".."), clearance: y.join("..") });
+export function write({ x, y, plane, layer, curves, borders, at, machine }, standard) {
+  const { horizontal, vertical, ...fixed } = plane;
+  const said = new URLSearchParams({
+    ...(!isUsual(plane) && { horizontal, vertical }),
+    [horizontal]: x.join(".."),
+    [vertical]: y.join(".."),
+  });
+  for (const [name, value] of Object.entries(fixed)) if (value !== null) said.set(name, value);
   if (layer !== standard.layer) said.set("layer", layer);
   if (curves !== standard.curves) said.set("curves", curves);
+  if (borders) said.set("borders", "explained");
   if (at) said.set("at", at.join(","));
   const { machine: usual } = standard;
   const own = Object.entries(machine).filter(([name, value]) => value !== usual[name]);

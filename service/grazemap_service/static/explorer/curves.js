@@ -1,10 +1,13 @@
 // The curves and points over the plane: the grazing curve with its codimension-two points, and on request the
-// bifurcation curves that leave it. Asked for by dyadic intervals, so that neighbouring views share them.
+// bifurcation curves that leave it, and the borders of the regions with what explains them. Asked for by dyadic intervals,
+// so that neighbouring views share them.
 import { compute, isAborted } from "./api.js";
 import { indices } from "./lattice.js";
+import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
 const POINTS = 513;
+const BORDER_POINTS = 96;
 const KEPT = 50;
 const NAMES = {
   SN: "saddle-node",
@@ -14,21 +17,47 @@ const NAMES = {
   GR: "graze of a further contact",
 };
 
-// The dyadic interval of at most eight parts that contains an interval.
-export function around([low, high]) {
-  const exponent = Math.ceil(Math.log2((high - low) / 4));
-  const found = indices([low, high], exponent);
+// The dyadic interval of at most eight parts that contains an interval, inside a domain.
+export function around([low, high], domain = [0, Infinity]) {
+  const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
+  const found = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
-  return [Math.max(found[0] * size, size / 2 ** 10), (found[found.length - 1] + 1) * size];
+  const least = domain[0] === 0 ? size / 2 ** 10 : -Infinity; // many parameters are not 0
+  return [Math.max(found[0] * size, least), (found[found.length - 1] + 1) * size];
 }
 
+// Whether there are bifurcation curves over a plane without a motion to begin with.
+const OF_STOPS = ["clearance", "restitution", "forcing", "bias"];
+const leavesGraze = ({ horizontal, vertical }) =>
+  (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
+
 // How a piece of a bifurcation curve is drawn.
-export const lineOf = ({ type, motion, admissible, omega, clearance, clearance_right, clearance_left }, palette) => ({
-  x: omega,
-  y: clearance ?? clearance_right ?? clearance_left,
+export const lineOf = ({ type, motion, admissible, ...curve }, palette) => ({
+  x: curve.omega ?? curve.horizontal,
+  y: curve.clearance ?? curve.clearance_right ?? curve.clearance_left ?? curve.vertical,
   colour: palette.bifurcations[type],
   dashed: !admissible,
   text: `${type}, ${NAMES[type]} of ${motion}${admissible ? "" : ", where its orbits are not admissible"}`,
+});
+
+// Why two motions meet at a border.
+function explained({ explanation, explanations, reason, reasons, curve, curves }, k) {
+  if (curve[k] >= 0) {
+    const { type, motion } = curves[curve[k]];
+    return `${type}, ${NAMES[type]} of ${motion}.`;
+  }
+  const kind = explanations[explanation[k]];
+  return { coexistence: COEXISTENCE, "goes on": GOES_ON }[kind] ?? `unexplained: ${reasons[reason[k]]}.`;
+}
+const COEXISTENCE = "both motions exist on both sides; here the motion from rest changes from one to the other.";
+const GOES_ON = "the periodic motion goes on beyond it; there the motion from rest is another one.";
+
+// A curve that explains borders; an admissible piece is drawn whole.
+const borderCurve = ({ type, motion, admissible, ...curve }, palette) => ({
+  x: curve.omega ?? curve.horizontal,
+  y: (curve.clearance ?? curve.vertical).map((value, k) => (admissible[k] ? value : null)),
+  colour: palette.bifurcations[type],
+  text: `${type}, ${NAMES[type]} of ${motion}, which explains ${curve.pairs} pairs of points`,
 });
 
 export class Curves {
@@ -39,13 +68,24 @@ export class Curves {
     Object.assign(this, { changed, failed, palette, wanted: {} });
   }
 
-  show(machine, { x, y }, all) {
-    const family = JSON.stringify(machine);
-    const omega = around(x);
-    const clearance = around(y);
-    this.#want("grazing-curves", family, requests.curve(machine, { start: omega[0], stop: omega[1], points: POINTS }));
-    if (all) this.#want("bifurcation-curves", family, requests.borders(machine, omega, clearance));
-    else this.#leave("bifurcation-curves");
+  // Of a state of the page; `domains` are those of the parameters.
+  show({ machine, plane, x, y, curves, borders }, domains) {
+    const family = JSON.stringify([machine, plane]);
+    const [across, up] = [around(x, domains.x), around(y, domains.y)];
+    this.#ask("grazing-curves", isUsual(plane), family, () =>
+      requests.curve(machine, { start: across[0], stop: across[1], points: POINTS }),
+    );
+    this.#ask("bifurcation-curves", curves === "all" && leavesGraze(plane), family, () =>
+      requests.curves(machine, plane, across, up),
+    );
+    this.#ask("unfolding-diagrams", borders, family, () =>
+      requests.borders(machine, plane, across, up, BORDER_POINTS),
+    );
+  }
+
+  #ask(process, asked, family, requestOf) {
+    if (asked) this.#want(process, family, requestOf());
+    else this.#leave(process);
   }
 
   #leave(process) {
@@ -101,6 +141,32 @@ export class Curves {
       }
     }
     return [...lines, ...(this.found("bifurcation-curves")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
+  }
+
+  // The borders of the regions, those of one explanation as one line, and the curves that explain them.
+  borders() {
+    const { borders: found, unfolding_map: map } = this.found("unfolding-diagrams") ?? {};
+    if (!found) return [];
+    const [x, y] = [map.omega ?? map.horizontal, map.clearance ?? map.vertical];
+    const label = (row, column) => map.motions[map.motion[row][column]].label;
+    const lines = new Map();
+    found.row.forEach((row, k) => {
+      const column = found.column[k];
+      const upwards = found.along[k] === 0;
+      const [one, other] = [label(row, column), upwards ? label(row + 1, column) : label(row, column + 1)];
+      const why = explained(found, k);
+      const name = `Border between ${[one, other].sort().join(" and ")}: ${why}`;
+      const line = lines.get(name) ?? { x: [], y: [], colour: this.palette.ink, thin: true, text: name };
+      lines.set(name, line);
+      const [beside, along] = upwards ? [y, x] : [x, y];
+      const [place, middle] = upwards ? [row, column] : [column, row];
+      const between = (beside[place] + beside[place + 1]) / 2;
+      const half = (along[1] - along[0]) / 2;
+      const ends = [along[middle] - half, along[middle] + half, along[middle] + half];
+      line[upwards ? "x" : "y"].push(...ends);
+      line[upwards ? "y" : "x"].push(between, between, null);
+    });
+    return [...lines.values(), ...found.curves.map((curve) => borderCurve(curve, this.palette))];
   }
 
   marks() {

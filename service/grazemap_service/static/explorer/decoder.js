@@ -1,5 +1,6 @@
 // The worker that reads maps: an npz file in, the arrays of a tile out, with every motion as its number in a list of
-// labels.
+// labels, and where the steady motion touches a stop.
+import { zeros } from "./contours.js";
 import { arrays } from "./npz.js";
 import { labelOf } from "./labels.js";
 
@@ -16,6 +17,8 @@ const NAMES = [
   "lyapunov",
   "least_impact_velocity",
   "dissipated_power",
+  "margin_right",
+  "margin_left",
 ];
 
 function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
@@ -36,8 +39,12 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
 }
 
 onmessage = async ({ data: { number, buffer } }) => {
-  const { kind, kinds, period, impacts_right, impacts_left, ...rest } = await arrays(buffer, NAMES);
+  const { margin_right, margin_left, ...found } = await arrays(buffer, NAMES);
+  const { kind, kinds, period, impacts_right, impacts_left, ...rest } = found;
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
+  const points = Math.sqrt(kind.length);
+  if (margin_right) tile.graze_right = zeros(margin_right, points);
+  if (margin_left) tile.graze_left = zeros(margin_left, points);
   postMessage(
     { number, tile },
     Object.values(tile)

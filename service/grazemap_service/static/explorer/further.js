@@ -2,6 +2,7 @@
 import { chart, extent } from "./charts.js";
 import { lineOf } from "./curves.js";
 import { byId, element, swatch } from "./dom.js";
+import { parameter } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
@@ -50,39 +51,37 @@ export async function showBasins(panel) {
 }
 
 export async function showBranch(panel) {
-  const {
-    machine,
-    at: [omega],
-    window,
-  } = panel;
-  const [low, high] = window.y;
-  const branch = await panel.compute(
-    "orbit-branches",
-    requests.branch(machine, panel.at, [Math.min(low, panel.at[1]), Math.max(high, panel.at[1])]),
-  );
+  const { machine, at, state } = panel;
+  const [x, y] = state.at;
+  const [low, high] = state.y;
+  const { name, text, quantity, factor } = parameter(state.plane.vertical);
+  const times = factor ? y : 1; // a branch starts where its factor is 1
+  const range = [Math.min(low, y) / times, Math.max(high, y) / times];
+  const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range));
   if (!branch.parameter.length) throw new Error(branch.reason);
+  const values = branch.parameter.map((value) => times * value);
   const speed = branch.velocities.map((all) => Math.abs(all[0] ?? 0));
   const all = branch.parameter.map((_, k) => k);
   const part = (chosen) => ({
-    x: branch.parameter,
+    x: values,
     y: all.map((k) => (chosen(k) || chosen(Math.max(0, k - 1)) ? speed[k] : null)),
   });
   const stable = (k) => branch.stable[k] && branch.admissible[k];
   byId("branch").replaceChildren(
     chart({
-      title: "Branch: speed of the first impact over the clearance",
-      x: extent(branch.parameter),
+      title: `Branch: speed of the first impact over the ${text}`,
+      x: extent(values),
       y: extent(speed),
-      names: { x: `clearance${unitOf(machine, "length")}`, y: `impact speed${unitOf(machine, "velocity")}` },
+      names: { x: `${text}${unitOf(machine, quantity)}`, y: `impact speed${unitOf(machine, "velocity")}` },
       series: [
         { ...part((k) => !stable(k)), kind: "unstable" },
         { ...part(stable), kind: "motion" },
       ],
       dots: branch.special_points.map((point) => ({
-        x: point.parameter,
+        x: times * point.parameter,
         y: Math.abs(point.velocities[0] ?? 0),
         kind: point.type,
-        text: `${point.type} at ${point.parameter}`,
+        text: `${point.type} at ${times * point.parameter}`,
       })),
     }),
     element("p", { textContent: "Dashed: unstable or not admissible." }),
@@ -91,32 +90,32 @@ export async function showBranch(panel) {
       {},
       ...branch.special_points.map((point) =>
         element("li", {
-          textContent: `${point.type} at clearance ${toRead(point.parameter)}${point.admissible ? "" : " (not admissible)"}`,
+          textContent: `${point.type} at ${text} ${toRead(times * point.parameter)}${point.admissible ? "" : " (not admissible)"}`,
         }),
       ),
     ),
   );
-  const ends = extent(branch.parameter, 0);
+  const ends = extent(values, 0);
   const { bifurcations, ink } = panel.colours.palette;
-  const line = { x: [omega, omega], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
+  const line = { x: [x, x], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
   panel.draw(
     "branch",
     [line],
     branch.special_points.map((point) => ({
-      x: omega,
-      y: point.parameter,
+      x,
+      y: times * point.parameter,
       shape: "diamond",
       colour: bifurcations[point.type],
-      text: `${point.type} of the branch, at clearance ${point.parameter}`,
+      text: `${point.type} of the branch, at ${text} ${times * point.parameter}`,
     })),
   );
 }
 
 export async function showCurves(panel) {
-  const { machine, at, window } = panel;
+  const { machine, plane, at, x, y } = panel.state;
   const data = await panel.compute(
     "bifurcation-curves",
-    requests.curvesOf(machine, at, panel.orbit, window.x, window.y),
+    requests.curvesOf(machine, plane, at, panel.orbit, { x, y }),
   );
   const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
   const reason = data.motions?.[0]?.reason;

@@ -91,7 +91,7 @@ export class Gestures {
       return;
     const one = this.plane.value(from);
     const other = this.plane.value(to);
-    const sorted = (a, b) => [Math.max(0, Math.min(a, b)), Math.max(a, b)];
+    const sorted = (a, b) => [Math.min(a, b), Math.max(a, b)];
     this.plane.go({ x: sorted(one.x, other.x), y: sorted(one.y, other.y) }, { now: true });
   }
 

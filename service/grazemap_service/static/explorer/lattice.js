@@ -14,18 +14,19 @@ const binade = (value) => {
 // The smallest exponent whose points double precision separates at values up to `largest`.
 export const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) + Math.log2(POINTS);
 
-// The exponent for which a tile has about TILE_PIXELS pixels, and whether double precision forbids it.
-export function exponentFor([low, high], pixels) {
-  const wanted = Math.round(Math.log2(((high - low) * TILE_PIXELS) / pixels));
+// The exponent for which a tile has about TILE_PIXELS pixels and fits into a domain, and whether double precision
+// forbids it.
+export function exponentFor([low, high], pixels, [least, most]) {
+  const wanted = Math.min(Math.round(Math.log2(((high - low) * TILE_PIXELS) / pixels)), Math.log2(most - least));
   const end = finest(Math.max(Math.abs(low), Math.abs(high)));
   return { exponent: Math.max(wanted, end), ended: wanted < end };
 }
 
-// The numbers of the tiles that an interval meets; only tiles of positive values.
-export function indices([low, high], exponent) {
+// The numbers of the tiles that an interval meets, inside a domain.
+export function indices([low, high], exponent, [least, most]) {
   const size = 2 ** exponent;
-  const first = Math.max(0, Math.floor(low / size));
-  const last = Math.ceil(high / size) - 1;
+  const first = Math.max(Math.ceil(least / size), Math.floor(low / size));
+  const last = Math.min(Math.floor(most / size), Math.ceil(high / size)) - 1;
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => first + k);
 }
 
@@ -47,8 +48,8 @@ export const ancestor = ({ ex, ey, i, j }, levels) => ({
 });
 
 // The tiles of a window, the nearest to `centre` first.
-export function tilesOf({ x, y }, ex, ey, centre) {
-  const tiles = indices(y, ey).flatMap((j) => indices(x, ex).map((i) => ({ ex, ey, i, j })));
+export function tilesOf({ x, y }, ex, ey, centre, domains) {
+  const tiles = indices(y, ey, domains.y).flatMap((j) => indices(x, ex, domains.x).map((i) => ({ ex, ey, i, j })));
   const distance = ({ i, j }) => Math.hypot(i + 0.5 - centre.x / 2 ** ex, j + 0.5 - centre.y / 2 ** ey);
   return tiles.sort((one, other) => distance(one) - distance(other));
 }

@@ -1,4 +1,5 @@
-// The explorer: a page over the plane of forcing frequency and clearance. It is a client of the public API only.
+// The explorer: a page over the plane of forcing frequency and clearance, or of two other parameters. It is a client of the
+// public API only.
 import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves } from "./curves.js";
@@ -11,7 +12,9 @@ import { LAYERS, paint, rangeOf, reading } from "./layers.js";
 import { Legend } from "./legend.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
+import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { Plane } from "./plane.js";
+import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
@@ -23,18 +26,34 @@ import { unitOf } from "./units.js";
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 
 const { paper } = PRESETS;
-const STANDARD = { x: paper.x, y: paper.y, machine: paper.machine, layer: "motion", curves: "grazing", at: null };
+const STANDARD = {
+  x: paper.x,
+  y: paper.y,
+  plane: USUAL,
+  machine: paper.machine,
+  layer: "motion",
+  curves: "grazing",
+  borders: false,
+  at: null,
+};
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let pointer = null; // where the pointer is over the plane
+const GRAZE = Object.fromEntries(
+  ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
+);
 let errorText = "";
 let troubleText = "";
 
-const family = () => JSON.stringify([state.machine, LAYERS[state.layer].observables ?? []]);
-const levels = () => ({ x: exponentFor(state.x, plane.width), y: exponentFor(state.y, plane.height) });
+const family = () => JSON.stringify([state.machine, state.plane, LAYERS[state.layer].observables ?? []]);
+const domains = () => ({ x: parameter(state.plane.horizontal).domain, y: parameter(state.plane.vertical).domain });
+const levels = () => ({
+  x: exponentFor(state.x, plane.width, domains().x),
+  y: exponentFor(state.y, plane.height, domains().y),
+});
 
 function fail(error) {
   errorText = error.message;
@@ -49,17 +68,14 @@ const act = {
   },
   settled: () => remember(),
   pick: (at) => {
-    if (at.x > 0 && at.y > 0) open(rounded(at));
+    if (plane.holds(at)) open(rounded(at));
   },
   point: (at) => {
     pointer = at;
     say();
     orderAgain();
   },
-  home: () => {
-    const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
-    plane.go({ x, y }, { now: true });
-  },
+  home: () => plane.go(first(), { now: true }),
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
     return !across.ended && !up.ended;
@@ -74,25 +90,75 @@ const point = new PointPanel({
     refresh();
   },
 });
+// The window to begin with.
+function first() {
+  if (isUsual(state.plane)) {
+    const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
+    return { x, y };
+  }
+  const about = (name) => intervalAbout(name, valueOf(state.machine, name, place()));
+  return { x: about(state.plane.horizontal), y: about(state.plane.vertical) };
+}
+
 let choosing = null; // the machine that is about to be shown
 const form = new MachineForm({
   chosen: async (chosen, window) => {
     choosing = chosen;
     await overview.show(chosen, state);
     if (choosing !== chosen) return; // another one was chosen meanwhile
-    Object.assign(state, { machine: chosen, at: null });
+    Object.assign(state, { machine: chosen, plane: USUAL, at: null });
+    planeForm.show(state);
     point.clear();
     const isThere = overview.curve === null || overview.meets(state);
     const shown = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: shown.x, y: shown.y }, { now: true });
   },
 });
+const planeForm = new PlaneForm({
+  chosen: (chosen) => {
+    const [omega, clearance] = place();
+    const fixed = (name, value) => (chosen.horizontal === name || chosen.vertical === name ? null : value);
+    const next = {
+      ...chosen,
+      omega: fixed("omega", chosen.omega ?? omega),
+      clearance: fixed("clearance", chosen.clearance ?? clearance),
+    };
+    const kept = { [state.plane.horizontal]: state.x, [state.plane.vertical]: state.y };
+    const interval = (name) => kept[name] ?? intervalAbout(name, valueOf(state.machine, name, [omega, clearance]));
+    Object.assign(state, { plane: next, at: null });
+    planeForm.show(state);
+    point.clear();
+    plane.domains = domains();
+    plane.go({ x: interval(next.horizontal), y: interval(next.vertical) }, { now: true });
+  },
+});
 const legend = new Legend({ colours, changed: () => refresh() });
-const overview = new Overview({ chosen: (window) => plane.go(window, { now: true }) });
+const overview = new Overview({
+  chosen: (window) => {
+    usual();
+    plane.go(window, { now: true });
+  },
+});
+
+// Goes back to the plane of forcing frequency and clearance.
+function usual() {
+  if (isUsual(state.plane)) return;
+  Object.assign(state, { plane: USUAL, at: null });
+  planeForm.show(state);
+  point.clear();
+  plane.domains = domains();
+}
+
+// The forcing frequency and the clearance of the open point, or of the middle of the window.
+function place() {
+  const { x, y } = plane.centre;
+  return placeOf(state.machine, state.plane, state.at ?? [x, y]).at;
+}
 
 // Shows a changed part of the state.
 function change(part) {
   Object.assign(state, part);
+  plane.domains = domains();
   errorText = "";
   ask();
   refresh();
@@ -102,13 +168,14 @@ function ask() {
   const { x: across, y: up } = levels();
   const centre = pointer ?? plane.centre;
   const { observables } = LAYERS[state.layer];
-  const { machine } = state;
+  const { machine, plane: shown } = state;
   tiles.show(
     family(),
-    (omega, clearance, preview) => requests.map(machine, omega, clearance, { preview, observables }),
-    tilesOf(state, across.exponent, up.exponent, centre),
+    (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables }),
+    tilesOf(state, across.exponent, up.exponent, centre, domains()),
+    domains(),
   );
-  curves.show(machine, state, state.curves === "all");
+  curves.show(state, domains());
 }
 
 let ordering = null;
@@ -123,31 +190,35 @@ function remember() {
   tiles.forgive();
   const hash = address.write(state, STANDARD);
   if (hash !== location.hash) history.pushState(null, "", hash);
-  overview.show(state.machine, state);
+  overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
 
 // Shows what the address says.
 function restore() {
   const old = state;
+  pointer = null;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = address.read(location.hash, STANDARD);
   if (differs("machine")) form.show(state.machine);
   byId("layer").value = state.layer;
   byId("curves").checked = state.curves === "all";
+  byId("borders").checked = state.borders;
+  planeForm.show(state);
+  plane.domains = domains();
   plane.view = { x: state.x, y: state.y };
   change({});
   if (!state.at) point.clear();
-  else if (differs("at") || differs("machine")) openPanel();
-  overview.show(state.machine, state);
+  else if (differs("at") || differs("machine") || differs("plane")) openPanel();
+  overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
 
 // A point with the digits that a pixel has.
-function rounded({ x: omega, y: clearance }) {
+function rounded({ x, y }) {
   const digits = (value, [low, high], pixels) =>
-    Math.max(1, Math.min(17, Math.ceil(Math.log10((value / (high - low)) * pixels)) + 1));
+    Math.max(1, Math.min(17, Math.ceil(Math.log10((Math.abs(value) / (high - low)) * pixels)) + 1));
   return [
-    Number(omega.toPrecision(digits(omega, state.x, plane.width))),
-    Number(clearance.toPrecision(digits(clearance, state.y, plane.height))),
+    Number(x.toPrecision(digits(x, state.x, plane.width))),
+    Number(y.toPrecision(digits(y, state.y, plane.height))),
   ];
 }
 
@@ -160,7 +231,7 @@ function open(at) {
 
 function openPanel() {
   byId("point-section").open = true;
-  point.show(state.machine, state.at, { x: state.x, y: state.y });
+  point.show({ ...state });
 }
 
 const seen = () => tiles.within(family(), state);
@@ -182,18 +253,43 @@ function show() {
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
   }
-  const inBrackets = (quantity) => unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)");
+  const named = (name) => {
+    const { text, quantity } = parameter(name);
+    return `${text}${unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)")}`;
+  };
+  const { horizontal, vertical } = state.plane;
   plane.scene = {
     tiles: found,
-    lines: [...curves.lines(), ...ofPoint.lines],
+    lines: [...(isUsual(state.plane) ? [] : grazes(found)), ...curves.lines(), ...curves.borders(), ...ofPoint.lines],
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
-    names: { x: `forcing frequency ω${inBrackets("frequency")}`, y: `clearance${inBrackets("length")}` },
+    names: { x: named(horizontal), y: named(vertical) },
   };
   plane.draw();
   legend.show(state, found, range);
   say(found);
 }
+
+// Where the steady motion touches a stop: of each tile where no finer one is over it.
+function grazes(found) {
+  return ["right", "left"].flatMap((stop) => {
+    const line = { x: [], y: [], colour: palette.ink, text: GRAZE[stop] };
+    found.forEach((tile, number) => {
+      const ends = tile[`graze_${stop}`] ?? [];
+      const finer = found.slice(number + 1);
+      const value = ([low, high], share) => low + share * (high - low);
+      for (let k = 0; k < ends.length; k += 4) {
+        const [left, right] = [value(tile.x, ends[k]), value(tile.x, ends[k + 2])];
+        const [low, high] = [value(tile.y, ends[k + 1]), value(tile.y, ends[k + 3])];
+        if (finer.some(({ x, y }) => within((left + right) / 2, x) && within((low + high) / 2, y))) continue;
+        line.x.push(left, right, null);
+        line.y.push(low, high, null);
+      }
+    });
+    return line.x.length ? [line] : [];
+  });
+}
+const within = (value, [low, high]) => low <= value && value <= high;
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(found = seen()) {
@@ -212,7 +308,13 @@ function say(found = seen()) {
   const at = pointer;
   if (!at) return;
   const width = (interval) => interval[1] - interval[0];
-  const values = `ω = ${toRead(at.x, width(state.x))}${unitOf(state.machine, "frequency")}, clearance ${toRead(at.y, width(state.y))}${unitOf(state.machine, "length")}`;
+  const value = (name, number, interval) => {
+    const { text, quantity } = parameter(name);
+    const said = name === "omega" ? "ω =" : text;
+    return `${said} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
+  };
+  const { horizontal, vertical } = state.plane;
+  const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
   const mark = plane.nearestMark(at) ?? plane.nearestLine(at);
   const here = reading(found, at.x, at.y);
   byId("reading").textContent = mark ? `${values}: ${mark.text}` : here ? `${values}: ${described(here)}` : values;
@@ -255,6 +357,10 @@ byId("curves").addEventListener("change", ({ target }) => {
   change({ curves: target.checked ? "all" : "grazing" });
   remember();
 });
+byId("borders").addEventListener("change", ({ target }) => {
+  change({ borders: target.checked });
+  remember();
+});
 byId("zoom-in").addEventListener("click", () => plane.zoom(2));
 byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
 byId("home").addEventListener("click", act.home);
@@ -275,7 +381,7 @@ offer(() => {
   };
 });
 // The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.
-addEventListener("pagehide", () => tiles.show("", null, []));
+addEventListener("pagehide", () => tiles.show("", null, [], domains()));
 addEventListener("pageshow", ({ persisted }) => {
   if (persisted) change({});
 });

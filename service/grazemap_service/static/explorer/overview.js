@@ -31,7 +31,7 @@ export class Overview {
     if (window) this.chosen(window);
   }
 
-  // Shows the curve of a machine, and the part of it that a window has.
+  // Shows the curve of a machine, and the part of it that a window has; null: the window is of another plane.
   async show(machine, view) {
     const name = JSON.stringify(machine);
     if (name !== this.name) await this.#ask(machine, name);
@@ -66,11 +66,11 @@ export class Overview {
       y: extent(y),
       names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
       series: [{ x, y, kind: "motion" }],
-      bars: view.x.filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
+      bars: (view?.x ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });
     onDrag(drawn, extent(x, 0), (left, right) => this.#choose(left, right));
     byId("overview-chart").replaceChildren(drawn);
-    [from.value, to.value] = view.x.map((value) => toRead(value, view.x[1] - view.x[0]));
+    if (view) [from.value, to.value] = view.x.map((value) => toRead(value, view.x[1] - view.x[0]));
   }
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.

@@ -11,7 +11,7 @@ export class Plane {
 
   // `act` has moved(view), settled(view), pick(point), point(point or null), home() and mayZoomIn().
   constructor(canvas, act) {
-    Object.assign(this, { canvas, act, view: null, scene: {} });
+    Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
     new ResizeObserver(() => {
       this.#resize();
       act.moved(this.view);
@@ -53,6 +53,11 @@ export class Plane {
     return px >= MARGIN.left && px <= MARGIN.left + this.width && py >= MARGIN.top && py <= MARGIN.top + this.height;
   }
 
+  holds({ x, y }) {
+    const within = (value, [least, most]) => least < value && value < most;
+    return within(x, this.domains.x) && within(y, this.domains.y);
+  }
+
   // Shows another window; settles after a while unless another one follows.
   go(view, { now = false } = {}) {
     this.view = view;
@@ -64,21 +69,21 @@ export class Plane {
   }
 
   pan(dx, dy) {
-    const shifted = ([low, high], by) => {
-      const step = Math.max(-low, by * (high - low)); // frequencies and clearances are positive
+    const shifted = ([low, high], by, [least, most]) => {
+      const step = Math.min(Math.max(least - low, by * (high - low)), Math.max(0, most - high));
       return [low + step, high + step];
     };
-    this.go({ x: shifted(this.view.x, dx), y: shifted(this.view.y, dy) });
+    this.go({ x: shifted(this.view.x, dx, this.domains.x), y: shifted(this.view.y, dy, this.domains.y) });
   }
 
   // Zooms so that the point at `centre` stays where it is; a factor above 1 shows less.
   zoom(factor, centre = this.centre) {
     if (factor > 1 && !this.act.mayZoomIn()) return;
-    const about = ([low, high], middle) => [
-      Math.max(0, middle - (middle - low) / factor),
-      middle + (high - middle) / factor,
+    const about = ([low, high], middle, [least, most]) => [
+      Math.max(least, middle - (middle - low) / factor),
+      Math.min(most, middle + (high - middle) / factor),
     ];
-    this.go({ x: about(this.view.x, centre.x), y: about(this.view.y, centre.y) });
+    this.go({ x: about(this.view.x, centre.x, this.domains.x), y: about(this.view.y, centre.y, this.domains.y) });
   }
 
   draw() {
@@ -122,13 +127,20 @@ export class Plane {
     }
   }
 
-  #paintLine(pen, { x, y, colour, dashed }) {
+  #paintLine(pen, { x, y, colour, dashed, thin }) {
     pen.beginPath();
-    x.forEach((value, k) => (y[k] === null ? null : pen.lineTo(this.#px(value), this.#py(y[k]))));
+    let goesOn = false; // a null is a gap
+    x.forEach((value, k) => {
+      if (y[k] === null || value === null) goesOn = false;
+      else {
+        pen[goesOn ? "lineTo" : "moveTo"](this.#px(value), this.#py(y[k]));
+        goesOn = true;
+      }
+    });
     pen.setLineDash(dashed ? [6, 4] : []);
     for (const [width, stroke] of [
-      [4, "#FFFFFF"],
-      [1.75, colour],
+      [thin ? 2.5 : 4, "#FFFFFF"],
+      [thin ? 1 : 1.75, colour],
     ]) {
       pen.lineWidth = width;
       pen.strokeStyle = stroke;
@@ -239,7 +251,7 @@ export class Plane {
     const py = this.#py(point.y);
     return (this.scene.lines ?? []).find(({ x, y }) =>
       x.some((value, k) => {
-        if (!k || y[k] === null || y[k - 1] === null) return false;
+        if (!k || [x[k - 1], value, y[k - 1], y[k]].includes(null)) return false;
         const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
         const length = (bx - ax) ** 2 + (by - ay) ** 2;
         const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;

@@ -5,6 +5,7 @@ import { chart, circle, extent } from "./charts.js";
 import { contactOf, stopsOf } from "./contact.js";
 import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
+import { USUAL, parameter, placeOf } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
@@ -40,10 +41,12 @@ export class PointPanel {
     this.drawn({ lines: all.flatMap((one) => one.lines), marks: all.flatMap((one) => one.marks) });
   }
 
-  async show(machine, at, window) {
+  // Shows the motion at the point of a state of the page; `machine` and `at`, [omega, clearance], are those there.
+  async show(state) {
     this.clear();
     this.#abort = new AbortController();
-    Object.assign(this, { machine, at, window });
+    const { machine, at } = placeOf(state.machine, state.plane, state.at);
+    Object.assign(this, { machine, at, state });
     byId("point").hidden = false;
     byId("no-point").hidden = true;
     byId("basins").replaceChildren();
@@ -52,7 +55,12 @@ export class PointPanel {
     byId("pictures").hidden = true;
     const frequency = unitOf(machine, "frequency");
     const length = unitOf(machine, "length");
-    byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}`;
+    const others = ["horizontal", "vertical"].flatMap((axis, k) => {
+      const { name, text, quantity } = parameter(state.plane[axis]);
+      return Object.hasOwn(USUAL, name) ? [] : [`, ${text} ${state.at[k]}${unitOf(machine, quantity)}`];
+    });
+    byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}${others.join("")}`;
+    byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical).text}`;
     byId("point-name").textContent = "Computing …";
     byId("point-figures").replaceChildren();
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));

@@ -1,6 +1,8 @@
 // Requests of the API about a machine, { oscillator, stops, left, periods }: `stops` is "equal", "right" or "left" (the
 // only stop) or "unequal", where the clearance of the right stop varies and `left` is that of the left one.
 
+import { isUsual } from "./parameters.js";
+
 const oscillatorOf = ({ oscillator }) => (oscillator ? { oscillator } : {});
 
 export function clearance({ stops, left }, value) {
@@ -15,10 +17,26 @@ function fixedClearance({ stops, left }) {
   return stops === "unequal" ? { clearance: { left } } : {};
 }
 
-export const map = (machine, omega, clearances, { preview, observables }) => ({
-  ...oscillatorOf(machine),
-  omega,
-  clearance: clearance(machine, clearances),
+// The name by which a request varies a parameter: a clearance is that of the stop that moves.
+const varied = ({ stops }, name) =>
+  name === "clearance" && stops !== "equal" ? `clearance_${stops === "left" ? "left" : "right"}` : name;
+
+// What a request over ranges of a plane says: those of omega and clearance by their names, others as two axes.
+export function over(machine, plane, across, up) {
+  if (isUsual(plane)) return { ...oscillatorOf(machine), omega: across, clearance: clearance(machine, up) };
+  const { horizontal, vertical } = plane;
+  const varies = (name) => horizontal === name || vertical === name;
+  return {
+    ...oscillatorOf(machine),
+    horizontal: { vary: varied(machine, horizontal), values: across },
+    vertical: { vary: varied(machine, vertical), values: up },
+    ...(!varies("omega") && { omega: plane.omega }),
+    ...(varies("clearance") ? fixedClearance(machine) : { clearance: clearance(machine, plane.clearance) }),
+  };
+}
+
+export const map = (machine, plane, across, up, { preview, observables }) => ({
+  ...over(machine, plane, across, up),
   max_periods: machine.periods,
   ...(preview && { preview }),
   ...(observables && { observables }),
@@ -26,10 +44,16 @@ export const map = (machine, omega, clearances, { preview, observables }) => ({
 
 export const curve = (machine, omega) => ({ ...oscillatorOf(machine), ...fixedClearance(machine), omega });
 
-export const borders = (machine, [left, right], [low, high]) => ({
-  ...oscillatorOf(machine),
-  omega: { start: left, stop: right },
-  clearance: clearance(machine, { start: low, stop: high }),
+const ends = ([start, stop]) => ({ start, stop });
+
+// The bifurcation curves that leave the grazing curve.
+export const curves = (machine, plane, across, up) => over(machine, plane, ends(across), ends(up));
+
+// A map with its borders explained.
+export const borders = (machine, plane, across, up, points) => ({
+  ...over(machine, plane, { ...ends(across), points }, { ...ends(up), points }),
+  max_periods: machine.periods,
+  borders: true,
 });
 
 const at = (machine, [omega, value]) => ({ ...oscillatorOf(machine), omega, clearance: clearance(machine, value) });
@@ -47,24 +71,21 @@ export const orbit = (machine, point) => ({
   observables: ["impact_rate", "peak_impact_speed", "dissipated_power"],
 });
 
-export const branch = (machine, point, [start, stop]) => ({
+export const branch = (machine, point, name, range) => ({
   ...at(machine, point),
   transient_periods: machine.periods,
-  vary: { equal: "clearance", left: "clearance_left" }[machine.stops] ?? "clearance_right",
-  range: { start, stop },
+  vary: varied(machine, name),
+  range: ends(range),
 });
 
-// The curves of the motion of an orbit, in a window that contains the orbit.
-export const curvesOf = (
-  machine,
-  [omega, value],
-  { period, stops, phases, velocities },
-  [left, right],
-  [low, high],
-) => ({
-  ...borders(machine, [left, right], [low, high]),
-  motions: [{ period, stops, phases, velocities, omega, clearance: clearance(machine, value) }],
-});
+// The curves of the motion of an orbit at a point of a plane, in a window that contains it.
+export function curvesOf(machine, plane, [x, y], { period, stops, phases, velocities }, window) {
+  const place = isUsual(plane) ? { omega: x, clearance: clearance(machine, y) } : { horizontal: x, vertical: y };
+  return {
+    ...curves(machine, plane, window.x, window.y),
+    motions: [{ period, stops, phases, velocities, ...place }],
+  };
+}
 
 // Initial displacements and velocities of a mass in a rectangle that leaves the contact between the stops.
 export function basins(machine, point, points) {

@@ -20,7 +20,7 @@ async function copy(text, what) {
 }
 
 const windowRange = ([start, stop]) => ({ start, stop, points: CODE_POINTS });
-const mapRequest = ({ machine, x, y }) => requests.map(machine, windowRange(x), windowRange(y), {});
+const mapRequest = ({ machine, plane, x, y }) => requests.map(machine, plane, windowRange(x), windowRange(y), {});
 
 export function asCurl(state, address) {
   const body = JSON.stringify(mapRequest(state)).replaceAll("'", "'\\''");
@@ -38,44 +38,49 @@ const python = (value) => {
   return JSON.stringify(value);
 };
 
-export function asPython({ machine, x, y }, address) {
+// The ranges and numbers of a request as the SDK takes them.
+function sdkValue(value) {
+  if (Array.isArray(value)) return `(${value.join(", ")})`;
+  if (value?.vary) return `("${value.vary}", ${value.values.join(", ")})`;
+  if (value === null || typeof value !== "object") return python(value);
+  return `{${Object.entries(value)
+    .map(([name, one]) => `"${name}": ${sdkValue(one)}`)
+    .join(", ")}}`;
+}
+
+export function asPython({ machine, plane, x, y }, address) {
   const fields = Object.entries(machine.oscillator ?? {})
     .map(([name, value]) => `${name}=${python(value)}`)
     .join(", ");
-  const pair = ([low, high]) => `(${low}, ${high})`;
-  const clearance = requests.clearance(machine, y);
-  const stops = Array.isArray(clearance)
-    ? pair(clearance)
-    : `{${Object.entries(clearance)
-        .map(([name, value]) => `"${name}": ${Array.isArray(value) ? pair(value) : python(value)}`)
-        .join(", ")}}`;
+  const { oscillator, ...ranges } = requests.over(machine, plane, x, y);
+  const over = Object.entries(ranges).map(([name, value]) => `${name}=${sdkValue(value)}`);
   return `from grazemap import Client, Oscillator
 
 client = Client("${address}")
 machine = Oscillator(${fields})
 umap = client.unfolding_map(
-    machine, omega=${pair(x)}, clearance=${stops}, shape=(${CODE_POINTS}, ${CODE_POINTS}), max_periods=${machine.periods}
+    machine, ${over.join(", ")}, shape=(${CODE_POINTS}, ${CODE_POINTS}), max_periods=${machine.periods}
 )
 umap.plot().figure.savefig("map.png")
 `;
 }
 
 // The points of tiles inside a window, as text with commas.
-export function asCsv(tiles, { x, y }) {
-  const lines = ["omega,clearance,motion,verified,sensitive,lyapunov,least_impact_velocity"];
+export function asCsv(tiles, { plane, x, y }) {
+  const lines = [`${plane.horizontal},${plane.vertical},motion,verified,sensitive,lyapunov,least_impact_velocity`];
   for (const tile of tiles) {
     const n = tile.points;
     const width = (tile.x[1] - tile.x[0]) / n;
     const height = (tile.y[1] - tile.y[0]) / n;
     for (let k = 0; k < n * n; k++) {
-      const omega = tile.x[0] + ((k % n) + 0.5) * width;
-      const clearance = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
-      if (omega < x[0] || omega > x[1] || clearance < y[0] || clearance > y[1]) continue;
+      const across = tile.x[0] + ((k % n) + 0.5) * width;
+      const up = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
+      if (across < x[0] || across > x[1] || up < y[0] || up > y[1]) continue;
       const values = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
         array && Number.isFinite(array[k]) ? array[k] : "",
       );
       lines.push(
-        [omega, clearance, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","),
+        [across, up, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","),
       );
     }
   }

@@ -10,6 +10,8 @@ const AT_ONCE = 4; // as browsers open six connections to a host
 const KEPT = 150;
 const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
 
+const isInside = ([low, high], [least, most]) => least <= low && high <= most;
+
 export class Tiles {
   #decoder = new Worker(new URL("decoder.js", import.meta.url), { type: "module" });
   #decoding = new Map();
@@ -19,7 +21,7 @@ export class Tiles {
   #failed = new Set();
   #kept = new Map(); // name -> tile, the last used at the end
 
-  // `requestOf(omega, clearance, options)` is the request of a map; `changed` is called when something has come or
+  // `requestOf(across, up, preview)` is the request of a map over two ranges; `changed` is called when something has come or
   // failed, `failed` with the error.
   constructor({ changed, failed }) {
     Object.assign(this, { changed, failed });
@@ -37,15 +39,19 @@ export class Tiles {
     });
   }
 
-  // Tells what the view shows. Names tell the requests of one family of maps from those of others.
-  show(family, requestOf, tiles) {
+  // Tells what the view shows. Names tell the requests of one family of maps from those of others; no tile reaches beyond
+  // the domains of the parameters.
+  show(family, requestOf, tiles, domains) {
     const steps = [];
     const step = (tile, points, preview) => {
       const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
       if (!steps.some((other) => other.name === name)) steps.push({ name, family, tile, points, preview, requestOf });
     };
     const unseen = (levels) => tiles.filter((tile) => !this.#covered(family, tile, levels));
-    unseen(GLANCE_LEVELS).forEach((tile) => step(ancestor(tile, PREVIEW_LEVELS), PREVIEW_POINTS, true));
+    unseen(GLANCE_LEVELS)
+      .map((tile) => ancestor(tile, PREVIEW_LEVELS))
+      .filter(({ ex, ey, i, j }) => isInside(bounds(i, ex), domains.x) && isInside(bounds(j, ey), domains.y))
+      .forEach((tile) => step(tile, PREVIEW_POINTS, true));
     unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
     tiles.forEach((tile) => step(tile, POINTS, false));
     this.#wanted = steps;

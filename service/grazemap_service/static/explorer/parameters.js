@@ -1,0 +1,118 @@
+// The parameters that the axes of a plane may be, and the machine at a point of a plane. A plane is
+// { horizontal, vertical, omega, clearance }: the names of two parameters, and the values of those two where they are
+// not axes.
+
+export const USUAL = { horizontal: "omega", vertical: "clearance", omega: null, clearance: null };
+export const isUsual = ({ horizontal, vertical }) => horizontal === "omega" && vertical === "clearance";
+
+// What the service takes for an oscillator that is not described: the example of the paper.
+export const EXAMPLE = {
+  masses: [1, 10, 10],
+  stiffnesses: [1, 5, 5],
+  damping: 0.05,
+  forcing: [1, 0, 0],
+  restitution: 0.8,
+};
+const oscillatorOf = ({ oscillator }) => oscillator ?? EXAMPLE;
+
+const SINGLE = {
+  omega: { text: "forcing frequency ω", quantity: "frequency" },
+  clearance: { text: "clearance", quantity: "length" },
+  restitution: { text: "restitution", domain: [0, 1] },
+  forcing: { text: "factor of the forces", factor: true },
+  damping: { text: "factor of the damping", factor: true },
+  bias: { text: "factor of the bias", factor: true, domain: [-Infinity, Infinity] },
+};
+const LISTED = {
+  masses: { text: "mass", quantity: "mass" },
+  stiffnesses: { text: "stiffness", quantity: "stiffness" },
+};
+const POSITIVE = [0, Infinity];
+const WIDE = 0.25; // of a value, to each side of it, in a window to begin with
+
+const listed = (name) => /^(\w+)\[(\d+)\]$/.exec(name);
+
+// A parameter: { name, text, quantity, domain, factor }; null if no machine has one of this name.
+export function parameter(name) {
+  const [, list, number] = listed(name) ?? [];
+  if (Object.hasOwn(LISTED, list ?? "")) return { ...LISTED[list], name, text: `${LISTED[list].text} ${number}`, domain: POSITIVE };
+  return Object.hasOwn(SINGLE, name) ? { domain: POSITIVE, ...SINGLE[name], name } : null;
+}
+
+// The names of the parameters of a machine.
+export function namesOf(machine) {
+  const oscillator = oscillatorOf(machine);
+  const single = Object.keys(SINGLE).filter((name) => name !== "bias" || oscillator.bias?.some(Boolean));
+  const lists = Object.keys(LISTED).filter((list) => Array.isArray(oscillator[list]));
+  return [...single, ...lists.flatMap((list) => oscillator[list].map((_, k) => `${list}[${k + 1}]`))];
+}
+
+const scaled = (value, by) => {
+  if (typeof value === "number") return by * value;
+  return Array.isArray(value) ? value.map((one) => scaled(one, by)) : value;
+};
+const scaledFields = (value, names, by) =>
+  Object.fromEntries(Object.entries(value).map(([name, one]) => [name, names.includes(name) ? scaled(one, by) : one]));
+
+// A force, or a list of them, times a factor.
+function scaledForcing(forcing, by) {
+  if (Array.isArray(forcing) && typeof forcing[0] === "object") return forcing.map((one) => scaledForcing(one, by));
+  return Array.isArray(forcing) ? scaled(forcing, by) : scaledFields(forcing, ["amplitude"], by);
+}
+
+// A damping as an oscillator or its matrices have it, times a factor.
+const scaledDamping = (damping, by) =>
+  typeof damping === "object" && !Array.isArray(damping)
+    ? scaledFields(damping, ["modal", "rayleigh"], by)
+    : scaled(damping, by);
+
+// An oscillator with a parameter at a value; factors are those of what it has.
+function withParameter(oscillator, name, value) {
+  const [, list, number] = listed(name) ?? [];
+  if (list) return { ...oscillator, [list]: oscillator[list].with(number - 1, value) };
+  if (name === "restitution") return { ...oscillator, restitution: value };
+  if (name === "bias") return { ...oscillator, bias: scaled(oscillator.bias, value) };
+  if (name === "damping" && oscillator.matrices)
+    return {
+      ...oscillator,
+      matrices: { ...oscillator.matrices, damping: scaledDamping(oscillator.matrices.damping, value) },
+    };
+  if (name === "damping") {
+    const { damping = EXAMPLE.damping } = oscillator;
+    return { ...oscillator, damping: scaledDamping(damping, value) };
+  }
+  const { base, forcing = base ? null : oscillator.masses.map((_, k) => Number(k === 0)) } = oscillator;
+  return {
+    ...oscillator,
+    ...(forcing && { forcing: scaledForcing(forcing, value) }),
+    ...(base && { base: scaledFields(base, ["amplitude"], value) }),
+  };
+}
+
+// The machine at a point [x, y] of a plane, and [omega, clearance] there.
+export function placeOf(machine, plane, [x, y]) {
+  const values = { omega: plane.omega, clearance: plane.clearance, [plane.horizontal]: x, [plane.vertical]: y };
+  const others = [plane.horizontal, plane.vertical].filter((name) => name !== "omega" && name !== "clearance");
+  const changed = others.reduce((found, name) => withParameter(found, name, values[name]), oscillatorOf(machine));
+  return {
+    machine: others.length ? { ...machine, oscillator: changed } : machine,
+    at: [values.omega, values.clearance],
+  };
+}
+
+// The value of a parameter of a machine; 1 of a factor.
+export function valueOf(machine, name, [omega, clearance]) {
+  const oscillator = oscillatorOf(machine);
+  const [, list, number] = listed(name) ?? [];
+  if (list) return oscillator[list][number - 1];
+  const { restitution = EXAMPLE.restitution } = oscillator;
+  const among = { omega, clearance, restitution: restitution.right ?? restitution };
+  return among[name] ?? 1;
+}
+
+// The values of a parameter to begin with.
+export function intervalAbout(name, value) {
+  const { domain } = parameter(name);
+  const reach = WIDE * (domain[1] === 1 ? 1 : Math.abs(value));
+  return [Math.max(domain[0], value - reach), Math.min(domain[1], value + reach)];
+}

@@ -1,0 +1,38 @@
+// The choice of the plane: its two parameters, and where the forcing frequency and the clearance are if they are not axes.
+import { byId, element } from "./dom.js";
+import { namesOf, parameter } from "./parameters.js";
+
+const AXES = ["horizontal", "vertical"];
+const FIXED = ["omega", "clearance"];
+
+export class PlaneForm {
+  // `chosen({ horizontal, vertical, omega, clearance })` is called with a plane; null where a number is not given.
+  constructor({ chosen }) {
+    this.form = byId("plane-form");
+    this.form.addEventListener("submit", (event) => event.preventDefault());
+    this.form.addEventListener("change", ({ target }) => {
+      const { plane } = this;
+      const fields = this.form.elements;
+      const next = Object.fromEntries(AXES.map((axis) => [axis, fields[axis].value]));
+      // the axes change places where one is given the parameter of the other
+      if (next.horizontal === next.vertical)
+        Object.assign(next, { horizontal: plane.vertical, vertical: plane.horizontal });
+      const number = (name) => (target.name === name && Number(target.value)) || plane[name];
+      chosen({ ...next, omega: number("omega"), clearance: number("clearance") });
+    });
+  }
+
+  show({ machine, plane }) {
+    this.plane = plane;
+    const names = namesOf(machine);
+    for (const axis of AXES) {
+      const options = names.map((name) => element("option", { value: name, textContent: parameter(name).text }));
+      this.form.elements[axis].replaceChildren(...options);
+      this.form.elements[axis].value = plane[axis];
+    }
+    for (const name of FIXED) {
+      byId(`fixed-${name}`).hidden = plane[name] === null;
+      this.form.elements[name].value = plane[name] ?? "";
+    }
+  }
+}

@@ -1,0 +1,165 @@
+"""Planes of other parameters than omega and clearance, and explained borders, in the explorer."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import httpx2
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+from test_explorer import BOTTOM, LEFT, RIGHT, TOP, WAIT, show
+from watched_page import Watched
+
+from grazemap import Client
+from grazemap.wire import Oscillator
+from grazemap.wire.planes import with_parameter
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+OVER_RESTITUTION = "horizontal=omega&vertical=restitution&omega=0.265625..0.28125&restitution=0.5..0.75&clearance=1.88"
+OVER_FORCES = "horizontal=omega&vertical=forcing&omega=0.28125..0.296875&forcing=0.75..1&clearance=1.8"
+BESIDE_BORDERS = "omega=0.2734375..0.27734375&clearance=1.8125..1.84375"
+
+
+def spot(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a point of the plane is on the page."""
+    box, said = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
+    assert box is not None
+    names = said.get("horizontal", ["omega"])[0], said.get("vertical", ["clearance"])[0]
+    (left, right), (low, high) = ([float(end) for end in said[name][0].split("..")] for name in names)
+    return (
+        box["x"] + LEFT + (x - left) / (right - left) * (box["width"] - LEFT - RIGHT),
+        box["y"] + TOP + (high - y) / (high - low) * (box["height"] - TOP - BOTTOM),
+    )
+
+
+def point_at(page: Page, x: float, y: float) -> str:
+    """Point at the plane, and return what the page says of it."""
+    page.mouse.move(*spot(page, x, y))
+    return page.locator("#reading").text_content() or ""
+
+
+def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve(watched: Watched, url: str) -> None:
+    page = show(watched, url, OVER_RESTITUTION)
+    request = next(one for one in watched.posted("unfolding-maps") if "preview" not in one)
+    assert (request["horizontal"]["vary"], request["vertical"]["vary"]) == ("omega", "restitution")
+    assert request["clearance"] == 1.88
+    assert "omega" not in request
+    omega, restitution = [0.268, 0.27, 0.28], [0.55, 0.6, 0.7]
+    asked = {
+        "horizontal": {"vary": "omega", "values": omega},
+        "vertical": {"vary": "restitution", "values": restitution},
+        "clearance": 1.88,
+        "max_periods": 400,
+    }
+    wait = {"Prefer": "wait=20, return=representation"}
+    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=wait).json()
+    for row, column in np.ndindex(3, 3):
+        label = umap["motions"][umap["motion"][row][column]]["label"]
+        assert f": {label};" in point_at(page, omega[column], restitution[row])
+    asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
+    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=wait).json()
+    touching = np.interp(1.88, curve["clearance"], curve["omega"])
+    assert "Grazing curve: on it the steady motion just touches the right stop" in point_at(page, touching, 0.6)
+
+
+def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watched, url: str) -> None:
+    page = show(watched, url, OVER_FORCES)
+    page.mouse.click(*spot(page, 0.29, 0.95))
+    expect(page.locator("#point-name")).to_have_text(re.compile(r"^\d"), timeout=WAIT)
+    expect(page.locator("#point-place")).to_contain_text("factor of the forces")
+    omega, factor = (float(part) for part in parse_qs(urlsplit(page.url).fragment)["at"][0].split(","))
+    (trajectory,) = watched.posted("trajectories")
+    assert (trajectory["omega"], trajectory["clearance"]) == (omega, 1.8)
+    assert trajectory["oscillator"]["forcing"] == [factor, 0, 0]
+    label = page.locator("#point-name").text_content()
+    assert f": {label};" in point_at(page, omega, factor)
+    expect(page.locator("#ask-branch")).to_have_text("Follow the branch over the factor of the forces")
+    page.locator("#ask-branch").click()
+    expect(page.locator("#branch")).to_contain_text("at factor of the forces", timeout=WAIT)
+    branch = watched.posted("orbit-branches")[0]
+    assert branch["vary"] == "forcing"
+    assert branch["range"]["start"] * factor == pytest.approx(0.75)
+
+
+def test_the_parameters_are_chosen_in_the_form_and_the_history_goes_back(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.25..0.28125&clearance=2..2.25")
+    form = page.locator("#plane-form")
+    form.locator("[name=vertical]").select_option("masses[3]")
+    expect(page).to_have_url(re.compile(r"vertical=masses%5B3%5D.*masses%5B3%5D=7.5..12.5&clearance=2.125$"))
+    expect(form.locator("[name=clearance]")).to_have_value("2.125")
+    form.locator("[name=clearance]").fill("2.25")
+    form.locator("[name=clearance]").press("Enter")
+    expect(page).to_have_url(re.compile("clearance=2.25$"))
+    form.locator("[name=horizontal]").select_option("masses[3]")  # the axes change places
+    expect(page).to_have_url(
+        re.compile(r"horizontal=masses%5B3%5D&vertical=omega&masses%5B3%5D=7.5..12.5&omega=0.25..")
+    )
+    for _ in range(3):
+        page.go_back()
+    expect(page).to_have_url(re.compile(r"#omega=0.25..0.28125&clearance=2..2.25$"))
+    expect(form.locator("[name=vertical]")).to_have_value("clearance")
+
+
+CHAIN = {"masses": [1, 2], "stiffnesses": [3, 4], "damping": [0.1, 0.2], "forcing": [1, 0], "bias": [0.5, 0]}
+DENSE = {
+    "matrices": {"mass": [[1, 0], [0, 2]], "stiffness": [[3, -1], [-1, 4]], "damping": {"modal": 0.05}},
+    "contact": [1, 2],
+    "forcing": {"amplitude": [1, 0], "law": "unbalance"},
+}
+SHAKEN = {"masses": [1], "stiffnesses": [2], "damping": 0.1, "base": {"amplitude": 0.5, "stops_move": True}}
+AT: list[tuple[dict[str, Any], str, float]] = [
+    (CHAIN, "restitution", 0.6),
+    (CHAIN, "forcing", 2.0),
+    (CHAIN, "bias", 2.0),
+    (CHAIN, "damping", 2.0),
+    (CHAIN, "stiffnesses[2]", 5.0),
+    (DENSE, "damping", 2.0),
+    (DENSE, "forcing", 2.0),
+    (SHAKEN, "forcing", 2.0),
+]
+
+
+def test_the_machine_at_a_point_is_that_of_the_api(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.25..0.28125&clearance=2..2.25", wait=False)
+    at = """async ([oscillator, name, value]) => {
+        const { placeOf } = await import("/static/explorer/parameters.js");
+        const plane = { horizontal: "omega", vertical: name, omega: null, clearance: 1 };
+        return placeOf({ oscillator, stops: "equal" }, plane, [2, value]).machine.oscillator;
+    }"""
+    for oscillator, name, value in AT:
+        found = Oscillator(**page.evaluate(at, [oscillator, name, value]))
+        assert found == with_parameter(Oscillator(**oscillator), name, value), name
+        assert found != Oscillator(**oscillator), name
+    default = page.evaluate(at, [None, "damping", 1.0])
+    assert Oscillator(**default) == Oscillator()
+
+
+def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
+    page = show(small, url, BESIDE_BORDERS)
+    page.locator("#borders").check()
+    expect(page).to_have_url(re.compile("borders=explained"))
+    with page.expect_response(lambda one: "unfolding-diagrams" in one.url or "/result" in one.url, timeout=WAIT):
+        pass
+    (request,) = small.posted("unfolding-diagrams")
+    assert request["borders"] is True
+    jobs = httpx2.get(f"{url}/v1/jobs?process=unfolding-diagrams&limit=1").json()["jobs"]
+    with Client(url) as client:
+        diagram = client.job(jobs[0]["id"]).wait().result()
+    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles verified"), timeout=WAIT)
+    umap, borders = diagram.unfolding_map, diagram.borders
+    labels, (rows, columns) = umap.labels(), borders.others()
+    (left, right), (low, high) = (0.2734375, 0.27734375), (1.8125, 1.84375)
+    told = 0
+    for k in range(0, len(borders), max(1, len(borders) // 20)):
+        ends = (borders.row[k], borders.column[k]), (rows[k], columns[k])
+        x, y = (
+            sum(float(axis[end[part]]) for end in ends) / 2 for axis, part in ((umap.omega, 1), (umap.clearance, 0))
+        )
+        if left < x < right and low < y < high:
+            first, second = sorted(str(labels[end]) for end in ends)
+            told += f"Border between {first} and {second}: " in point_at(page, x, y)
+    assert told > 3
