@@ -33,7 +33,7 @@ VECTOR = ("lanes", "multi_impact_cell")
 def interpret_all_but(modules: tuple[str, ...]) -> None:
     """Put the Python functions back in place of compiled kernels, wherever they were imported, but for some modules."""
     names = [info.name for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")]
-    for module in [importlib.import_module(name) for name in names]:
+    for module in [importlib.import_module(name) for name in (*names, "benchmarks.ensemble")]:
         for name, kernel in list(vars(module).items()):
             function = getattr(kernel, "py_func", None)
             if function is not None and function.__module__.rsplit(".", 1)[-1] not in modules:
@@ -42,7 +42,6 @@ def interpret_all_but(modules: tuple[str, ...]) -> None:
 
 def compute(size: str) -> dict[str, np.ndarray]:
     """Return every array by name."""
-    sys.path.insert(0, str(Path(__file__).parents[1]))
     from benchmarks.ensemble import first_impacts
     from grazemap_core.maps.planes import Plane
     from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -69,6 +68,7 @@ def compute(size: str) -> dict[str, np.ndarray]:
 
 def main(path: str, size: str, vector_only: bool) -> None:
     """Compute, and write every array."""
+    sys.path.insert(0, str(Path(__file__).parents[1]))
     if vector_only:
         interpret_all_but(VECTOR)
     # interpreted kernels warn where compiled ones go on with an infinity or NaN that nothing reads

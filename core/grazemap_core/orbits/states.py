@@ -10,6 +10,7 @@ from scipy.linalg.lapack import dggev
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.errors import ConditioningError
 from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.kernels.block_flow import block_flow
@@ -124,16 +125,18 @@ def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
 
     Raises
     ------
-    ValueError
-        A number overflowed.
+    ConditioningError
+        A number overflowed, or the iteration does not converge.
     """
     if not np.isfinite(left).all():
-        raise ValueError("the equations of the orbit overflow")
+        raise ConditioningError("the equations of an orbit overflow, so its multipliers are not known")
     space = int(dggev(left, right, lwork=-1)[-2][0])
-    real, imaginary, below, _, _, _, status = dggev(left, right, compute_vl=0, compute_vr=0, lwork=space)
-    if status != 0:
-        raise np.linalg.LinAlgError(f"dggev: {status}")
-    return real + 1j * imaginary, below.astype(np.complex128)
+    # the iteration may fail for a pencil and converge for its transpose, which has the same eigenvalues
+    for one, other in ((left, right), (left.T, right.T)):
+        real, imaginary, below, _, _, _, status = dggev(one, other, compute_vl=0, compute_vr=0, lwork=space)
+        if status == 0:
+            return real + 1j * imaginary, below.astype(np.complex128)
+    raise ConditioningError("the multipliers of an orbit could not be computed: the iteration does not converge")
 
 
 def with_unseen(family: OrbitFamily, omega: float, multipliers: Complexes) -> Complexes:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
@@ -20,11 +18,10 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     values = grid_values(request.range)
     each = request.transient_periods + request.periods
     samples = Samples.of(request.line)
-    costs = len(values) * samples.mean_cost()
+    costs = len(values) * samples.mean_cost(lanes=False)
     watched = each + rates.DIAGRAM_SETTLING_PERIODS
-    alone = 4.0 * math.sqrt(rates.FULL_COLUMN) / rates.MAP_PERIODS_PER_SECOND  # and with the growth of changes
     settling = samples.settling(watched)
-    seconds = costs * (each / rates.PERIODS_PER_SECOND + settling.periods * alone)
+    seconds = costs * (each + rates.GROWTH_SLOWER * settling.periods) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
     orbit = samples.orbit_seconds(watched)
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)

@@ -172,10 +172,10 @@ class Samples:
         names, values = [axis.vary for axis in axes], [_some(axis.values) for axis in axes]
         return cls(varied.parameters, (dict(zip(names, point, strict=True)) for point in itertools.product(*values)))
 
-    def mean_cost(self) -> float:
-        """Return the mean cost of a forcing period in lanes."""
+    def mean_cost(self, *, lanes: bool = True) -> float:
+        """Return the mean cost of a forcing period, in the lanes of maps or of a single trajectory."""
         costs = [
-            period_costs(oscillator, omega, distance, lanes=True, single=single)
+            period_costs(oscillator, omega, distance, lanes=lanes, single=single)
             for oscillator, omega, distance, single in self._groups
         ]
         return float(np.concatenate(costs).mean())
@@ -298,7 +298,7 @@ def observed_seconds(
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
     """Return the seconds for a point of the branch of an orbit with this number of impacts."""
-    return rates.BRANCH_SECONDS * (1.0 + impacts / rates.BRANCH_IMPACTS) * oscillator.size
+    return rates.BRANCH_SECONDS * (1.0 + impacts / rates.BRANCH_IMPACTS) * math.sqrt(oscillator.size)
 
 
 def _largest_restitution(oscillator: Oscillator) -> float:

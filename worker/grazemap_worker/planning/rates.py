@@ -131,6 +131,8 @@ OVERSHOOT_SECONDS = 4.0e-3
 OVERSHOOT_MASS_SECONDS = 1.0e-4
 # Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle.
 DIAGRAM_SETTLING_PERIODS = 500
+# How much more a forcing period takes with the growth of small changes.
+GROWTH_SLOWER = 2.0
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; their maximum is 12,000.
 SEARCH_PERIODS = 150.0
 # One frequency of the bifurcation curves in closed form, for each period up to the longest, and the same per mass.
@@ -139,8 +141,9 @@ CURVE_POINT_MASS_SECONDS = 2.0e-5
 # The same for motions with one impact on one stop whose curves are explicit in the phase, for each harmonic.
 EXPLICIT_POINT_SECONDS = 8.0e-4
 EXPLICIT_POINT_MASS_SECONDS = 1.0e-4
-# One point of a branch, per mass, for few impacts; the time grows with their number over BRANCH_IMPACTS.
-BRANCH_SECONDS = 4.0e-4
+# One point of a branch, per square root of the masses, for few impacts; the time grows with their number over
+# BRANCH_IMPACTS.
+BRANCH_SECONDS = 6.0e-4
 BRANCH_IMPACTS = 16.0
 # Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
 # all curves of a motion together.

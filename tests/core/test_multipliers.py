@@ -1,0 +1,52 @@
+"""Multipliers of orbits as eigenvalues of pencils."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from grazemap_core.errors import ConditioningError
+from grazemap_core.orbits import states
+
+
+def pencil() -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(5)
+    return random.normal(size=(7, 7)), np.diag([1.0] * 5 + [0.0] * 2)
+
+
+def test_an_iteration_that_fails_is_done_on_the_transpose(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, right = pencil()
+    tried = []
+
+    def failing(one: np.ndarray, other: np.ndarray, **options: Any) -> Any:
+        found = scipy.linalg.lapack.dggev(one, other, **options)
+        if options["lwork"] == -1:
+            return found
+        tried.append(np.array_equal(one, left.T))
+        return found if tried[-1] else (*found[:-1], len(one))
+
+    monkeypatch.setattr(states, "dggev", failing)
+    above, below = states._eigenvalues(left, right)
+    assert tried == [False, True]
+    finite = np.abs(below) > 1e-9 * np.abs(above)
+    expected = scipy.linalg.eigvals(left, right)
+    expected = expected[np.isfinite(expected)]
+    assert np.count_nonzero(finite) == len(expected) == 5
+    np.testing.assert_allclose(np.sort_complex(above[finite] / below[finite]), np.sort_complex(expected), rtol=1e-9)
+
+
+def test_what_cannot_be_computed_is_an_error_that_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, right = pencil()
+    with pytest.raises(ConditioningError, match="overflow"):
+        states._eigenvalues(np.full_like(left, np.inf), right)
+
+    def failing(one: np.ndarray, other: np.ndarray, **options: Any) -> Any:
+        found = scipy.linalg.lapack.dggev(one, other, **options)
+        return found if options["lwork"] == -1 else (*found[:-1], 1)
+
+    monkeypatch.setattr(states, "dggev", failing)
+    with pytest.raises(ConditioningError, match="does not converge"):
+        states._eigenvalues(left, right)
