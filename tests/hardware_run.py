@@ -27,7 +27,7 @@ SIZES = {
     "small": ([0.29], 60, 2),
     "full": ([0.27, 0.28, 0.29], 400, 40),
 }
-VECTOR = ("lanes", "multi_impact_cell")
+VECTOR = ("lanes", "multi_impact_cell", "compiled")
 
 
 def interpret_all_but(modules: tuple[str, ...]) -> None:

@@ -158,13 +158,12 @@ export class Curves {
       const name = `Border between ${[one, other].sort().join(" and ")}: ${why}`;
       const line = lines.get(name) ?? { x: [], y: [], colour: this.palette.ink, thin: true, text: name };
       lines.set(name, line);
-      const [beside, along] = upwards ? [y, x] : [x, y];
-      const [place, middle] = upwards ? [row, column] : [column, row];
-      const between = (beside[place] + beside[place + 1]) / 2;
-      const half = (along[1] - along[0]) / 2;
-      const ends = [along[middle] - half, along[middle] + half, along[middle] + half];
-      line[upwards ? "x" : "y"].push(...ends);
-      line[upwards ? "y" : "x"].push(between, between, null);
+      const between = (axis, number) => (axis[number] + axis[number + 1]) / 2;
+      const beside = (axis, number) => [-1, 1].map((side) => axis[number] + (side * (axis[1] - axis[0])) / 2);
+      const xs = upwards ? beside(x, column) : [between(x, column), between(x, column)];
+      const ys = upwards ? [between(y, row), between(y, row)] : beside(y, row);
+      line.x.push(...xs, null);
+      line.y.push(...ys, null);
     });
     return [...lines.values(), ...found.curves.map((curve) => borderCurve(curve, this.palette))];
   }

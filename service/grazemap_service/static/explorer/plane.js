@@ -131,7 +131,7 @@ export class Plane {
     pen.beginPath();
     let goesOn = false; // a null is a gap
     x.forEach((value, k) => {
-      if (y[k] === null || value === null) goesOn = false;
+      if (y[k] === null) goesOn = false;
       else {
         pen[goesOn ? "lineTo" : "moveTo"](this.#px(value), this.#py(y[k]));
         goesOn = true;
@@ -251,7 +251,7 @@ export class Plane {
     const py = this.#py(point.y);
     return (this.scene.lines ?? []).find(({ x, y }) =>
       x.some((value, k) => {
-        if (!k || [x[k - 1], value, y[k - 1], y[k]].includes(null)) return false;
+        if (!k || y[k] === null || y[k - 1] === null) return false;
         const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
         const length = (bx - ax) ** 2 + (by - ay) ** 2;
         const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;
