@@ -105,6 +105,9 @@ def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> Non
     expect(page.locator("#reading")).to_contain_text(f"Recurrence point of order {order['order']}")
     page.get_by_label("bifurcation curves").check()
     expect(page).to_have_url(re.compile("curves=all"))
+    page.get_by_label("bifurcation curves").uncheck()
+    page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
+    expect(page.locator("#reading")).to_contain_text("Grazing curve")  # it stays
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
