@@ -9,16 +9,14 @@ import json
 import re
 import subprocess
 import sys
-import time
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
-from verified_points import DEFAULT, EQUAL, Point, impacts_in_fifty_digits, verdict
+from explorer_page import ALSO_HARD, HARD, LEFT, QUICK, USUAL, WAIT, ended, maps, place, show, verified, window
+from playwright.sync_api import expect
 from watched_page import Watched
 
 import grazemap_service
@@ -28,68 +26,6 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 STATIC = Path(grazemap_service.__file__).parent / "static"
 MOST_BYTES = 400_000
-# Above the grazing curve, where every tile takes a moment; the default window; one where tiles take seconds.
-QUICK = "omega=0.25..0.28125&clearance=2..2.25"
-USUAL = "omega=0.25..0.3125&clearance=1.25..2"
-HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
-ALSO_HARD = "omega=0.296875..0.3125&clearance=1.25..1.375"
-LEFT, RIGHT, TOP, BOTTOM = 66, 12, 10, 42  # margins of the plane in its canvas
-WAIT = 120_000
-FOUND = (
-    "period",
-    "impacts_right",
-    "impacts_left",
-    "symmetric",
-    "settled_after",
-    "least_impact_velocity",
-    "multiplier",
-)
-
-
-def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
-    """Open a window of the plane, and wait for its verified tiles."""
-    watched.page.goto(f"{url}/#{state}")
-    if wait:
-        verified(watched.page)
-    return watched.page
-
-
-def verified(page: Page) -> None:
-    """Wait for the verified tiles of the window."""
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles verified"), timeout=WAIT)
-
-
-def window(page: Page) -> tuple[list[float], list[float]]:
-    """Return the window that the address says."""
-    omega, clearance = re.search(r"omega=([^&]*)&clearance=([^&]*)", page.url).groups()  # type: ignore[union-attr]
-    return [float(end) for end in omega.split("..")], [float(end) for end in clearance.split("..")]
-
-
-def place(page: Page, omega: float, clearance: float) -> tuple[float, float]:
-    """Return where a point of the plane is on the page."""
-    box = page.locator("#plane").bounding_box()
-    assert box is not None
-    (left, right), (low, high) = window(page)
-    across, up = (omega - left) / (right - left), (high - clearance) / (high - low)
-    return (
-        box["x"] + LEFT + across * (box["width"] - LEFT - RIGHT),
-        box["y"] + TOP + up * (box["height"] - TOP - BOTTOM),
-    )
-
-
-def maps(url: str) -> list[dict[str, Any]]:
-    """Return the jobs of maps, newest first."""
-    jobs: list[dict[str, Any]] = httpx2.get(f"{url}/v1/jobs?process=unfolding-maps&limit=500").json()["jobs"]
-    return jobs
-
-
-def ended(url: str, job: str) -> str:
-    """Wait for the end of a job, and return its status."""
-    deadline = time.monotonic() + 30
-    while (status := httpx2.get(f"{url}/v1/jobs/{job}").json()["status"]) in {"accepted", "running"}:
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
-    return str(status)
 
 
 def test_the_page_is_small() -> None:
@@ -169,6 +105,9 @@ def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> Non
     expect(page.locator("#reading")).to_contain_text(f"Recurrence point of order {order['order']}")
     page.get_by_label("bifurcation curves").check()
     expect(page).to_have_url(re.compile("curves=all"))
+    page.get_by_label("bifurcation curves").uncheck()
+    page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
+    expect(page.locator("#reading")).to_contain_text("Grazing curve")  # it stays
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
@@ -229,22 +168,6 @@ def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watch
     httpx2.delete(f"{url}/v1/jobs/{kept}?for=all")
 
 
-def test_pages_share_tiles(small: Watched, browser: Browser, url: str) -> None:
-    view = "omega=0.28125..0.3125&clearance=3..3.25"
-    before = len(maps(url))
-    contexts = [browser.new_context(viewport={"width": 900, "height": 480}) for _ in range(3)]
-    others = [Watched(context.new_page()) for context in contexts]
-    for one in (small, *others):
-        show(one, url, view, wait=False)
-    for one in (small, *others):
-        verified(one.page)
-    asked = {json.dumps(body) for one in (small, *others) for body in one.posted("unfolding-maps")}
-    assert len(maps(url)) - before == len(asked)
-    assert all(len({json.dumps(body) for body in one.posted("unfolding-maps")}) >= 4 for one in others)
-    for context in contexts:
-        context.close()
-
-
 def test_a_page_waits_for_a_service_that_is_away(small: Watched, url: str) -> None:
     page = show(small, url, "omega=0.25..0.28125&clearance=3..3.25")
     page.route("**/v1/**", lambda route: route.abort())
@@ -303,7 +226,9 @@ def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
     touch("touchMove", 40)
     touch("touchEnd")
     page.wait_for_timeout(500)
-    assert place(page, left, 2.1)[0] == pytest.approx(page.locator("#plane").bounding_box()["x"] + LEFT + 40, abs=11)
+    box = page.locator("#plane").bounding_box()
+    assert box is not None
+    assert place(page, left, 2.1)[0] == pytest.approx(box["x"] + LEFT + 40, abs=11)
 
 
 def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> None:
@@ -319,28 +244,6 @@ def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> N
     page.get_by_label("Zoom in").click()
     page.wait_for_timeout(500)
     assert page.url == address
-
-
-def test_verified_points_stay_right_when_zoomed_by_two_to_the_thirty(small: Watched, url: str) -> None:
-    """At most 4 of 20 points beside the grazing curve are not verified; the others are right in 50 digits."""
-    curve = {"omega": [0.2655, 0.2784]}
-    prefer = {"Prefer": "wait=20, return=representation"}
-    clearances = httpx2.post(f"{url}/v1/grazing-curves", json=curve, headers=prefer).json()["clearance"]
-    rng, verdicts = np.random.default_rng(1), []
-    for omega, clearance in zip(curve["omega"], clearances, strict=True):
-        width, height = (size / 2.0**31 for size in (0.0625, 0.75))
-        ends = (omega - width, omega + width, clearance - height, clearance + height)
-        show(small, url, "omega={!r}..{!r}&clearance={!r}..{!r}".format(*ends))
-        request = [one for one in small.posted("unfolding-maps") if "preview" not in one][-1]
-        umap = httpx2.post(f"{url}/v1/unfolding-maps", json=request, headers=prefer).json()
-        for row, column in rng.integers(128, size=(10, 2)):
-            found = {name: umap[name][row][column] for name in FOUND}
-            point = Point.of(DEFAULT, umap["omega"][column], umap["clearance"][row], found)
-            verified = umap["verified"][row][column]
-            verdicts.append(verdict(point, impacts_in_fifty_digits(point)) if verified else "not verified")
-    counts = Counter(verdicts)
-    assert counts["not verified"] <= 4
-    assert counts[EQUAL] + counts["not verified"] == 20
 
 
 def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, url: str) -> None:
@@ -407,51 +310,6 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     expect(page.locator("#modes")).not_to_contain_text("0.4189,")
     expect(page.locator("#overview-chart svg")).to_be_visible()
     assert len(watched.refusals) == 2
-
-
-def test_an_engineer_enters_a_machine_with_one_stop_and_reads_the_power_at_her_point(small: Watched, url: str) -> None:
-    page = show(small, url, QUICK)
-    page.get_by_text("Machine", exact=True).click()
-    page.get_by_label("Units").select_option("SI")
-    expect(page.locator("#error-damping")).to_contain_text("SI")  # it has no default there
-    fields = {"Masses, from": "0.5", "Stiffnesses": "2000", "Damping": "[1.5]", "Forces": "5", "Restitution": "0.7"}
-    for name, text in fields.items():
-        page.get_by_label(name).fill(text)
-    expect(page.locator("#modes")).to_contain_text("63.25 rad/s, damping ratio 0.02372")
-    page.locator("select[name=stops]").select_option("right")
-    page.get_by_role("button", name="Show this machine").click()
-    expect(page).to_have_url(re.compile("machine="))
-    (left, right), (low, high) = window(page)
-    assert left < 63.25 < right
-    assert low < 0.0395 < high  # the amplitude at resonance
-    oscillator = {
-        "units": "SI",
-        "masses": [0.5],
-        "stiffnesses": [2000],
-        "damping": [1.5],
-        "forcing": [5],
-        "restitution": 0.7,
-    }
-    posted = [one for one in small.posted("unfolding-maps") if "oscillator" in one]
-    assert all(one["oscillator"] == oscillator and one["clearance"]["left"] is None for one in posted)
-    page.get_by_label("ω from").fill("60")
-    page.get_by_label("to", exact=True).fill("70")
-    page.get_by_role("button", name="Show this window").click()
-    expect(page).to_have_url(re.compile(r"omega=60\.\.70"))
-    page.mouse.click(*place(page, 66, 0.018))
-    expect(page.locator("#point-figures")).to_contain_text(re.compile(r"dissipated power\s*[\d.e-]+ W"), timeout=WAIT)
-    at = re.search(r"at=([\d.]+)%2C([\d.]+)", page.url)
-    assert at is not None
-    request = {
-        "oscillator": oscillator,
-        "omega": float(at[1]),
-        "clearance": {"right": float(at[2]), "left": None},
-        "observables": ["dissipated_power"],
-    }
-    prefer = {"Prefer": "wait=20, return=representation"}
-    orbit = httpx2.post(f"{url}/v1/periodic-orbits", json=request, headers=prefer).json()
-    figures = page.locator("#point-figures").inner_text().split()
-    assert float(figures[figures.index("power") + 1]) == pytest.approx(orbit["dissipated_power"], rel=1e-3)
 
 
 def test_the_address_shares_the_machine(small: Watched, url: str) -> None:

@@ -1,0 +1,65 @@
+"""The explorer as its tests see it: windows of the plane, and where their points are on the page."""
+
+from __future__ import annotations
+
+import re
+import time
+from typing import Any
+
+import httpx2
+from playwright.sync_api import Page, expect
+from watched_page import Watched
+
+# Above the grazing curve, where every tile takes a moment; the default window; one where tiles take seconds.
+QUICK = "omega=0.25..0.28125&clearance=2..2.25"
+USUAL = "omega=0.25..0.3125&clearance=1.25..2"
+HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
+ALSO_HARD = "omega=0.296875..0.3125&clearance=1.25..1.375"
+LEFT, RIGHT, TOP, BOTTOM = 66, 12, 10, 42  # margins of the plane in its canvas
+WAIT = 120_000
+
+
+def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
+    """Open a window of the plane, and wait for its verified tiles."""
+    watched.page.goto(f"{url}/#{state}")
+    if wait:
+        verified(watched.page)
+    return watched.page
+
+
+def verified(page: Page) -> None:
+    """Wait for the verified tiles of the window."""
+    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles verified"), timeout=WAIT)
+
+
+def window(page: Page) -> tuple[list[float], list[float]]:
+    """Return the window that the address says."""
+    omega, clearance = re.search(r"omega=([^&]*)&clearance=([^&]*)", page.url).groups()  # type: ignore[union-attr]
+    return [float(end) for end in omega.split("..")], [float(end) for end in clearance.split("..")]
+
+
+def place(page: Page, omega: float, clearance: float) -> tuple[float, float]:
+    """Return where a point of the plane is on the page."""
+    box = page.locator("#plane").bounding_box()
+    assert box is not None
+    (left, right), (low, high) = window(page)
+    across, up = (omega - left) / (right - left), (high - clearance) / (high - low)
+    return (
+        box["x"] + LEFT + across * (box["width"] - LEFT - RIGHT),
+        box["y"] + TOP + up * (box["height"] - TOP - BOTTOM),
+    )
+
+
+def maps(url: str) -> list[dict[str, Any]]:
+    """Return the jobs of maps, newest first."""
+    jobs: list[dict[str, Any]] = httpx2.get(f"{url}/v1/jobs?process=unfolding-maps&limit=500").json()["jobs"]
+    return jobs
+
+
+def ended(url: str, job: str) -> str:
+    """Wait for the end of a job, and return its status."""
+    deadline = time.monotonic() + 30
+    while (status := httpx2.get(f"{url}/v1/jobs/{job}").json()["status"]) in {"accepted", "running"}:
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    return str(status)
