@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from typing import Any
+from urllib.parse import parse_qs, urlsplit
 
 import httpx2
 from playwright.sync_api import Page, expect
@@ -38,12 +39,13 @@ def window(page: Page) -> tuple[list[float], list[float]]:
     return [float(end) for end in omega.split("..")], [float(end) for end in clearance.split("..")]
 
 
-def place(page: Page, omega: float, clearance: float) -> tuple[float, float]:
+def place(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return where a point of the plane is on the page."""
-    box = page.locator("#plane").bounding_box()
+    box, said = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
     assert box is not None
-    (left, right), (low, high) = window(page)
-    across, up = (omega - left) / (right - left), (high - clearance) / (high - low)
+    names = said.get("horizontal", ["omega"])[0], said.get("vertical", ["clearance"])[0]
+    (left, right), (low, high) = ([float(end) for end in said[name][0].split("..")] for name in names)
+    across, up = (x - left) / (right - left), (high - y) / (high - low)
     return (
         box["x"] + LEFT + across * (box["width"] - LEFT - RIGHT),
         box["y"] + TOP + up * (box["height"] - TOP - BOTTOM),

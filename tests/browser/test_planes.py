@@ -9,8 +9,8 @@ from urllib.parse import parse_qs, urlsplit
 import httpx2
 import numpy as np
 import pytest
+from explorer_page import QUICK, WAIT, place, show
 from playwright.sync_api import Page, expect
-from test_explorer import BOTTOM, LEFT, RIGHT, TOP, WAIT, show
 from watched_page import Watched
 
 from grazemap import Client
@@ -24,21 +24,9 @@ OVER_FORCES = "horizontal=omega&vertical=forcing&omega=0.28125..0.296875&forcing
 BESIDE_BORDERS = "omega=0.2734375..0.27734375&clearance=1.8125..1.84375"
 
 
-def spot(page: Page, x: float, y: float) -> tuple[float, float]:
-    """Return where a point of the plane is on the page."""
-    box, said = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
-    assert box is not None
-    names = said.get("horizontal", ["omega"])[0], said.get("vertical", ["clearance"])[0]
-    (left, right), (low, high) = ([float(end) for end in said[name][0].split("..")] for name in names)
-    return (
-        box["x"] + LEFT + (x - left) / (right - left) * (box["width"] - LEFT - RIGHT),
-        box["y"] + TOP + (high - y) / (high - low) * (box["height"] - TOP - BOTTOM),
-    )
-
-
 def point_at(page: Page, x: float, y: float) -> str:
     """Point at the plane, and return what the page says of it."""
-    page.mouse.move(*spot(page, x, y))
+    page.mouse.move(*place(page, x, y))
     return page.locator("#reading").text_content() or ""
 
 
@@ -68,7 +56,7 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
 
 def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watched, url: str) -> None:
     page = show(watched, url, OVER_FORCES)
-    page.mouse.click(*spot(page, 0.29, 0.95))
+    page.mouse.click(*place(page, 0.29, 0.95))
     expect(page.locator("#point-name")).to_have_text(re.compile(r"^\d"), timeout=WAIT)
     expect(page.locator("#point-place")).to_contain_text("factor of the forces")
     omega, factor = (float(part) for part in parse_qs(urlsplit(page.url).fragment)["at"][0].split(","))
@@ -86,7 +74,7 @@ def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watche
 
 
 def test_the_parameters_are_chosen_in_the_form_and_the_history_goes_back(small: Watched, url: str) -> None:
-    page = show(small, url, "omega=0.25..0.28125&clearance=2..2.25")
+    page = show(small, url, QUICK)
     form = page.locator("#plane-form")
     form.locator("[name=vertical]").select_option("masses[3]")
     expect(page).to_have_url(re.compile(r"vertical=masses%5B3%5D.*masses%5B3%5D=7.5..12.5&clearance=2.125$"))
@@ -124,7 +112,7 @@ AT: list[tuple[dict[str, Any], str, float]] = [
 
 
 def test_the_machine_at_a_point_is_that_of_the_api(small: Watched, url: str) -> None:
-    page = show(small, url, "omega=0.25..0.28125&clearance=2..2.25", wait=False)
+    page = show(small, url, QUICK, wait=False)
     at = """async ([oscillator, name, value]) => {
         const { placeOf } = await import("/static/explorer/parameters.js");
         const plane = { horizontal: "omega", vertical: name, omega: null, clearance: 1 };

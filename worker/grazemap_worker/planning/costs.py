@@ -149,9 +149,9 @@ def orbit_seconds(oscillator: Oscillator, omega: Floats, clearance: Floats, max_
     `omega` and `clearance` (k,) are those of points.
     """
     impacts = np.fmin(period_impacts(oscillator, omega, clearance), rates.MOST_ORBIT_IMPACTS)
-    settled = 1.0 - settling(oscillator, omega, clearance, max_periods).unsettled
+    unsettled = settling(oscillator, omega, clearance, max_periods).unsettled
     solved = rates.ORBIT_SECONDS * oscillator.size * float((impacts**2).mean())
-    return settled * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
+    return (1.0 - unsettled + rates.ORBITS_TRIED * unsettled) * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
 
 
 class Samples:

@@ -43,7 +43,9 @@ LEAST_UNSETTLED = 0.02
 # The orbit of a trajectory that settles, per mass and square of its impacts in a period, of which it has no more than
 # are given; and the norm in which its return map contracts, per cube of the masses.
 ORBIT_SECONDS = 1.0e-6
-ORBIT_NORM_SECONDS = 1.0e-7
+ORBIT_NORM_SECONDS = 1.3e-7
+# The share of trajectories that do not settle, but come close enough to an orbit for it to be solved for.
+ORBITS_TRIED = 0.25
 MOST_ORBIT_IMPACTS = 256
 # Number of chaotic trajectories that are run on for so many times the periods, and the maximum of their periods.
 RUN_ON_SAMPLE = 20

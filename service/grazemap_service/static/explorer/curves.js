@@ -9,7 +9,7 @@ import * as requests from "./requests.js";
 const POINTS = 513;
 const BORDER_POINTS = 96;
 const KEPT = 50;
-const NAMES = {
+export const NAMES = {
   SN: "saddle-node",
   PD: "period doubling",
   SB: "symmetry breaking",
@@ -71,20 +71,20 @@ export class Curves {
   // Of a state of the page; `domains` are those of the parameters.
   show({ machine, plane, x, y, curves, borders }, domains) {
     const family = JSON.stringify([machine, plane]);
+    if (this.family !== family) this.#kept.clear();
+    this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
-    this.#ask("grazing-curves", isUsual(plane), family, () =>
+    this.#ask("grazing-curves", isUsual(plane), () =>
       requests.curve(machine, { start: across[0], stop: across[1], points: POINTS }),
     );
-    this.#ask("bifurcation-curves", curves === "all" && leavesGraze(plane), family, () =>
+    this.#ask("bifurcation-curves", curves === "all" && leavesGraze(plane), () =>
       requests.curves(machine, plane, across, up),
     );
-    this.#ask("unfolding-diagrams", borders, family, () =>
-      requests.borders(machine, plane, across, up, BORDER_POINTS),
-    );
+    this.#ask("unfolding-diagrams", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
   }
 
-  #ask(process, asked, family, requestOf) {
-    if (asked) this.#want(process, family, requestOf());
+  #ask(process, asked, requestOf) {
+    if (asked) this.#want(process, requestOf());
     else this.#leave(process);
   }
 
@@ -93,12 +93,11 @@ export class Curves {
     delete this.wanted[process];
   }
 
-  async #want(process, family, request) {
+  async #want(process, request) {
     const name = `${process} ${JSON.stringify(request)}`;
     if (this.wanted[process]?.name === name) return;
     this.#abort.get(process)?.abort();
-    if (this.wanted[process]?.family !== family) this.#kept.clear();
-    this.wanted[process] = { name, family, request };
+    this.wanted[process] = { name, request };
     if (this.#kept.has(name)) return;
     const abort = new AbortController();
     this.#abort.set(process, abort);

@@ -46,7 +46,7 @@ export class Gestures {
   #move(event) {
     const place = this.#place(event);
     const gesture = this.#gesture;
-    this.act.point(this.plane.inside(place) ? this.plane.value(place) : null);
+    this.act.point(this.plane.inside(place) ? place : null);
     if (!this.#pointers.has(event.pointerId)) return;
     this.#pointers.set(event.pointerId, place);
     if (gesture.kind === "pinch") {
@@ -119,6 +119,6 @@ export class Gestures {
     if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
     event.preventDefault();
     keys[event.key]();
-    this.act.point(this.plane.centre);
+    this.act.point(this.plane.middle);
   }
 }

@@ -89,8 +89,10 @@ export function reading(tiles, x, y) {
   const place = (value, [low, high]) =>
     Math.min(tile.points - 1, Math.floor(((value - low) / (high - low)) * tile.points));
   const k = place(y, tile.y) * tile.points + place(x, tile.x);
+  const label = tile.labels[tile.motion[k]];
   return {
-    label: tile.labels[tile.motion[k]],
+    // a preview looks for periodic motions only
+    label: tile.preview && label === "unresolved" ? "not decided yet" : label,
     verified: Boolean(tile.verified[k]),
     sensitive: Boolean(tile.sensitive?.[k]),
     preview: tile.preview,

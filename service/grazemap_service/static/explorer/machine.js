@@ -47,14 +47,25 @@ export class MachineForm {
     byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
     this.form.addEventListener("input", () => {
       byId("other-clearance").hidden = this.form.stops.value !== "unequal";
+      this.#mark(true);
       clearTimeout(this.#typing);
       this.#typing = setTimeout(() => this.#check(), TYPING_PAUSE);
     });
     this.form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const machine = await this.#check();
-      if (machine) this.chosen(machine, null);
+      const wrong = [...this.form.elements].find((field) => field.getAttribute("aria-invalid") === "true");
+      wrong?.focus();
+      if (wrong) byId("error-machine").textContent = `Correct the field “${wrong.name}” first.`;
+      if (!machine) return;
+      this.#mark(false);
+      this.chosen(machine, null);
     });
+  }
+
+  // Says whether the form has another machine than the plane.
+  #mark(changed) {
+    byId("show-machine").textContent = changed ? "Show this machine (changed)" : "Show this machine";
   }
 
   #preset(preset) {
@@ -74,6 +85,7 @@ export class MachineForm {
     const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
     fields.further.value = Object.keys(further).length ? JSON.stringify(further) : "";
     byId("other-clearance").hidden = stops !== "unequal";
+    this.#mark(false);
     this.#check();
   }
 

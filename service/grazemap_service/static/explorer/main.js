@@ -2,8 +2,8 @@
 // public API only.
 import { serve } from "./api.js";
 import * as address from "./address.js";
-import { Curves } from "./curves.js";
-import { byId, element } from "./dom.js";
+import { Curves, NAMES } from "./curves.js";
+import { byId, element, swatch } from "./dom.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
@@ -41,14 +41,16 @@ const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
-let pointer = null; // where the pointer is over the plane
+let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const GRAZE = Object.fromEntries(
   ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
 );
+const UNREAD = byId("reading").textContent;
 let errorText = "";
 let troubleText = "";
 
-const family = () => JSON.stringify([state.machine, state.plane, LAYERS[state.layer].observables ?? []]);
+const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables]);
+const family = () => familyOf(LAYERS[state.layer].observables);
 const domains = () => ({ x: parameter(state.plane.horizontal).domain, y: parameter(state.plane.vertical).domain });
 const levels = () => ({
   x: exponentFor(state.x, plane.width, domains().x),
@@ -71,7 +73,7 @@ const act = {
     if (plane.holds(at)) open(rounded(at));
   },
   point: (at) => {
-    pointer = at;
+    place = at;
     say();
     orderAgain();
   },
@@ -96,7 +98,7 @@ function first() {
     const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
     return { x, y };
   }
-  const about = (name) => intervalAbout(name, valueOf(state.machine, name, place()));
+  const about = (name) => intervalAbout(name, valueOf(state.machine, name, openPlace()));
   return { x: about(state.plane.horizontal), y: about(state.plane.vertical) };
 }
 
@@ -116,7 +118,7 @@ const form = new MachineForm({
 });
 const planeForm = new PlaneForm({
   chosen: (chosen) => {
-    const [omega, clearance] = place();
+    const [omega, clearance] = openPlace();
     const fixed = (name, value) => (chosen.horizontal === name || chosen.vertical === name ? null : value);
     const next = {
       ...chosen,
@@ -150,7 +152,7 @@ function usual() {
 }
 
 // The forcing frequency and the clearance of the open point, or of the middle of the window.
-function place() {
+function openPlace() {
   const { x, y } = plane.centre;
   return placeOf(state.machine, state.plane, state.at ?? [x, y]).at;
 }
@@ -166,7 +168,7 @@ function change(part) {
 
 function ask() {
   const { x: across, y: up } = levels();
-  const centre = pointer ?? plane.centre;
+  const centre = place ? plane.value(place) : plane.centre;
   const { observables } = LAYERS[state.layer];
   const { machine, plane: shown } = state;
   tiles.show(
@@ -182,7 +184,7 @@ let ordering = null;
 function orderAgain() {
   ordering ??= setTimeout(() => {
     ordering = null;
-    if (pointer) ask();
+    if (place) ask();
   }, ORDER_AGAIN);
 }
 
@@ -196,7 +198,6 @@ function remember() {
 // Shows what the address says.
 function restore() {
   const old = state;
-  pointer = null;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = address.read(location.hash, STANDARD);
   if (differs("machine")) form.show(state.machine);
@@ -253,12 +254,15 @@ function show() {
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
   }
+  // the motions stand until other values come
+  const below = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
   const named = (name) => {
     const { text, quantity } = parameter(name);
     return `${text}${unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)")}`;
   };
   const { horizontal, vertical } = state.plane;
   plane.scene = {
+    below,
     tiles: found,
     lines: [...(isUsual(state.plane) ? [] : grazes(found)), ...curves.lines(), ...curves.borders(), ...ofPoint.lines],
     marks: [...curves.marks(), ...ofPoint.marks],
@@ -267,6 +271,7 @@ function show() {
   };
   plane.draw();
   legend.show(state, found, range);
+  byId("curve-legend").hidden = !state.borders && state.curves !== "all";
   say(found);
 }
 
@@ -305,8 +310,11 @@ function say(found = seen()) {
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   byId("says").textContent = parts.filter(Boolean).join(" ");
-  const at = pointer;
-  if (!at) return;
+  if (!place) {
+    byId("reading").textContent = UNREAD;
+    return;
+  }
+  const at = plane.value(place);
   const width = (interval) => interval[1] - interval[0];
   const value = (name, number, interval) => {
     const { text, quantity } = parameter(name);
@@ -347,6 +355,9 @@ serve({
   },
 });
 
+for (const [type, name] of Object.entries(NAMES))
+  byId("curve-legend").append(element("li", {}, swatch(palette.bifurcations[type]), `${type}: ${name}`));
+byId("curve-legend").append(element("li", { textContent: "Dashed: no motion follows it, as its orbits are not admissible." }));
 for (const [value, { text }] of Object.entries(LAYERS))
   byId("layer").append(element("option", { value, textContent: text }));
 byId("layer").addEventListener("change", ({ target }) => {

@@ -2,6 +2,7 @@
 import { ticks } from "./ticks.js";
 
 const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
+const PALE = 0.35; // of the motions, until the values of another layer come
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
@@ -9,7 +10,7 @@ export class Plane {
   #settling = null;
   #frame = null;
 
-  // `act` has moved(view), settled(view), pick(point), point(point or null), home() and mayZoomIn().
+  // `act` has moved(view), settled(view), pick(point), point(place on the canvas or null), home() and mayZoomIn().
   constructor(canvas, act) {
     Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
     new ResizeObserver(() => {
@@ -32,6 +33,11 @@ export class Plane {
   get centre() {
     const middle = ([low, high]) => (low + high) / 2;
     return { x: middle(this.view.x), y: middle(this.view.y) };
+  }
+
+  // The middle of the plane on the canvas.
+  get middle() {
+    return { px: MARGIN.left + this.width / 2, py: MARGIN.top + this.height / 2 };
   }
 
   // Lengths on the canvas of values, and back.
@@ -114,14 +120,24 @@ export class Plane {
     this.#paintAxes(pen, ink);
   }
 
-  #paintTiles(pen) {
+  // The place of a tile on the canvas, in whole pixels: there are no seams.
+  #rectangle(x, y) {
     const ratio = globalThis.devicePixelRatio || 1;
-    const whole = (length) => Math.round(length * ratio) / ratio; // no seams
+    const whole = (length) => Math.round(length * ratio) / ratio;
+    const left = whole(this.#px(x[0]));
+    const top = whole(this.#py(y[1]));
+    return [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
+  }
+
+  #paintTiles(pen) {
     pen.imageSmoothingEnabled = false;
+    for (const { image, x, y } of this.scene.below ?? []) {
+      pen.globalAlpha = PALE;
+      pen.drawImage(image, ...this.#rectangle(x, y));
+      pen.globalAlpha = 1;
+    }
     for (const { image, x, y } of this.scene.tiles ?? []) {
-      const left = whole(this.#px(x[0]));
-      const top = whole(this.#py(y[1]));
-      const place = [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
+      const place = this.#rectangle(x, y);
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
       pen.drawImage(image, ...place);
     }

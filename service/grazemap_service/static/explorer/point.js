@@ -20,9 +20,14 @@ export class PointPanel {
   constructor({ colours, drawn }) {
     Object.assign(this, { colours, drawn });
     byId("play").addEventListener("click", () => this.#toggle());
-    byId("ask-basins").addEventListener("click", () => this.#work("Basins", () => showBasins(this)));
-    byId("ask-branch").addEventListener("click", () => this.#work("The branch", () => showBranch(this)));
-    byId("ask-curves").addEventListener("click", () => this.#work("The curves", () => showCurves(this)));
+    const ask = (name, what, show, result) =>
+      byId(`ask-${name}`).addEventListener("click", async () => {
+        await this.#work(what, () => show(this));
+        byId(result).scrollIntoView({ block: "nearest" });
+      });
+    ask("basins", "Basins", showBasins, "basins");
+    ask("branch", "The branch", showBranch, "branch");
+    ask("curves", "The curves", showCurves, "own-curves");
   }
 
   clear() {
@@ -63,6 +68,10 @@ export class PointPanel {
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical).text}`;
     byId("point-name").textContent = "Computing …";
     byId("point-figures").replaceChildren();
+    byId("multipliers").replaceChildren();
+    this.orbit = null;
+    byId("ask-branch").disabled = byId("ask-curves").disabled = true;
+    byId("point-name").scrollIntoView({ block: "nearest" });
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
@@ -172,7 +181,7 @@ export class PointPanel {
           ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
         ]
       : [["periodic orbit", "none found"]];
-    if (orbit.reason) rows.push(["because", orbit.reason]);
+    if (orbit.reason) rows.push(["because", orbit.reason.replace(/ Remedy:.*/s, "")]);
     byId("point-figures").replaceChildren(
       ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
     );
