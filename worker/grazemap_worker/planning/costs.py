@@ -298,7 +298,8 @@ def observed_seconds(
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
     """Return the seconds for a point of the branch of an orbit with this number of impacts."""
-    return rates.BRANCH_SECONDS * (1.0 + impacts / rates.BRANCH_IMPACTS) * math.sqrt(oscillator.size)
+    one = rates.BRANCH_SECONDS + rates.MULTIPLIERS_SECONDS * oscillator.size**3
+    return (1.0 + impacts / rates.BRANCH_IMPACTS) * one
 
 
 def _largest_restitution(oscillator: Oscillator) -> float:

@@ -143,9 +143,10 @@ CURVE_POINT_MASS_SECONDS = 2.0e-5
 # The same for motions with one impact on one stop whose curves are explicit in the phase, for each harmonic.
 EXPLICIT_POINT_SECONDS = 8.0e-4
 EXPLICIT_POINT_MASS_SECONDS = 1.0e-4
-# One point of a branch, per square root of the masses, for few impacts; the time grows with their number over
-# BRANCH_IMPACTS.
-BRANCH_SECONDS = 6.0e-4
+# One point of a branch, and its multipliers, per cube of the masses, for few impacts; the time grows with their number
+# over BRANCH_IMPACTS.
+BRANCH_SECONDS = 1.0e-3
+MULTIPLIERS_SECONDS = 5.0e-8
 BRANCH_IMPACTS = 16.0
 # Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
 # all curves of a motion together.
