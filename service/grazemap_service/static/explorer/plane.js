@@ -132,8 +132,10 @@ export class Plane {
   #paintTiles(pen) {
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.below ?? []) {
+      const place = this.#rectangle(x, y);
+      pen.fillRect(...place);
       pen.globalAlpha = PALE;
-      pen.drawImage(image, ...this.#rectangle(x, y));
+      pen.drawImage(image, ...place);
       pen.globalAlpha = 1;
     }
     for (const { image, x, y } of this.scene.tiles ?? []) {
