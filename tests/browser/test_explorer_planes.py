@@ -9,7 +9,7 @@ from urllib.parse import parse_qs, urlsplit
 import httpx2
 import numpy as np
 import pytest
-from explorer_page import QUICK, WAIT, place, show
+from explorer_page import QUICK, WAIT, place, show, verified
 from playwright.sync_api import Page, expect
 from watched_page import Watched
 
@@ -21,6 +21,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 OVER_RESTITUTION = "horizontal=omega&vertical=restitution&omega=0.265625..0.28125&restitution=0.5..0.75&clearance=1.88"
 OVER_FORCES = "horizontal=omega&vertical=forcing&omega=0.28125..0.296875&forcing=0.75..1&clearance=1.8"
+WAITING = {"Prefer": "wait=20, return=representation"}
 BESIDE_BORDERS = "omega=0.2734375..0.27734375&clearance=1.8125..1.84375"
 
 
@@ -43,13 +44,12 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
         "clearance": 1.88,
         "max_periods": 400,
     }
-    wait = {"Prefer": "wait=20, return=representation"}
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=wait).json()
+    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
     for row, column in np.ndindex(3, 3):
         label = umap["motions"][umap["motion"][row][column]]["label"]
         assert f": {label};" in point_at(page, omega[column], restitution[row])
     asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
-    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=wait).json()
+    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
     touching = np.interp(1.88, curve["clearance"], curve["omega"])
     assert "Grazing curve: on it the steady motion just touches the right stop" in point_at(page, touching, 0.6)
 
@@ -124,6 +124,33 @@ def test_the_machine_at_a_point_is_that_of_the_api(small: Watched, url: str) -> 
         assert found != Oscillator(**oscillator), name
     default = page.evaluate(at, [None, "damping", 1.0])
     assert Oscillator(**default) == Oscillator()
+
+
+def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.28125..0.296875&clearance=1.75..1.8125")
+    label = point_at(page, 0.29, 1.78).partition(": ")[2].partition(";")[0]
+    page.locator("#layer").select_option("power")
+    expect(page.locator("#ramp-text")).to_have_text(re.compile("^Dissipated power: 0 to "), timeout=WAIT)
+    verified(page)
+    request = small.posted("unfolding-maps")[-1]
+    assert request["observables"] == ["dissipated_power"]
+    tile = next(
+        one
+        for one in small.posted("unfolding-maps")
+        if "observables" in one
+        and "preview" not in one
+        and one["omega"]["start"] < 0.29 < one["omega"]["stop"]
+        and one["clearance"]["start"] < 1.78 < one["clearance"]["stop"]
+    )
+    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=tile, headers=WAITING).json()
+    column, row = (
+        int(np.argmin(np.abs(np.array(umap[axis]) - at))) for axis, at in (("omega", 0.29), ("clearance", 1.78))
+    )
+    said = point_at(page, umap["omega"][column], umap["clearance"][row])
+    assert f": {label};" in said
+    power = re.search(r"dissipated power ([0-9.]+)$", said)
+    assert power is not None, said
+    assert float(power[1]) == pytest.approx(umap["dissipated_power"][row][column], rel=1e-3)
 
 
 def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
