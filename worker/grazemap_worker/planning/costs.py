@@ -254,7 +254,7 @@ class Settling(NamedTuple):
     periods : float
         Forcing periods that they run for.
     unsettled : float
-        Share of those that do not settle, and are taken for chaotic. None is where the contact comes to rest.
+        Share of those that do not settle, and are taken for chaotic: none of them where the contact comes to rest.
     """
 
     periods: float
