@@ -17,7 +17,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 from numpy.typing import NDArray
 from oracles import digits as working_with
-from series_roots import Precision, Undecided, first_fall
+from series_roots import Precision, Undecided, first_fall, power_of_ten
 
 Floats = NDArray[np.float64]
 
@@ -141,12 +141,12 @@ class LinearFlow:
         """Return the Taylor coefficients of the observed quantity from the beginning of a cell on."""
         return (self._observed * self._at_cell(state, cell)).mid().entries()
 
-    def noise(self, state: arb_mat) -> float:
+    def noise(self, state: arb_mat) -> arb:
         """Return the size of rounding errors of the observed quantity, generously."""
         return self._noise(_numbers(state))
 
-    def _noise(self, numbers: Floats) -> float:
-        return float(self._bounds[0] @ np.abs(numbers)) * 10.0**-self._digits
+    def _noise(self, numbers: Floats) -> arb:
+        return float(self._bounds[0] @ np.abs(numbers)) * power_of_ten(-self._digits)
 
     def first_event(self, state: arb_mat, targets: Sequence[Target]) -> Event | None:
         """Return the first event of a step from a state."""

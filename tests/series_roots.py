@@ -21,15 +21,23 @@ SHORTEST = 1e-30
 """Relative length of a piece at which the search gives up."""
 
 
+def power_of_ten(exponent: int) -> arb:
+    """Return 10^exponent."""
+    return (arb(10) ** exponent).mid()
+
+
 class Undecided(ArithmeticError):
     """A sign depends on a number that is not larger than its own rounding."""
 
 
 class Precision(NamedTuple):
-    """Wanted digits, and the size of a value of the series below which its sign means nothing."""
+    """Wanted digits, and the size of a value of the series below which its sign means nothing.
+
+    The size is no float: of more than 300 digits it would be 0.
+    """
 
     digits: int
-    noise: float
+    noise: arb
 
 
 def first_fall(series: list[arb], length: float, precision: Precision) -> arb | None:
@@ -76,7 +84,7 @@ def _zero_of_piece(
     of_slope = Precision(precision.digits, precision.noise / length)
     lowest = cross(-slope, -slope.derivative(), (arb(0), end), start, of_slope)
     value = polynomial(lowest).mid()
-    if abs(value) < precision.noise + float(sizes.sum()) * 10.0 ** -(precision.digits + GUARD):
+    if abs(value) < precision.noise + float(sizes.sum()) * power_of_ten(-precision.digits - GUARD):
         raise Undecided("a lowest value is not larger than its rounding")
     if value > 0:
         return None
@@ -98,8 +106,8 @@ def _guess(terms: np.ndarray) -> float:
 def cross(polynomial: arb_poly, slope: arb_poly, bounds: tuple[arb, arb], start: arb, precision: Precision) -> arb:
     """Return the zero in the bounds at which a polynomial falls from positive to negative, by Newton's method."""
     low, high = bounds
-    t, small = start, arb(10) ** -precision.digits
-    zero = arb(precision.noise) * arb(10) ** -GUARD
+    t, small = start, power_of_ten(-precision.digits)
+    zero = precision.noise * power_of_ten(-GUARD)
     for _ in range(600):
         value = polynomial(t).mid()
         if abs(value) <= zero:

@@ -12,7 +12,7 @@ from flint import arb
 from general_figures import assert_equal_to, decimal_chain, number
 from general_oracle import GeneralOracle
 from oracles import digits
-from series_roots import Precision, Undecided, first_fall
+from series_roots import Precision, Undecided, first_fall, power_of_ten
 
 
 def random_system(seed: int, restitution: tuple[float, float] = (0.8, 0.6), gap: float = 0.3) -> GeneralOracle:
@@ -228,10 +228,18 @@ def test_pieces_of_a_run_are_the_run() -> None:
 def test_a_lowest_value_decides_whether_a_series_falls_to_zero(depth: float) -> None:
     with digits(50):
         a, d = arb(0.3), arb(depth)
-        found = first_fall([a * a + d, -2 * a, arb(1)], 1.0, Precision(50, 1e-45))
+        found = first_fall([a * a + d, -2 * a, arb(1)], 1.0, Precision(50, arb(1e-45)))
         expected = None if depth > 0 else a - (-d).sqrt()
         assert (found is None) == (expected is None)
         if found is not None:
             assert abs(found - expected) < 1e-30
         with pytest.raises(Undecided):
-            first_fall([a * a, -2 * a, arb(1)], 1.0, Precision(50, 1e-45))
+            first_fall([a * a, -2 * a, arb(1)], 1.0, Precision(50, arb(1e-45)))
+
+
+def test_a_zero_is_found_to_more_digits_than_a_float_has_exponents() -> None:
+    with digits(1000):
+        root = arb(2).sqrt().mid() - 1  # of 1 - 2 t - t^2
+        found = first_fall([arb(1), arb(-2), arb(-1)], 1.0, Precision(1000, power_of_ten(-1000)))
+        assert found is not None
+        assert abs(found - root) < power_of_ten(-990)
