@@ -14,9 +14,15 @@ from grazemap_core.codes import HIDDEN_BY_ROUNDING
 from grazemap_core.maps import chaotic_transients
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import Section, sections
-from grazemap_core.maps.chaotic_transients import chance_in_basins, chance_in_diagram, chance_in_map, sample
+from grazemap_core.maps.chaotic_transients import (
+    chance_in_basins,
+    chance_in_diagram,
+    chance_in_map,
+    sample,
+    sample_of_groups,
+)
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
+from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, Motion
@@ -65,10 +71,10 @@ def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic(window: Wind
     chance = chance_in_map(short["kind"], Plane.of(*window), max_periods=WATCHED)
     assert chance is not None
     longer = unfolding_map_tile(Plane.of(*window), RUN_ON * WATCHED, preview=True)
-    chaotic = np.flatnonzero(short["kind"] == CHAOTIC)
-    chosen = sample(len(chaotic), WATCHED)
-    then = longer["kind"].ravel()[chaotic[chosen]]
-    assert (chance.watched, chance.run_on, chance.chaotic) == (WATCHED, RUN_ON * WATCHED, len(chaotic))
+    rows, columns = np.nonzero(short["kind"] == CHAOTIC)
+    chosen = sample_of_groups([np.flatnonzero(columns == column) for column in np.unique(columns)], WATCHED)
+    then = longer["kind"][rows[chosen], columns[chosen]]
+    assert (chance.watched, chance.run_on, chance.chaotic) == (WATCHED, RUN_ON * WATCHED, len(rows))
     assert (chance.sampled, chance.settled) == (len(chosen), np.count_nonzero(then == PERIODIC))
     assert 0 < chance.settled < chance.sampled
     exact = binomtest(chance.settled, chance.sampled).proportion_ci(0.95, "exact")
@@ -164,9 +170,31 @@ def test_a_trajectory_that_ends_early_does_not_count(window: Window) -> None:
 
 
 def test_a_sample_is_bounded_in_number_and_in_periods() -> None:
-    assert sample(7, 1000) == list(range(7))
+    assert sample(7, 1000).tolist() == list(range(7))
     spread = sample(10_000, 1000)
     assert len(spread) == RUN_ON_SAMPLE
     assert np.ptp(np.diff(spread)) == 0
     assert len(sample(10_000, RUN_ON_PERIODS // (3 * RUN_ON))) == 3
-    assert sample(10_000, RUN_ON_PERIODS) == [5000]
+    assert sample(10_000, RUN_ON_PERIODS).tolist() == [5000]
+
+
+def test_a_sample_of_groups_has_some_of_a_group_and_groups_by_their_sizes() -> None:
+    sizes = [3, 400, 90, 1000, 7, 500]
+    ends = np.cumsum(sizes)
+    rng = np.random.default_rng(0)
+    groups = np.split(rng.permutation(ends[-1]), ends[:-1])
+    found = sample_of_groups(groups, 1000)
+    assert len(set(found.tolist())) == RUN_ON_SAMPLE
+    counts = [np.isin(found, group).sum() for group in groups]
+    # of 2000 motions in groups, those at an eighth, three, five and seven eighths
+    assert counts == [0, SIDE_BY_SIDE, 0, 2 * SIDE_BY_SIDE, 0, SIDE_BY_SIDE]
+    assert np.all(np.diff(np.flatnonzero(np.isin(groups[1], found))) == 80)  # spread over the group
+    periods = RUN_ON_PERIODS // (3 * RUN_ON)
+    assert len(sample_of_groups(groups, periods)) == 3
+    assert sum(np.isin(sample_of_groups(groups, periods), group).any() for group in groups) == 1
+
+
+@pytest.mark.parametrize("sizes", [[7], [1] * 1000, [1, 1, 1, 15], [2] * 50])
+def test_a_sample_of_small_groups_is_that_without_groups(sizes: list[int]) -> None:
+    groups = np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1])
+    assert np.array_equal(sample_of_groups(groups, 1000), sample(sum(sizes), 1000))

@@ -1,8 +1,8 @@
-"""Prints, for each process, the compiled functions that a request needs and that its step does not have.
+"""Prints, for each process, the compiled functions and modules that a request needs and that its step does not have.
 
 Run as `python -m tests.worker.kernels_used`. For each step there is a process that has loaded nothing else, and for
 each request of that step a process that is forked from it. Neither stores anything in the cache. Each prints a line of
-JSON: the request, the step, and the entries that it loads or compiles.
+JSON: the request, the step, and the entries that it loads or compiles and the modules that it imports.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker.planning import PLANNING, kernels_of
 from grazemap_worker.processes import PROCESSES
+from grazemap_worker.supervision.kernels import import_core
 from tests.sdk.sdk_documents import REQUESTS
 
 BORDERS = {
@@ -60,12 +61,14 @@ def main() -> None:
 
         def run_step(step: str = step, those: Any = those) -> None:
             warmup.load(step)
-            had = set(kernel_folder._used)
+            import_core()
+            had = kernel_folder._used | sys.modules.keys()
             for name, process, request in those:
 
                 def run(name: str = name, process: str = process, request: Any = request) -> None:
                     compute(process, request)
-                    print(json.dumps([name, step, sorted(kernel_folder._used - had)]))
+                    modules = {module for module in sys.modules if module.startswith("grazemap_")}
+                    print(json.dumps([name, step, sorted((kernel_folder._used | modules) - had)]))
 
                 forked(run)
 

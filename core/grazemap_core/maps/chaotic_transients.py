@@ -3,8 +3,8 @@
 A motion is called chaotic after the forcing periods that were simulated. It may be a transient that ends on a periodic
 motion: trajectories leave the neighbourhood of a chaotic saddle after times that vary exponentially (Lai & Tél 2011),
 and one trajectory does not distinguish such a saddle from an attractor. So the chance to settle is measured for all
-chaotic motions of a result together: trajectories that are evenly spaced among them are simulated for RUN_ON times as
-many periods in all, and those that become periodic are counted.
+chaotic motions of a result together: a sample of their trajectories is simulated for RUN_ON times as many periods in
+all, and those that become periodic are counted.
 
 References
 ----------
@@ -13,7 +13,7 @@ Y.-C. Lai, T. Tél, Transient Chaos, Springer (2011), chapter 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Unpack
 
@@ -31,7 +31,7 @@ from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import GROWTH, HALVES_RUN, REASON, UNVERIFIED
 from grazemap_core.maps.planes import Line, Plane, PlaneSettler
 from grazemap_core.maps.settling import Settler, Settling
-from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
+from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
@@ -79,33 +79,44 @@ def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]
         As of `unfolding.unfolding_map_tile`, of the whole map.
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
+    if len(rows) == 0:
+        return None
     watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
     policy = settings.get("policy", "rest")
-    sweeps = policy.startswith("sweep")
-    ensemble = policy == "ensemble"
-    starts = None
-    if ensemble:
+    longer = Settling(RUN_ON * watched, max_period, linearised=False)
+    if policy == "rest":
+        settler = PlaneSettler(plane, longer)
+        chosen = sample_of_groups(list(settler.groups(rows, columns)), watched)
+        return _chance(len(rows), watched, settler.points(rows[chosen], columns[chosen])[0], longer)
+    chosen = sample(len(rows), watched)
+    sampled = rows[chosen], columns[chosen]
+    if policy == "ensemble":
         starts = random_starts(plane.oscillator, settings.get("initial_conditions", 16), settings.get("seed", 0))
+        return _chance(len(rows), watched, _of_ensemble(plane, starts, watched, longer, *sampled), longer)
     # a sweep reaches the point as in the map, and goes on there
-    longer = Settling(watched if sweeps else RUN_ON * watched, max_period, linearised=sweeps, follow=sweeps)
-    settler = PlaneSettler(plane, longer)
-    of_map = PlaneSettler(plane, Settling(watched, max_period, starts=starts)) if ensemble else None
+    follows = longer._replace(max_periods=watched, linearised=True, follow=True)
+    return _chance(len(rows), watched, _of_sweep(plane, follows, policy == "sweep-down", *sampled), follows)
 
-    def settles(position: int) -> bool | None:
-        row, column = rows[[position]], columns[[position]]
-        if sweeps:
-            down = policy == "sweep-down"
-            path = np.arange(plane.shape[0])[row[0] :][::-1] if down else np.arange(row[0] + 1)
-            codes, _ = settler.sweep(np.concatenate([path, np.repeat(row, RUN_ON - 1)]), int(column[0]))
-            return _outcome(codes[-RUN_ON:, 0], longer)
-        if of_map is not None and starts is not None:
-            chosen = starts[[_first_chaotic(of_map.points(row, column)[0][0])]]
-            codes, _ = PlaneSettler(plane, longer._replace(starts=chosen)).points(row, column)
-        else:
-            codes, _ = settler.points(row, column)
-        return _outcome(codes[-1:, 0], longer)
 
-    return _chance(len(rows), watched, settles)
+def _of_ensemble(
+    plane: Plane, starts: Floats, watched: int, longer: Settling, rows: Integers, columns: Integers
+) -> Integers:
+    """Return codes (k, 1, CODES) of longer runs at points (k,), from the first of the states that leads to chaos."""
+    found, _ = PlaneSettler(plane, Settling(watched, longer.max_period, starts=starts)).points(rows, columns)
+    codes = []
+    for of_states, row, column in zip(found, rows[:, None], columns[:, None], strict=True):
+        start = starts[[_first_chaotic(of_states)]]
+        codes.append(PlaneSettler(plane, longer._replace(starts=start)).points(row, column)[0])
+    return np.concatenate(codes)
+
+
+def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns: Integers) -> Integers:
+    """Return codes (k, RUN_ON, CODES) of runs at points (k,) that a sweep has reached, one after the other."""
+    settler, every, codes = PlaneSettler(plane, task), np.arange(plane.shape[0]), []
+    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+        path = every[row:][::-1] if down else every[: row + 1]
+        codes.append(settler.sweep(np.append(path, np.full(RUN_ON - 1, row)), column)[0][-RUN_ON:, 0])
+    return np.stack(codes)
 
 
 def chance_in_basins(
@@ -131,16 +142,17 @@ def chance_in_basins(
         As of `basins.basin_tile`, of the whole rectangle.
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
+    if len(rows) == 0:
+        return None
+    chosen = sample(len(rows), max_periods)
     longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
     settler, forced = Settler(oscillator, longer), forced_oscillator(oscillator, omega, clearance)
-
-    def settles(position: int) -> bool | None:
-        one = horizontal._replace(values=horizontal.values[columns[[position]]])
-        other = vertical._replace(values=vertical.values[rows[[position]]])
-        codes, _ = run_states(settler, forced, *initial_states(forced, one, other, displacement, velocity), phase)
-        return _outcome(codes, longer)
-
-    return _chance(len(rows), max_periods, settles)
+    across = horizontal._replace(values=horizontal.values[columns[chosen]])
+    up = vertical._replace(values=vertical.values[rows[chosen]])
+    state, added = initial_states(forced, across, up, displacement, velocity)
+    own = np.arange(len(chosen))
+    codes, _ = run_states(settler, forced, state, added[own, own], phase)
+    return _chance(len(rows), max_periods, codes[:, None], longer)
 
 
 def chance_in_fractions(
@@ -156,16 +168,16 @@ def chance_in_fractions(
         As of `basin_fractions.fraction_tile`.
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
+    if len(rows) == 0:
+        return None
+    chosen = sample(len(rows), max_periods)
     longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
-    settlers = Settlers(longer)
-
-    def settles(position: int) -> bool | None:
-        point = points[rows[position]]
-        forced = forced_oscillator(*point)
-        start = from_rest(forced, states[columns[[position]]])
-        return _outcome(run_states(settlers.of(point.oscillator), forced, *start, phase)[0], longer)
-
-    return _chance(len(rows), max_periods, settles)
+    settlers, codes = Settlers(longer), []
+    for row in np.unique(rows[chosen]).tolist():
+        forced = forced_oscillator(*points[row])
+        start = from_rest(forced, states[columns[chosen][rows[chosen] == row]])
+        codes.append(run_states(settlers.of(points[row].oscillator), forced, *start, phase)[0])
+    return _chance(len(rows), max_periods, np.concatenate(codes)[:, None], longer)
 
 
 def chance_in_diagram(
@@ -186,28 +198,48 @@ def chance_in_diagram(
         Forcing periods after which a motion was called chaotic.
     """
     chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
-    longer = Settling(RUN_ON * watched, max_period, linearised=False)
-
-    def settles(position: int) -> bool | None:
-        number = chaotic[position]
-        oscillator, omega, clearance = line.point(number)
-        codes, _ = Settler(oscillator, longer).run_from(omega, clearance, sections[number].start)
-        return _outcome(codes[None], longer)
-
-    return _chance(len(chaotic), watched, settles)
-
-
-def sample(chaotic: int, watched: int) -> list[int]:
-    """Return the positions of the sample among a number of chaotic motions, in the order of a result's arrays."""
-    number = min(chaotic, RUN_ON_SAMPLE, max(1, RUN_ON_PERIODS // (RUN_ON * watched)))
-    return [(2 * k + 1) * chaotic // (2 * number) for k in range(number)]
-
-
-def _chance(chaotic: int, watched: int, settles: Callable[[int], bool | None]) -> ChanceToSettle | None:
-    """Return the chance of chaotic motions from a sample; `settles` takes a position among them. None without any."""
-    if chaotic == 0:
+    if not chaotic:
         return None
-    outcomes = [settled for settled in map(settles, sample(chaotic, watched)) if settled is not None]
+    longer = Settling(RUN_ON * watched, max_period, linearised=False)
+    codes = []
+    for number in (chaotic[position] for position in sample(len(chaotic), watched)):
+        oscillator, omega, clearance = line.point(number)
+        codes.append(Settler(oscillator, longer).run_from(omega, clearance, sections[number].start)[0])
+    return _chance(len(chaotic), watched, np.stack(codes)[:, None], longer)
+
+
+def sample(chaotic: int, watched: int) -> Integers:
+    """Return the positions of the sample among a number of chaotic motions, in the order of a result's arrays."""
+    return _spread(chaotic, max(1, RUN_ON_PERIODS // (RUN_ON * watched)), RUN_ON_SAMPLE)
+
+
+def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
+    """Return the sample among chaotic motions that are simulated side by side in groups of their positions.
+
+    Where groups are large enough, it has SIDE_BY_SIDE motions of a group, which take little longer than one; a group is
+    chosen in proportion to its size. Otherwise it is that of `sample`.
+    """
+    motions = sum(map(len, groups))
+    evenly = sample(motions, watched)
+    together = min(SIDE_BY_SIDE, len(evenly))
+    group_of = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    chosen, times = np.unique(group_of[_spread(motions, len(evenly) // together)], return_counts=True)
+    found = np.concatenate(
+        [groups[k][_spread(len(groups[k]), together * count)] for k, count in zip(chosen, times, strict=True)]
+    )
+    enough = len(found) >= together * (len(evenly) // together)  # groups may be small
+    return np.sort(found) if enough and len(evenly) < motions else evenly
+
+
+def _spread(length: int, *most: int) -> Integers:
+    """Return positions in a list of a length, evenly spaced, as many as it has but at most so many."""
+    number = min(length, *most)
+    return (2 * np.arange(number) + 1) * length // (2 * number)
+
+
+def _chance(chaotic: int, watched: int, codes: Integers, task: Settling) -> ChanceToSettle:
+    """Return the chance of chaotic motions from a sample (k, r, CODES), in r consecutive runs of a task each."""
+    outcomes = [outcome for outcome in (_outcome(runs, task) for runs in codes) if outcome is not None]
     sampled, settled = len(outcomes), sum(outcomes)
     low, high = interval(settled, sampled)
     return ChanceToSettle(
@@ -223,7 +255,7 @@ def _chance(chaotic: int, watched: int, settles: Callable[[int], bool | None]) -
 
 
 def _outcome(codes: Integers, task: Settling) -> bool | None:
-    """Return whether a trajectory settles in one of its consecutive runs (k, CODES); None if one ends early."""
+    """Return whether a trajectory settles in one of its consecutive runs (r, CODES); None if one ends early."""
     for run in codes:
         if run[REASON] == RESOLVED:
             return True

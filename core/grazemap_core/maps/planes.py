@@ -235,12 +235,16 @@ class PlaneSettler:
         codes = np.empty((len(rows), len(self._starts), lane_state.CODES), dtype=np.int64)
         more = 0 if self._task.observed is None else self._task.observed.count
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
-        # random initial states do not scale with the forces and the bias
-        varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
         conditions = self._conditions(rows, columns)
-        for group in self.plane.groups(rows, columns, varied):
+        for group in self.groups(rows, columns):
             codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
         return codes, figures
+
+    def groups(self, rows: Indices, columns: Indices) -> Iterator[Indices]:
+        """Yield the positions of points (k,) whose trajectories are simulated side by side."""
+        # random initial states do not scale with the forces and the bias
+        varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
+        return self.plane.groups(rows, columns, varied)
 
     def sweep(self, rows: Indices, column: int) -> tuple[Integers, Floats]:
         """Return codes (k, 1, CODES) and figures of points of a column, each from the final state of the one before."""

@@ -58,7 +58,8 @@ def plan_of_states(
     lanes = math.sqrt(rates.FULL_COLUMN / min(together, rates.FULL_COLUMN))
     seconds = settles.periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND + other_seconds
     at_worst = rates.WORST_SLOWER * most * cost / rates.MAP_PERIODS_PER_SECOND
-    chance = settles.unsettled * chance_seconds(grid.rows * grid.columns, most, cost)  # all are chaotic, or none is
+    sample = chance_seconds(grid.rows * grid.columns, most, cost, rates.RUN_ON_SAMPLE)
+    chance = settles.unsettled * sample  # all are chaotic, or none is
     pixels = pixels_per_tile(seconds, at_worst)
     tile_columns = even(grid.columns, pixels)
     tile_rows = even(grid.rows, max(1, pixels // tile_columns))

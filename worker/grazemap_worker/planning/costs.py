@@ -275,10 +275,11 @@ def settling(oscillator: Oscillator, omega: Floats, clearance: Floats, max_perio
     return Settling(float(periods.mean()), float(share.mean()))
 
 
-def chance_seconds(trajectories: float, max_periods: int, cost: float) -> float:
-    """Return the seconds in which a sample of so many chaotic trajectories is run on."""
+def chance_seconds(trajectories: float, max_periods: int, cost: float, together: int = 1) -> float:
+    """Return the seconds in which a sample of so many chaotic trajectories is run on, `together` at once."""
     sample = min(rates.RUN_ON_SAMPLE, trajectories)
-    return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * cost / rates.PERIODS_PER_SECOND
+    period = cost / (rates.PERIODS_PER_SECOND * math.sqrt(together))
+    return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * period
 
 
 def observed_seconds(

@@ -47,8 +47,10 @@ ORBIT_NORM_SECONDS = 1.3e-7
 # The share of trajectories that do not settle, but come close enough to an orbit for it to be solved for.
 ORBITS_TRIED = 0.25
 MOST_ORBIT_IMPACTS = 256
-# Number of chaotic trajectories that are run on for so many times the periods, and the maximum of their periods.
+# Number of chaotic trajectories that are run on, how many of a map from rest are run side by side, for how many times
+# the periods, and the maximum of these.
 RUN_ON_SAMPLE = 20
+RUN_ON_TOGETHER = 5
 RUN_ON = 10
 RUN_ON_PERIODS = 5.0e6
 # The share of sensitive trajectories in a map with chaotic transients, and the mean and maximum seconds in which one of

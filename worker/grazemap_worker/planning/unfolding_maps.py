@@ -40,7 +40,8 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
         cost /= rates.PREVIEW_FASTER
     else:
         orbit = samples.orbit_seconds(request.max_periods)
-        more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost)
+        together = rates.RUN_ON_TOGETHER if request.policy == "rest" else 1
+        more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost, together)
     if not sweeps:
         cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.LONGEST_COLUMN))
     if request.adaptive:

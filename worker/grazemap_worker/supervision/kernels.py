@@ -16,10 +16,14 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import walk_packages
 
 import structlog
 
+import grazemap_core
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
 from grazemap_worker.parent_death import tied
@@ -138,6 +142,15 @@ class Kernels:
             self._log.exception("kernels cannot be loaded", kernels=name)
         self._wanted.remove(name)
         self.ready.add(name)
+        if not self._wanted:
+            import_core()
+
+
+def import_core() -> None:
+    """Import the modules of the core, so that no process of a tile does."""
+    for module in walk_packages(grazemap_core.__path__, f"{grazemap_core.__name__}."):
+        with suppress(ModuleNotFoundError):  # python-flint is optional
+            import_module(module.name)
 
 
 def _label(name: str) -> str:
