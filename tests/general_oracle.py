@@ -21,6 +21,7 @@ from contact_system import ContactSystem, Matrix, Number, Row, complex_of, matri
 from flint import acb, arb, arb_mat, ctx
 from linear_flow import EXTRA_BITS, Floats, Target
 from oracles import digits, tridiagonal
+from series_roots import power_of_ten
 
 
 class State(NamedTuple):
@@ -286,9 +287,9 @@ class GeneralOracle:
 
     def _ends_chatter(self, stop: int, restitution: arb) -> bool:
         """Come to rest if the bounces to come take next to no time; return whether it is so."""
-        system, small = self._system, 10.0 ** -(self.digits // 2)
+        system, small = self._system, power_of_ten(-(self.digits // 2))
         speed = abs(self._v[system.place])
-        if float(speed) > small * system.free.unit * system.largest_acceleration(self._motion()):
+        if speed > small * system.free.unit * system.largest_acceleration(self._motion()):
             return False
         moving = self._v
         self._set_rate(arb(0))

@@ -111,14 +111,15 @@ class LinearFlow:
         """Return the rows whose products with a state are Taylor coefficients: observed quantity and displacements."""
         size, per_cell = matrix.nrows(), matrix * arb(self.cell)
         rows = arb_mat([*observed.tolist(), *([int(i == j) for j in range(size)] for i in range(self._count))])
-        largest, settled, found = np.zeros((self._count + 1, size)), 0, []
+        largest, settled, found = np.full((self._count + 1, size), -np.inf), 0, []
+        below = (self._digits + 10) * np.log2(10.0)
         while settled < 2 or len(found) <= SHORT + HIGHEST:
             found.append(rows.tolist())
-            sizes = np.abs(_doubles(found[-1]))
+            sizes = _exponents(found[-1])
             largest = np.maximum(largest, sizes)
-            settled = settled + 1 if np.all(sizes <= 10.0 ** -(self._digits + 10) * largest) else 0
+            settled = settled + 1 if np.all(sizes <= largest - below) else 0
             rows = (rows * per_cell * (1 / arb(len(found)))).mid()
-            assert len(found) < 1000
+            assert len(found) < 4000
         return found
 
     def _bound(self, matrix: Floats) -> None:
@@ -246,6 +247,12 @@ def _numbers(state: arb_mat) -> Floats:
 
 def _doubles(rows: Sequence[Sequence[arb]]) -> Floats:
     return np.array([[float(v) for v in row] for row in rows])
+
+
+def _exponents(rows: Sequence[Sequence[arb]]) -> Floats:
+    """Return the binary exponents of numbers, of any size; -inf of 0."""
+    parts = [[v.mid().man_exp() for v in row] for row in rows]
+    return np.array([[int(e) + int(m).bit_length() if m else -np.inf for m, e in row] for row in parts])
 
 
 def _rounded(matrix: arb_mat) -> arb_mat:
