@@ -14,6 +14,8 @@ from playwright.sync_api import Page, expect
 from verified_points import DEFAULT, EQUAL, Point, impacts_in_fifty_digits, verdict
 from watched_page import Watched
 
+from grazemap import Client
+
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 # Where the border between 1-1r-1l and 1-(-1)r-1l crosses the grazing curve: both are in the tile at every depth.
@@ -85,3 +87,20 @@ def test_verified_points_stay_right_until_double_precision_ends(small: Watched, 
     page.wait_for_timeout(300)
     assert page.url == finest
     assert np.ptp(window(page)[0]) < 0.0625 / 2.0**30
+
+
+def test_where_round_off_decides_a_closer_look_shows_no_more(small: Watched, url: str) -> None:
+    """About a point after a long transient, whose neighbours have come the same way."""
+    with Client(url) as client:
+        umap = client.unfolding_map(omega=(0.283, 0.296), clearance=(1.25, 1.37), shape=(24, 24), max_periods=400)
+    row, column = np.argwhere(umap.sensitive)[0]
+    omega, clearance = float(umap.omega[column]), float(umap.clearance[row])
+    around = [f"{value - 1e-11!r}..{value + 1e-11!r}" for value in (omega, clearance)]
+    page = show(small, url, f"omega={around[0]}&clearance={around[1]}")
+    expect(page.locator("#says")).to_contain_text("Round-off decides nearly all labels here")
+    shown = page.url
+    page.get_by_role("button", name="Zoom in").click()
+    page.wait_for_timeout(500)
+    assert page.url == shown
+    page.get_by_role("button", name="Zoom out").click()
+    expect(page).not_to_have_url(shown)

@@ -6,6 +6,7 @@ import ast
 import csv
 import gzip
 import json
+import math
 import re
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from playwright.sync_api import expect
 from watched_page import Watched
 
 import grazemap_service
+from grazemap import Client
 from grazemap.plots import palette
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -108,6 +110,23 @@ def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> Non
     page.get_by_label("bifurcation curves").uncheck()
     page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
     expect(page.locator("#reading")).to_contain_text("Grazing curve")  # it stays
+
+
+def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.25..1.25&clearance=1..9", wait=False)
+    with Client(url) as client:
+        curve = client.grazing_curve(omega=(0.25, 1.25), points=33)
+    places = [place(page, one.omega, one.clearance) for one in curve.points if 1 < one.clearance < 9]
+    covered = next(one for k, one in enumerate(places) if any(math.dist(one, other) < 4 for other in places[:k]))
+    page.mouse.move(*covered)
+    expect(page.locator("#reading")).to_contain_text("more here: zoom in", timeout=WAIT)
+
+
+def test_previews_leave_motions_open(small: Watched, url: str) -> None:
+    page = show(small, url, HARD, wait=False)
+    expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
+    expect(page.locator("#legend")).not_to_contain_text("unresolved")
+    expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
@@ -202,6 +221,8 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
     assert np.ptp(window(page)[0]) == pytest.approx(1.5 * 0.002, rel=0.02)
     page.keyboard.press("Home")
     expect(page).to_have_url(re.compile(re.escape(USUAL)))
+    page.keyboard.press("Enter")
+    expect(page.locator("#point-name")).to_be_focused()
 
 
 def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
@@ -262,6 +283,8 @@ def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, ur
     )
     assert figures["verified"] == "yes"
     assert float(figures["dissipated power"]) == pytest.approx(orbit["dissipated_power"], rel=1e-3)
+    slowest = min(abs(velocity) for velocity in orbit["velocities"])
+    assert float(figures["minimum impact speed"]) == pytest.approx(slowest, rel=1e-3)
     assert float(figures["largest multiplier"]) == pytest.approx(abs(complex(*orbit["multipliers"][0])), rel=1e-3)
     for name in ("portrait", "history"):
         expect(page.locator(f"#{name} svg")).to_be_visible()
@@ -285,6 +308,12 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     page = show(watched, url, QUICK)
     page.get_by_text("Machine", exact=True).click()
     expect(page.locator("#modes")).to_contain_text("0.4189, damping ratio 0.02095")
+    expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
+    for low, high, said in (("abc", "1", "“abc” is not a number"), ("0.5", "0.3", "below the second")):
+        page.get_by_label("ω from").fill(low)
+        page.locator("#overview").get_by_label("to").fill(high)
+        page.get_by_role("button", name="Show this window").click()
+        expect(page.locator("#overview-says")).to_contain_text(said)
     restitution, masses = page.get_by_label("Restitution"), page.get_by_label("Masses, from")
     restitution.fill("2")
     expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
@@ -310,6 +339,27 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     expect(page.locator("#modes")).not_to_contain_text("0.4189,")
     expect(page.locator("#overview-chart svg")).to_be_visible()
     assert len(watched.refusals) == 2
+
+
+def test_machines_are_drawn(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    for preset, words in (
+        ("hammer", "One mass: mass 1 with a stop on the right."),
+        ("damper", "2 masses: mass 1 between two stops on mass 2."),
+        ("rack", "3 masses: mass 1 between two stops that move with the base."),
+    ):
+        page.get_by_label("Begin with").select_option(preset)
+        drawing = page.get_by_role("img", name=words)
+        expect(drawing).to_be_visible()
+        assert drawing.locator(".stop").count() == (1 if preset == "hammer" else 2)
+    page.get_by_label("Begin with").select_option("paper")
+    for name in ("Masses, from", "Stiffnesses", "Damping", "Forces"):
+        page.get_by_label(name).fill("")
+    matrices = {"mass": [[1, 0], [0, 2]], "damping": {"modal": [0.02, 0.02]}, "stiffness": [[2, -1], [-1, 3]]}
+    others = {"matrices": matrices, "contact": {"row": [1, -0.5]}, "forcing": [1, 0]}
+    page.get_by_label("Further fields").fill(json.dumps(others))
+    expect(page.get_by_role("img", name="2 masses: a sum of displacements between two stops.")).to_be_visible()
 
 
 def test_the_address_shares_the_machine(small: Watched, url: str) -> None:

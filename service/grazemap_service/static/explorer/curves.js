@@ -18,7 +18,7 @@ export const NAMES = {
 };
 
 // The dyadic interval of at most eight parts that contains an interval, inside a domain.
-export function around([low, high], domain = [0, Infinity]) {
+export function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
   const found = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
@@ -31,21 +31,20 @@ const OF_STOPS = ["clearance", "restitution", "forcing", "bias"];
 const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
+const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;
+
 // How a piece of a bifurcation curve is drawn.
-export const lineOf = ({ type, motion, admissible, ...curve }, palette) => ({
+export const lineOf = ({ admissible, ...curve }, palette) => ({
   x: curve.omega ?? curve.horizontal,
   y: curve.clearance ?? curve.clearance_right ?? curve.clearance_left ?? curve.vertical,
-  colour: palette.bifurcations[type],
+  colour: palette.bifurcations[curve.type],
   dashed: !admissible,
-  text: `${type}, ${NAMES[type]} of ${motion}${admissible ? "" : ", where its orbits are not admissible"}`,
+  text: `${named(curve)}${admissible ? "" : ", where its orbits are not admissible"}`,
 });
 
 // Why two motions meet at a border.
 function explained({ explanation, explanations, reason, reasons, curve, curves }, k) {
-  if (curve[k] >= 0) {
-    const { type, motion } = curves[curve[k]];
-    return `${type}, ${NAMES[type]} of ${motion}.`;
-  }
+  if (curve[k] >= 0) return `${named(curves[curve[k]])}.`;
   const kind = explanations[explanation[k]];
   return { coexistence: COEXISTENCE, "goes on": GOES_ON }[kind] ?? `unexplained: ${reasons[reason[k]]}.`;
 }
@@ -53,11 +52,11 @@ const COEXISTENCE = "both motions exist on both sides; here the motion from rest
 const GOES_ON = "the periodic motion goes on beyond it; there the motion from rest is another one.";
 
 // A curve that explains borders; an admissible piece is drawn whole.
-const borderCurve = ({ type, motion, admissible, ...curve }, palette) => ({
+const borderCurve = ({ admissible, ...curve }, palette) => ({
   x: curve.omega ?? curve.horizontal,
   y: (curve.clearance ?? curve.vertical).map((value, k) => (admissible[k] ? value : null)),
-  colour: palette.bifurcations[type],
-  text: `${type}, ${NAMES[type]} of ${motion}, which explains ${curve.pairs} pairs of points`,
+  colour: palette.bifurcations[curve.type],
+  text: `${named(curve)}, which explains ${curve.pairs} pairs of points`,
 });
 
 export class Curves {

@@ -43,6 +43,7 @@ onmessage = async ({ data: { number, buffer } }) => {
   const { kind, kinds, period, impacts_right, impacts_left, ...rest } = found;
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
   const points = Math.sqrt(kind.length);
+  if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, one) => sum + Number(one), 0) / kind.length;
   if (margin_right) tile.graze_right = zeros(margin_right, points);
   if (margin_left) tile.graze_left = zeros(margin_left, points);
   postMessage(

@@ -114,7 +114,7 @@ export class Gestures {
       "=": () => this.plane.zoom(KEY_ZOOM),
       "-": () => this.plane.zoom(1 / KEY_ZOOM),
       Home: () => this.act.home(),
-      Enter: () => this.act.pick(this.plane.centre),
+      Enter: () => this.act.pick(this.plane.centre, { byKey: true }),
     };
     if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
     event.preventDefault();

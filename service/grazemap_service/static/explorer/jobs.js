@@ -1,7 +1,8 @@
-// The list of jobs, newest first, with their progress, while it is open.
+// The list of jobs with their progress, while it is open: those that run, then the newest of the others.
 import { cancel, send } from "./api.js";
 import { byId, element } from "./dom.js";
 
+const ASKED = 100;
 const SHOWN = 20;
 const LOOK_AGAIN = 2000;
 
@@ -10,8 +11,10 @@ export function listJobs() {
   const look = async () => {
     if (!section.open) return;
     try {
-      const { jobs } = await (await send(`v1/jobs?small=false&limit=${SHOWN}`)).json();
-      byId("jobs").replaceChildren(...jobs.map(entry));
+      const { jobs } = await (await send(`v1/jobs?small=false&limit=${ASKED}`)).json();
+      const sorted = [...jobs.filter(isRunning), ...jobs.filter((job) => !isRunning(job))];
+      byId("jobs").replaceChildren(...sorted.slice(0, SHOWN).map(entry));
+      if (sorted.length > SHOWN) byId("jobs").append(element("li", { textContent: "and older ones" }));
     } catch (error) {
       byId("jobs").replaceChildren(element("li", { textContent: error.message }));
     }
@@ -20,8 +23,10 @@ export function listJobs() {
   section.addEventListener("toggle", look);
 }
 
-function entry({ id, process, status, progress, request, waiting_for: waitingFor }) {
-  const running = status === "accepted" || status === "running";
+const isRunning = ({ status }) => status === "accepted" || status === "running";
+
+function entry(job) {
+  const { id, process, status, progress, request, waiting_for: waitingFor } = job;
   const { done, total } = progress;
   const what = `${process}${request?.preview ? ", preview" : ""} `;
   const line = element(
@@ -30,7 +35,7 @@ function entry({ id, process, status, progress, request, waiting_for: waitingFor
     element("a", { href: `v1/jobs/${id}`, textContent: id.slice(0, 8), title: "The job, as JSON" }),
     ` ${what}`,
   );
-  if (!running) line.append(status);
+  if (!isRunning(job)) line.append(status);
   else {
     line.append(
       element("progress", { max: total || 1, value: done, "aria-label": `Progress of ${process} ${id.slice(0, 8)}` }),

@@ -1,5 +1,8 @@
 // Names of motions, and their colours: the same for a label in every tile, view and session.
 
+// What a preview, which looks for periodic motions only, leaves open.
+export const OPEN = "not decided yet";
+
 const count = (number) => (number === -2 ? "∞" : number < 0 ? `(${number})` : `${number}`);
 
 export const labelOf = (period, right, left) => `${period}-${count(right)}r-${count(left)}l`;
@@ -25,7 +28,7 @@ export class Colours {
 
   constructor(palette) {
     this.palette = palette;
-    this.#named = { ...palette.kinds, ...palette.motions };
+    this.#named = { ...palette.kinds, [OPEN]: palette.kinds.unresolved, ...palette.motions };
     const frequent = Object.entries(palette.motions)
       .filter(([label]) => label.startsWith("1-"))
       .map(([, colour]) => colour);

@@ -3,9 +3,26 @@ import { onRamp } from "./labels.js";
 
 export const LAYERS = {
   motion: { text: "Motion" },
-  exponent: { text: "Lyapunov exponent", field: "lyapunov", unit: "per forcing period", diverging: true },
-  speed: { text: "Minimum impact speed", field: "least_impact_velocity", quantity: "velocity" },
-  power: { text: "Dissipated power", field: "dissipated_power", quantity: "power", observables: ["dissipated_power"] },
+  exponent: {
+    text: "Lyapunov exponent",
+    field: "lyapunov",
+    unit: "per forcing period",
+    diverging: true,
+    white: "it was not measured, as the motion is unresolved",
+  },
+  speed: {
+    text: "Minimum impact speed",
+    field: "least_impact_velocity",
+    quantity: "velocity",
+    white: "the motion has no impacts, or is not periodic",
+  },
+  power: {
+    text: "Dissipated power",
+    field: "dissipated_power",
+    quantity: "power",
+    observables: ["dissipated_power"],
+    white: "the motion is unresolved",
+  },
 };
 
 const UNVERIFIED_SHADE = 0.55;
@@ -82,6 +99,9 @@ function within([low, high], interval, points) {
   return interval.map(place);
 }
 
+// A reason without what a client of the API would do about it.
+export const withoutRemedy = (reason) => reason.replace(/ Remedy:.*/s, "");
+
 // What the finest of the tiles says about a point of the plane; null where none has come.
 export function reading(tiles, x, y) {
   const tile = tiles.findLast((one) => one.x[0] <= x && x < one.x[1] && one.y[0] <= y && y < one.y[1]);
@@ -89,10 +109,8 @@ export function reading(tiles, x, y) {
   const place = (value, [low, high]) =>
     Math.min(tile.points - 1, Math.floor(((value - low) / (high - low)) * tile.points));
   const k = place(y, tile.y) * tile.points + place(x, tile.x);
-  const label = tile.labels[tile.motion[k]];
   return {
-    // a preview looks for periodic motions only
-    label: tile.preview && label === "unresolved" ? "not decided yet" : label,
+    label: tile.labels[tile.motion[k]],
     verified: Boolean(tile.verified[k]),
     sensitive: Boolean(tile.sensitive?.[k]),
     preview: tile.preview,

@@ -24,8 +24,9 @@ export class Legend {
   }
 
   #showRamp({ layer, machine }, range) {
-    const { text, unit = "", quantity, diverging } = LAYERS[layer];
+    const { text, unit = "", quantity, diverging, white } = LAYERS[layer];
     const named = `${text}${unit && ` ${unit}`}${quantity ? unitOf(machine, quantity) : ""}`;
+    byId("ramp-white").textContent = `White: ${white}.`;
     byId("ramp").className = diverging ? "diverging" : "sequential";
     byId("ramp-text").textContent = range
       ? `${named}: ${toRead(range[0])} to ${toRead(range[1])}`

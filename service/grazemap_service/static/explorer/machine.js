@@ -3,6 +3,7 @@ import { compute, isAborted } from "./api.js";
 import { byId, element } from "./dom.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
+import { sketch } from "./sketch.js";
 import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
@@ -10,12 +11,11 @@ const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
 const LISTS = ["masses", "stiffnesses", "forcing"];
 const TYPING_PAUSE = 300;
 
-const textOf = (value) => {
+const textOf = (name, value) => {
   if (value === undefined) return "";
-  // a list of one number keeps its brackets: a damping that is a number is not a list of dampings
-  return Array.isArray(value) && value.length > 1 && value.every(Number.isFinite)
-    ? value.join(", ")
-    : JSON.stringify(value);
+  // elsewhere a list of one number keeps its brackets: a damping that is a number is not a list of dampings
+  const isPlain = Array.isArray(value) && value.every(Number.isFinite) && (value.length > 1 || LISTS.includes(name));
+  return isPlain ? value.join(", ") : JSON.stringify(value);
 };
 
 // What a field says: a number, numbers with commas, or JSON. Throws an Error with what is wrong.
@@ -81,7 +81,7 @@ export class MachineForm {
     fields.stops.value = stops;
     fields.left.value = left ?? "";
     fields.periods.value = periods;
-    for (const name of FIELDS) fields[name].value = textOf(others[name]);
+    for (const name of FIELDS) fields[name].value = textOf(name, others[name]);
     const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
     fields.further.value = Object.keys(further).length ? JSON.stringify(further) : "";
     byId("other-clearance").hidden = stops !== "unequal";
@@ -140,6 +140,7 @@ export class MachineForm {
     try {
       const { data } = await compute("structures", requests.structure(machine), { signal, priority: 9 });
       if (signal.aborted) return null;
+      byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
       const unit = unitOf(machine, "frequency");
       byId("modes").replaceChildren(

@@ -8,7 +8,7 @@ import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
 import { exponentFor, tilesOf } from "./lattice.js";
-import { LAYERS, paint, rangeOf, reading } from "./layers.js";
+import { LAYERS, paint, rangeOf, reading, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
@@ -23,6 +23,7 @@ import { toRead } from "./ticks.js";
 import { Tiles } from "./tiles.js";
 import { unitOf } from "./units.js";
 
+const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 
 const { paper } = PRESETS;
@@ -69,8 +70,10 @@ const act = {
     if (view) change(view);
   },
   settled: () => remember(),
-  pick: (at) => {
-    if (plane.holds(at)) open(rounded(at));
+  pick: (at, { byKey = false } = {}) => {
+    if (!plane.holds(at)) return;
+    open(rounded(at));
+    if (byKey) byId("point-name").focus();
   },
   point: (at) => {
     place = at;
@@ -80,7 +83,7 @@ const act = {
   home: () => plane.go(first(), { now: true }),
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
-    return !across.ended && !up.ended;
+    return !across.ended && !up.ended && !roundOffDecides();
   },
 };
 const plane = new Plane(byId("plane"), act);
@@ -237,6 +240,19 @@ function openPanel() {
 
 const seen = () => tiles.within(family(), state);
 
+// The verified tiles of the window that are as fine as its pixels.
+function finest(found = seen()) {
+  const size = 2 ** levels().x.exponent;
+  return found.filter((tile) => !tile.preview && tile.x[1] - tile.x[0] === size);
+}
+
+// Whether labels are not known better than to the distance of neighbouring points.
+function roundOffDecides(found) {
+  const shown = finest(found);
+  const sensitive = shown.reduce((sum, tile) => sum + tile.sensitiveShare, 0);
+  return shown.length > 0 && sensitive > MOST_SENSITIVE * shown.length;
+}
+
 let refreshing = null;
 function refresh() {
   refreshing ??= requestAnimationFrame(() => {
@@ -309,6 +325,7 @@ function say(found = seen()) {
   );
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
+  else if (roundOffDecides(found)) parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
   byId("says").textContent = parts.filter(Boolean).join(" ");
   if (!place) {
     byId("reading").textContent = UNREAD;
@@ -323,16 +340,16 @@ function say(found = seen()) {
   };
   const { horizontal, vertical } = state.plane;
   const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
-  const mark = plane.nearestMark(at) ?? plane.nearestLine(at);
+  const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
   const here = reading(found, at.x, at.y);
-  byId("reading").textContent = mark ? `${values}: ${mark.text}` : here ? `${values}: ${described(here)}` : values;
+  byId("reading").textContent = drawn ? `${values}: ${drawn}` : here ? `${values}: ${described(here)}` : values;
 }
 
 function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
   const unit = (quantity) => unitOf(state.machine, quantity);
   const parts = [label];
   if (verified) parts.push("verified");
-  else if (reason) parts.push(reason);
+  else if (reason) parts.push(withoutRemedy(reason));
   else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
   if (Number.isFinite(exponent)) parts.push(`exponent ${toRead(exponent)}`);
@@ -379,15 +396,13 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();
 offer(() => {
-  const full = seen().filter(({ preview }) => !preview);
   const { x: across, y: up } = plane.centre;
-  const finest = full.filter((tile) => tile.x[1] - tile.x[0] === 2 ** levels().x.exponent);
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);
   return {
     state,
     ...plane.scene,
-    tiles: finest.sort((one, other) => middle(one) - middle(other)),
+    tiles: finest().sort((one, other) => middle(one) - middle(other)),
     canvas: byId("plane"),
   };
 });

@@ -22,7 +22,11 @@ export class Overview {
     byId("overview").addEventListener("submit", (event) => {
       event.preventDefault();
       const { from, to } = event.target.elements;
-      this.#choose(Number(from.value), Number(to.value));
+      const wrong = [from, to].find(({ value }) => !value.trim() || !Number.isFinite(Number(value)));
+      if (wrong) {
+        byId("overview-says").textContent = `“${wrong.value}” is not a number.`;
+        wrong.focus();
+      } else this.#choose(Number(from.value), Number(to.value));
     });
   }
 
@@ -79,7 +83,10 @@ export class Overview {
     const step = x[1] - x[0];
     const within = y.filter((value, k) => value > 0 && from - step < x[k] && x[k] < to + step);
     if (!within.length || !(from < to)) {
-      byId("overview-says").textContent = "Choose two frequencies between which the curve has points.";
+      byId("overview-says").textContent =
+        from < to
+          ? `The curve has no point between these frequencies: it goes from ${toRead(x[0])} to ${toRead(x[x.length - 1])}.`
+          : "The first frequency must be below the second one.";
       return null;
     }
     byId("overview-says").textContent = "";

@@ -3,6 +3,7 @@ import { ticks } from "./ticks.js";
 
 const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
 const PALE = 0.35; // of the motions, until the values of another layer come
+const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
@@ -113,7 +114,7 @@ export class Plane {
     pen.clip();
     this.#paintTiles(pen);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
-    for (const mark of this.scene.marks ?? []) this.#paintMark(pen, mark);
+    for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
     if (this.box) this.#paintBox(pen);
     pen.restore();
@@ -235,7 +236,8 @@ export class Plane {
     pen.textBaseline = "top";
     for (const { value, text } of across.marks) {
       pen.fillRect(this.#px(value) - 0.5, bottom, 1, 4);
-      pen.fillText(text, this.#px(value), bottom + 6);
+      const most = this.canvas.clientWidth - pen.measureText(text).width / 2 - 1;
+      pen.fillText(text, Math.min(this.#px(value), most), bottom + 6);
     }
     const named = (name, base) => (base ? `${name} − ${base}` : name);
     pen.fillText(named(names?.x ?? "", across.base), MARGIN.left + this.width / 2, bottom + 24);
@@ -253,13 +255,29 @@ export class Plane {
     pen.restore();
   }
 
-  // The mark within reach of a point of the plane.
-  nearestMark(point) {
-    const reach = 10;
-    const near = (mark) => Math.hypot(this.#px(mark.x) - this.#px(point.x), this.#py(mark.y) - this.#py(point.y));
-    return (this.scene.marks ?? [])
-      .filter((mark) => near(mark) < reach)
-      .sort((one, other) => near(one) - near(other))[0];
+  #distance(one, other) {
+    return Math.hypot(this.#px(one.x) - this.#px(other.x), this.#py(one.y) - this.#py(other.y));
+  }
+
+  // The marks that do not cover one another, with the number of those that they stand for: [{ mark, others }].
+  #apart() {
+    const found = [];
+    for (const mark of this.scene.marks ?? []) {
+      const over = found.find((one) => this.#distance(one.mark, mark) < MARK);
+      if (over) over.others += 1;
+      else found.push({ mark, others: 0 });
+    }
+    return found;
+  }
+
+  // What the mark within reach of a point of the plane says.
+  markText(point) {
+    const [nearest] = this.#apart()
+      .filter(({ mark }) => this.#distance(mark, point) < MARK)
+      .sort((one, other) => this.#distance(one.mark, point) - this.#distance(other.mark, point));
+    if (!nearest) return null;
+    const { mark, others } = nearest;
+    return others ? `${mark.text} ${others} more here: zoom in.` : mark.text;
   }
 
   // The line that passes within reach of a point of the plane.

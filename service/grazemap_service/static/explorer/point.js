@@ -6,11 +6,13 @@ import { contactOf, stopsOf } from "./contact.js";
 import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
+import { withoutRemedy } from "./layers.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
 const PERIODS_SHOWN = 12;
+const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
 
 export class PointPanel {
   #abort = new AbortController();
@@ -108,7 +110,7 @@ export class PointPanel {
     const label = motion.label ?? motion.kind;
     const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label)), label);
-    byId("point-why").textContent = motion.kind === "unresolved" ? (motion.reason ?? "") : "";
+    byId("point-why").textContent = motion.kind === "unresolved" ? withoutRemedy(motion.reason ?? "") : "";
     const q = contactOf(machine, path.displacement);
     const v = contactOf(machine, path.velocity);
     const stops = stopsOf(machine, at[1]);
@@ -177,11 +179,12 @@ export class PointPanel {
           ["stable", yes(orbit.stable)],
           ["largest multiplier", toRead(Math.hypot(...(orbit.multipliers?.[0] ?? [NaN])))],
           ["impacts in a forcing period", toRead(orbit.impact_rate)],
+          ["minimum impact speed", `${toRead(least(orbit.velocities))}${units("velocity")}`],
           ["peak impact speed", `${toRead(orbit.peak_impact_speed)}${units("velocity")}`],
           ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
         ]
       : [["periodic orbit", "none found"]];
-    if (orbit.reason) rows.push(["because", orbit.reason.replace(/ Remedy:.*/s, "")]);
+    if (orbit.reason) rows.push(["because", withoutRemedy(orbit.reason)]);
     byId("point-figures").replaceChildren(
       ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
     );

@@ -1,6 +1,7 @@
 // The tiles of a view: asks for what is missing, the nearest first, gives up what the view has left, and keeps what came.
 // Before the tiles come previews of fewer points: first one of the tile which contains 4 x 4 of them, then of each.
 import { compute, isAborted } from "./api.js";
+import { OPEN } from "./labels.js";
 import { POINTS, ancestor, bounds, range } from "./lattice.js";
 
 const PREVIEW_POINTS = 32;
@@ -99,6 +100,7 @@ export class Tiles {
         },
       });
       const values = await this.#decode(data);
+      if (preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
       this.#keep({
         ...values,
         name,
