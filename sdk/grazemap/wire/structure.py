@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
+    ConfigDict,
     Discriminator,
     Field,
     SerializerFunctionWrapHandler,
@@ -328,6 +329,8 @@ _Side = Annotated[Annotated[Float, Tag("[fixed]")] | GridRange | GridList, Discr
 class ClearanceGrid(Request):
     """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
 
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
+
     right: _Side | None = None
     """Of the stop at +right: a range or an increasing list, or one number, or null."""
     left: _Side | None = None
@@ -390,6 +393,8 @@ _WindowSide = Annotated[
 
 class ClearanceWindow(Request):
     """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
 
     right: _WindowSide | None = None
     """Of the stop at +right: an interval, or one number, or null."""
