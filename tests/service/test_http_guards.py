@@ -270,3 +270,16 @@ def test_errors_of_static_files_are_problems(
     else:
         assert answer.headers["content-type"] == "application/problem+json"
         assert answer.headers.get("allow") == ("GET, HEAD" if status == 405 else None)
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/docs", "/static/palette.json", "/static/explorer/main.js", "/static/swagger/swagger-ui.css"]
+)
+def test_files_of_pages_are_asked_for_again(client: TestClient, path: str) -> None:
+    """After an update modules of two versions do not meet; what has not changed is not sent again."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["cache-control"] == "no-cache"
+    if "/static/explorer" in path or "/static/swagger" in path:
+        again = client.get(path, headers={"If-None-Match": answer.headers["etag"]})
+        assert (again.status_code, again.content) == (304, b"")
