@@ -13,10 +13,9 @@ from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 def _plan(request: BasinFractionsRequest) -> Plan:
     samples = Samples.of(request.line)
     grid = Plan(rows=grid_points(request.range), columns=request.states)
-    other = rates.BASIN_ORBITS * samples.orbit_seconds(request.max_periods)
-    other += setup_seconds(request.oscillator) / request.states
+    setup = setup_seconds(request.oscillator) / request.states
     settles = samples.settling(request.max_periods)
-    return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), other)
+    return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), setup)
 
 
 def _counts(request: BasinFractionsRequest, limits: Limits) -> list[Count]:

@@ -12,7 +12,6 @@ from grazemap_worker.planning.costs import (
     Settling,
     chance_seconds,
     longest_at_point,
-    orbit_seconds,
     period_cost,
     settling,
     setup_seconds,
@@ -27,9 +26,8 @@ def _plan(request: BasinsRequest) -> Plan:
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
     distance, _ = stop_distance(request.clearance)
     place = np.array([request.omega]), np.array([distance])
-    orbit = rates.BASIN_ORBITS * orbit_seconds(request.oscillator, *place, request.max_periods)
     settles = settling(request.oscillator, *place, request.max_periods)
-    return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, settles, cost, orbit)
+    return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, settles, cost)
 
 
 def plan_of_states(
@@ -38,7 +36,7 @@ def plan_of_states(
     together: int,
     settles: Settling,
     cost: float,
-    other_seconds: float,
+    setup: float = 0.0,
 ) -> Plan:
     """Return the tiles of a grid of initial states, and the estimate.
 
@@ -51,12 +49,13 @@ def plan_of_states(
     settles : Settling
     cost : float
         Mean cost of a forcing period, as `costs.period_costs`.
-    other_seconds : float
-        Seconds for each state besides those of its forcing periods.
+    setup : float
+        Seconds for each state besides those of its forcing periods and of its orbit.
     """
     oscillator, most = request.oscillator, request.max_periods
     lanes = math.sqrt(rates.FULL_COLUMN / min(together, rates.FULL_COLUMN))
-    seconds = settles.periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND + other_seconds
+    seconds = settles.periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND
+    seconds += rates.BASIN_ORBITS * settles.orbit_seconds + setup
     at_worst = rates.WORST_SLOWER * most * cost / rates.MAP_PERIODS_PER_SECOND
     sample = chance_seconds(grid.rows * grid.columns, most, cost, rates.RUN_ON_SAMPLE)
     chance = settles.unsettled * sample  # all are chaotic, or none is

@@ -23,7 +23,7 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     settling = samples.settling(watched)
     seconds = costs * (each + rates.GROWTH_SLOWER * settling.periods) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
-    orbit = samples.orbit_seconds(watched)
+    orbit = settling.orbit_seconds
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
     seconds += len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))

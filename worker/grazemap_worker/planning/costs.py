@@ -143,17 +143,6 @@ def longest_at_point(request: BasinsRequest | PeriodicOrbitsRequest | Trajectori
     return period_cost(request.oscillator, request.omega, request.clearance)
 
 
-def orbit_seconds(oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int) -> float:
-    """Return the mean seconds in which the orbit of a trajectory is solved for and verified, if it settles in time.
-
-    `omega` and `clearance` (k,) are those of points.
-    """
-    impacts = np.fmin(period_impacts(oscillator, omega, clearance), rates.MOST_ORBIT_IMPACTS)
-    unsettled = settling(oscillator, omega, clearance, max_periods).unsettled
-    solved = rates.ORBIT_SECONDS * oscillator.size * float((impacts**2).mean())
-    return (1.0 - unsettled + rates.ORBITS_TRIED * unsettled) * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
-
-
 class Samples:
     """Points of a plane or of a line, evenly spaced, from which means over all its points are estimated."""
 
@@ -179,13 +168,6 @@ class Samples:
             for oscillator, omega, distance, single in self._groups
         ]
         return float(np.concatenate(costs).mean())
-
-    def orbit_seconds(self, max_periods: int) -> float:
-        """Return `orbit_seconds` of the points."""
-        seconds = 0.0
-        for oscillator, omega, distance, _ in self._groups:
-            seconds += len(omega) * orbit_seconds(oscillator, omega, distance, max_periods)
-        return seconds / self._count
 
     def settling(self, max_periods: int) -> Settling:
         """Return `settling` of the points."""
@@ -255,24 +237,32 @@ class Settling(NamedTuple):
         Forcing periods that they run for.
     unsettled : float
         Share of those that do not settle, and are taken for chaotic: none of them where the contact comes to rest.
+    orbit_seconds : float
+        Seconds in which the orbit of a trajectory is solved for and verified, if it settles in time.
     """
 
     periods: float
     unsettled: float
+    orbit_seconds: float
 
 
 def settling(oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int) -> Settling:
     """Return how the trajectories of points (k,) settle."""
     with np.errstate(divide="ignore"):
         decays = rates.SETTLING_DECAYS * omega / (2.0 * math.pi * linear.slowest_decay(oscillator))
-    rests = _rests(oscillator, period_impacts(oscillator, omega, clearance))
+    impacts = period_impacts(oscillator, omega, clearance)
+    rests = _rests(oscillator, impacts)
     free = clearance >= rates.FREE_FROM * contact_force(oscillator, omega)[1]
     if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
         free = free | rests
     alike = rates.LEAST_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
     share = np.where(free | rests, 0.0, np.where(alike > max_periods, 1.0, _chaotic(oscillator)))
     periods = np.fmin(alike + share * max_periods, max_periods)
-    return Settling(float(periods.mean()), float(share.mean()))
+    unsettled = float(share.mean())
+    counted = np.fmin(impacts, rates.MOST_ORBIT_IMPACTS)
+    solved = rates.ORBIT_SECONDS * oscillator.size * float((counted**2).mean())
+    tried = 1.0 - unsettled + rates.ORBITS_TRIED * unsettled
+    return Settling(float(periods.mean()), unsettled, tried * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3))
 
 
 def chance_seconds(trajectories: float, max_periods: int, cost: float, together: int = 1) -> float:

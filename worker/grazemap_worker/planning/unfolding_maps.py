@@ -39,7 +39,7 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     if request.preview:
         cost /= rates.PREVIEW_FASTER
     else:
-        orbit = samples.orbit_seconds(request.max_periods)
+        orbit = settling.orbit_seconds
         together = rates.RUN_ON_TOGETHER if request.policy == "rest" else 1
         more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost, together)
     if not sweeps:
