@@ -123,7 +123,7 @@ def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
 
 
 def test_previews_leave_motions_open(small: Watched, url: str) -> None:
-    page = show(small, url, HARD, wait=False)
+    page = show(small, url, "omega=0.28125..0.296875&clearance=1.125..1.25", wait=False)
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
     expect(page.locator("#legend")).not_to_contain_text("unresolved")
     expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
