@@ -100,7 +100,7 @@ function within([low, high], interval, points) {
 }
 
 // A reason without what a client of the API would do about it.
-export const withoutRemedy = (reason) => reason.replace(/ Remedy:.*/s, "");
+export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 
 // What the finest of the tiles says about a point of the plane; null where none has come.
 export function reading(tiles, x, y) {
