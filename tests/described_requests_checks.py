@@ -68,7 +68,7 @@ RELATIONS = (
     r"vary is \S+, and (the stops differ|there is no such stop)",
     "the (bias varies, and the oscillator has none|forces vary, and there are none)",
     r"\S+ (does not exist|are those of a chain)",
-    r"there is no such parameter",
+    "there is no such parameter",
     "dampings.* is one of a list of dampings, and the oscillator has one number for all links",
 )
 """Reasons: the texts of `grazemap.wire.base.invalid` (test_described_requests compares them)."""

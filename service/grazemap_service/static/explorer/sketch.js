@@ -9,7 +9,7 @@ const WALL = WIDTH - 8;
 const MOST = 10; // masses that have room
 const GAP = 5; // between a mass and its stop
 
-const line = (points, kind = "part") =>
+const line = (points, kind = "") =>
   drawing("polyline", { points: points.map((point) => point.join(",")).join(" "), class: kind });
 
 function spring(from, to) {
