@@ -19,7 +19,7 @@ from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
 from grazemap_core.errors import ParameterError
 from grazemap_worker import progress, tasks
-from grazemap_worker.planning import Plan
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.queue import horse
@@ -148,6 +148,98 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
     calls = store.redis.info("commandstats")["cmdstat_evalsha"]["calls"]
     assert calls < 20  # two commits, three visits for claims, renewals
+
+
+def noting(file: Path, compute: Callable[[int], None]) -> Process:
+    """A map whose tiles call `compute` with their row, and append the row and their process to a file."""
+    plain = planted("fast")
+
+    def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
+        compute(rectangle[0])
+        with file.open("a") as notes:
+            notes.write(f"{rectangle[0]} {os.getpid()}\n")
+        assert plain.tile is not None
+        return plain.tile(request, rectangle)
+
+    return Process(tile=tile, assembled=plain.assembled)
+
+
+def noted(file: Path) -> list[list[int]]:
+    """The rows of the tiles of every process, in the order in which these began."""
+    rows: dict[str, list[int]] = {}
+    for line in file.read_text().splitlines():
+        row, process = line.split()
+        rows.setdefault(process, []).append(int(row))
+    return list(rows.values())
+
+
+ROWS = Plan(rows=6, columns=3, tile_rows=1, tile_columns=3, estimate=Estimate(seconds=1.0))
+SIX = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2, 3, 4, 5, 6])
+
+
+def submit_six(store: Store, request: UnfoldingMapsRequest = SIX) -> Job:
+    return submitting.submit(store, "unfolding-maps", request, core_version(), ROWS, 100)[0]
+
+
+def test_tiles_share_a_process_until_it_has_worked_for_a_while(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    worker.setattr(tasks, "TILE_SECONDS", 2.5 * BUSY_SECONDS)
+    maps = noting(tmp_path / "notes", lambda row: compute_for(BUSY_SECONDS))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    job = submit_six(store)
+    drain(store)
+    assert store.jobs.status(job.id) == "successful"
+    assert noted(tmp_path / "notes") == [[0, 1, 2], [3, 4, 5]]
+
+
+def test_a_process_goes_on_with_the_next_job(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:
+    worker.setattr(tasks, "_RENEW_SECONDS", 0.0)  # whether the job is wanted is asked all the time
+    worker.setattr(horse, "_LOOK_SECONDS", 0.001)
+    maps = noting(tmp_path / "notes", lambda row: time.sleep(0.02))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    jobs = [submit_six(store, SIX.model_copy(update={"max_periods": 10 + k})) for k in range(3)]
+    drain(store)
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 3
+    (rows,) = noted(tmp_path / "notes")
+    assert sorted(rows) == sorted(3 * list(range(6)))
+    assert store.counts().events.get("failures:lost", 0) == 0
+
+
+def test_a_tile_after_others_in_its_process_fails_alone(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    def die_once(row: int) -> None:
+        if row == 2 and not (tmp_path / "died").exists():
+            (tmp_path / "died").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
+    job = submit_six(store)
+    drain(store)
+    assert store.jobs.status(job.id) == "successful"
+    first, second = noted(tmp_path / "notes")
+    assert first == [0, 1]
+    assert sorted(second) == [2, 3, 4, 5]
+    assert store.counts().events["failures:lost"] == 1
+
+
+def test_the_limit_of_a_tile_counts_from_its_own_start(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    worker.setattr(tasks, "CPU_MORE", 0.3)
+    worker.setattr(tasks, "CPU_FACTOR", 0.0)
+    worker.setattr(horse, "_LOOK_SECONDS", 0.01)
+    maps = noting(tmp_path / "notes", lambda row: compute_for(1.0 if row == 5 else 0.1))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    job = submit_six(store)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-too-long"
+    assert "tile 5" in found.problem.detail.lower()
+    assert noted(tmp_path / "notes") == [[0, 1, 2, 3, 4]]
 
 
 def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch, store: Store) -> None:
@@ -341,8 +433,19 @@ def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, sto
     assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
 
 
+class Here:
+    """A `Horse` in this process, so that what it calls can be counted."""
+
+    def __init__(self, run: Callable[[], None], memory_bytes: int, slate: horse.Slate) -> None:
+        run()
+
+    def watch(self, wanted: Callable[[str], bool]) -> horse.Ended:
+        return horse.Ended(0)
+
+
 def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
     job = submit(store)
+    worker.setattr(tasks, "Horse", Here)
     counts = parsing.count(worker)
     drain(store, tiles=1)
     assert counts == {"parsed": 1, "canonicalised": 0}

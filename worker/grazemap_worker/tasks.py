@@ -1,7 +1,8 @@
 """What a worker does when a bell rings: it claims tiles, computes and commits them, until there are none to claim.
 
 A tile's input is a request from the store, and its output, in the store, the finished tile, the result or the failure.
-Small tiles are computed in the worker, several between two visits to the store; others in a process of their own.
+Small tiles are computed in the worker, several between two visits to the store; others in a process of their own, which
+takes further ones until it has worked for as long as one should take.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.planning import TILE_SECONDS
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
 from grazemap_worker.queue import bells
-from grazemap_worker.queue.horse import Horse, memory_text
+from grazemap_worker.queue.horse import Horse, Now, Slate, memory_text
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
@@ -48,8 +50,6 @@ _RENEW_SECONDS = 0.5
 _NO_SPACE = -2
 # What it answers when the job has taken more than its limit of processor time.
 _COSTLY = -3
-# Exit status of a process after which the assembly is to be claimed.
-_ASSEMBLY_NEXT = 10
 
 
 @dataclass(frozen=True)
@@ -81,20 +81,24 @@ def drain(context: Context) -> None:
     redis.exceptions.RedisError
         Redis is unavailable; what is claimed is given back when the lease runs out.
     """
-    store, worker = context.store, context.worker
     while not context.stopping():
         context.beat()
-        claims, more = store.tiles.claim_next(worker, LEASE_SECONDS)
-        if more:
-            bells.ring(store.redis, worker.fingerprint, small=worker.small)
+        claims = _claim_next(context)
         if not claims:
             return
-        if worker.small:
+        if context.worker.small:
             _compute_here(claims, context)
         else:
-            claim: Claim | None = claims[0]
-            while claim is not None:
-                claim = _compute_apart(claim, context)
+            _compute_apart(claims[0], context)
+
+
+def _claim_next(context: Context) -> list[Claim]:
+    """Claim what is next: a number of small tiles, or one other; wake another worker if there is more."""
+    store, worker = context.store, context.worker
+    claims, more = store.tiles.claim_next(worker, LEASE_SECONDS)
+    if more:
+        bells.ring(store.redis, worker.fingerprint, small=worker.small)
+    return claims
 
 
 def _compute_here(claims: list[Claim], context: Context) -> None:
@@ -111,43 +115,62 @@ def _compute_here(claims: list[Claim], context: Context) -> None:
     context.store.workers.renew(context.worker, LEASE_SECONDS)
 
 
-def _compute_apart(claim: Claim, context: Context) -> Claim | None:
-    """Compute and commit a tile in a process of its own; return the claim of the assembly after the last one."""
+def _compute_apart(claim: Claim, context: Context) -> None:
+    """Compute and commit a tile, and others after it, in a process of their own."""
     store, worker = context.store, context.worker
-
-    def run(computed: Callable[[], None]) -> int:
-        done = _compute(claim, context)
-        computed()
-        last = done is not None and _commit([done], context)[0] == 0 and not done.whole
-        return _ASSEMBLY_NEXT if last else 0
-
+    slate = Slate(_now(claim, 0.0))
     renewed = 0.0
 
-    def wanted() -> bool:
+    def wanted(job_id: str) -> bool:
         nonlocal renewed
         if time.monotonic() - renewed < _RENEW_SECONDS:
             return True
         renewed = time.monotonic()
         context.beat()
         try:
-            return store.workers.renew(worker, LEASE_SECONDS, claim.job_id)
+            return store.workers.renew(worker, LEASE_SECONDS, job_id)
         except RedisError:
             return True  # it goes on, and commits when Redis is back
 
-    limit = CPU_MOST if claim.assembly else min(CPU_MOST, CPU_MORE + CPU_FACTOR * claim.seconds)
-    of_job = claim.left_seconds < limit
-    ended = Horse(run, context.memory_bytes, min(limit, claim.left_seconds)).watch(wanted)
+    ended = Horse(lambda: _take_turn(claim, context, slate), context.memory_bytes, slate).watch(wanted)
+    now = slate.read()
+    if ended.kind == "timeout" and now.of_job:
+        store.jobs.stop_costly(now.job_id)
+    lost = store.tiles.claims_of(worker.name)
     if ended.kind is not None:
         structlog.get_logger("grazemap_worker").warning(
-            "process of a tile ended", job_id=claim.job_id, tile=claim.tile, status=ended.status, kind=ended.kind
+            "process of a tile ended", lost=[one[:2] for one in lost], status=ended.status, kind=ended.kind
         )
-    if ended.kind == "timeout" and of_job:
-        store.jobs.stop_costly(claim.job_id, claim.left_seconds)
-    for job_id, tile, holder in store.tiles.claims_of(worker.name):
+    for job_id, tile, holder in lost:
         store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
-    if ended.status != _ASSEMBLY_NEXT:
+
+
+def _now(claim: Claim, began: float) -> Now:
+    """Return what a process does that begins to compute at `began` of its processor time."""
+    limit = CPU_MOST if claim.assembly else min(CPU_MOST, CPU_MORE + CPU_FACTOR * claim.seconds)
+    return Now(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
+
+
+def _take_turn(claim: Claim, context: Context, slate: Slate) -> None:
+    """Compute and commit a tile in this process, and what comes next, until TILE_SECONDS are over or one fails."""
+    following: Claim | None = claim
+    while following is not None:
+        now = _now(following, time.process_time())
+        slate.write(now)
+        done = _compute(following, context)
+        slate.write(now._replace(computing=False))
+        following = _committed(done, context) if done is not None else None
+
+
+def _committed(done: Finished, context: Context) -> Claim | None:
+    """Commit what was computed; claim what this process computes next: at once the assembly after a map's last tile."""
+    store, worker = context.store, context.worker
+    remaining = _commit([done], context)[0]
+    if remaining == 0 and not done.whole:
+        return store.tiles.claim(done.claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
+    if time.process_time() > TILE_SECONDS or context.stopping():
         return None
-    return store.tiles.claim(claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
+    return next(iter(_claim_next(context)), None)
 
 
 def _commit(finished: list[Finished], context: Context) -> list[int]:

@@ -101,7 +101,8 @@ GROWTH_PERIODS = 100.0
 ALONE_SLOWER = 5.0
 # Number of omegas, and of clearances, of a grid at which the cost of a period is computed.
 SAMPLED_SIDE = 16
-# Seconds of a tile: short enough for a small map to keep all workers busy; starting a tile takes 1/30 s.
+# Seconds of a tile: short enough for a small map to keep all workers busy. A process that has worked so long takes no
+# further tile; starting one takes 1/30 s.
 TILE_SECONDS = 0.6
 # Maximum estimate of a tile: one that takes four times as long is stopped after an hour.
 MOST_TILE_SECONDS = 900.0

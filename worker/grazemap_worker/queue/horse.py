@@ -1,4 +1,4 @@
-"""A process of its own for one tile, which is watched: its memory, its processor time, and whether it goes on.
+"""A process of its own for tiles, which is watched: its memory, its processor time, and whether it goes on.
 
 The operating system ends it when its worker ends.
 """
@@ -10,10 +10,12 @@ import os
 import resource
 import select
 import signal
+import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.progress import HUNG_SECONDS, Progress
@@ -35,22 +37,54 @@ class Ended:
     limit: str = ""
 
 
+class Now(NamedTuple):
+    """What a process does: for which job, whether it computes or stores, and the limit of its processor time.
+
+    `began` is the processor time of the process when it began to compute, `seconds` what it may use from then on, and
+    `of_job` says whether that is all that is left to the job.
+    """
+
+    job_id: str
+    computing: bool
+    began: float
+    seconds: float
+    of_job: bool
+
+
+class Slate:
+    """Memory in which a process writes what it does now, and its worker reads it."""
+
+    _FORM = struct.Struct("64s?dd?")
+
+    def __init__(self, now: Now) -> None:
+        self._memory = mmap.mmap(-1, self._FORM.size)
+        self.write(now)
+
+    def write(self, now: Now) -> None:
+        """Replace what is written."""
+        self._FORM.pack_into(self._memory, 0, now.job_id.encode(), *now[1:])
+
+    def read(self) -> Now:
+        """Return what was written last; parts of it may be older while the process writes."""
+        job_id, *others = self._FORM.unpack_from(self._memory)
+        return Now(job_id.rstrip(b"\0").decode(), *others)
+
+
 class Horse:
-    """A forked process that runs a function and ends; its exit status is what the function returns.
+    """A forked process that runs a function and ends.
 
     Parameters
     ----------
-    run : callable (computed) -> int
-        It calls `computed()` when it has computed and begins to store.
+    run : callable
+        It writes to the slate what it does.
     memory_bytes : int
         What it may allocate beyond what it starts with.
-    cpu_seconds : float
-        Limit of its processor time.
+    slate : Slate
+        With what it does first.
     """
 
-    def __init__(self, run: Callable[[Callable[[], None]], int], memory_bytes: int, cpu_seconds: float) -> None:
-        self._memory_bytes, self._cpu_seconds = memory_bytes, cpu_seconds
-        self._stored = mmap.mmap(-1, 1)
+    def __init__(self, run: Callable[[], None], memory_bytes: int, slate: Slate) -> None:
+        self._memory_bytes, self._slate = memory_bytes, slate
         parent = os.getpid()
         self._pid = os.fork()
         if self._pid == 0:
@@ -61,15 +95,15 @@ class Horse:
                     signal.signal(number, signal.SIG_DFL)
                 os.nice(NICENESS)
                 limit_memory(memory_bytes)
-                status = run(self._computed)
+                run()
+                status = 0
             finally:
                 os._exit(status)  # never return into the worker's code
 
-    def _computed(self) -> None:
-        self._stored[0] = 1
+    def watch(self, wanted: Callable[[str], bool]) -> Ended:
+        """Wait for its end, and kill it when it exceeds a limit, hangs, or computes for a job that is not wanted.
 
-    def watch(self, wanted: Callable[[], bool]) -> Ended:
-        """Wait for its end, and kill it when it exceeds a limit, hangs, or is no longer wanted.
+        `wanted` is asked with the job, or with an empty text while the process stores.
 
         An exception, such as a request to stop, kills it too.
         """
@@ -88,12 +122,13 @@ class Horse:
                     return self._ended(status, usage, killed)
                 if killed.status:
                     continue
-                hangs = progress.hangs(computing=not self._stored[0])
-                if progress.cpu_seconds > self._cpu_seconds:
-                    killed = self._kill("timeout", f"its limit is {self._cpu_seconds:.0f} s of processor time")
+                now = self._slate.read()
+                hangs = progress.hangs(computing=now.computing)
+                if progress.cpu_seconds > now.began + now.seconds:
+                    killed = self._kill("timeout", f"its limit is {now.seconds:.0f} s of processor time")
                 elif hangs:
                     killed = self._kill("hung", f"each time none for {HUNG_SECONDS:.0f} s")
-                elif not wanted():
+                elif not wanted(now.job_id if now.computing else "") and self._slate.read() == now:
                     killed = self._kill(None, "")
         finally:
             if descriptor is not None:

@@ -187,13 +187,13 @@ class Jobs:
         text = problem.model_dump_json()
         return bool(self._scripts.run("end", id=identity, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
 
-    def stop_costly(self, identity: str, more_seconds: float = 0.0) -> None:
-        """End a job that has taken too much processor time, `more_seconds` of it on a tile that is unfinished."""
+    def stop_costly(self, identity: str) -> None:
+        """End a job that has taken too much processor time, with that of a tile that is unfinished."""
         names = ("estimate", "cpu_seconds", "most_seconds")
         estimate, spent, most = self._redis.hmget(job_key(identity), *names)
         if most is not None:
             seconds = Estimate.model_validate_json(estimate).seconds
-            self.fail(identity, costly_problem(seconds, float(spent or 0.0) + more_seconds, float(most)))
+            self.fail(identity, costly_problem(seconds, max(float(spent or 0.0), float(most)), float(most)))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
         """Store the progress of a job whose steps are counted. Returns whether it is still wanted.
