@@ -78,7 +78,7 @@ def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float
         A clearance is out of its range, both stops are absent, or the equilibrium lies beyond both.
     """
     gaps = _gaps(oscillator, clearance)
-    unit = _unit(*gaps, amplitude)
+    unit = float(_unit(*gaps, amplitude))
     _require_length(unit)
     both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
     alike = gaps[0] == gaps[1] and both[0] == both[1] and has_odd_harmonics_only(oscillator)
@@ -103,9 +103,11 @@ def _require_length(unit: float) -> None:
         raise ParameterError("clearance", "of the only stop is 0, and the forces do not move the contact")
 
 
-def _unit(right: float, left: float, amplitude: float) -> float:
-    """Return `Stops.unit` for two gaps; `amplitude` is a bound of the steady motion of q."""
-    return max(abs(min(right, left)), amplitude) if math.isinf(right + left) else 0.5 * (right + left)
+def _unit(right: float | Floats, left: float | Floats, amplitude: float) -> Floats:
+    """Return `Stops.unit` for gaps (n,) of both stops; `amplitude` is a bound of the steady motion of q."""
+    of_one = np.maximum(np.abs(np.minimum(right, left)), amplitude)
+    both = np.add(right, left)
+    return np.where(np.isinf(both), of_one, 0.5 * both)
 
 
 def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
@@ -118,13 +120,13 @@ def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, rest
 
     `gaps` and `restitution` (n, 2) are those of the right and of the left stop.
     """
-    odd, amplitude, rows = has_odd_harmonics_only(oscillator), problem.steady_bound, []
-    for (right, left), both in zip(gaps.tolist(), restitution.tolist(), strict=True):
-        chatter = [followed_chatter_impacts(one, problem.cells) for one in both]
-        settling = sum(one for one in chatter if one < tolerances.MAX_CHATTER_IMPACTS)
-        alike = right == left and both[0] == both[1] and odd
-        rows.append((right, left, *both, _unit(right, left, amplitude), sum(chatter), settling, float(alike)))
-    return np.array(rows)
+    values, places = np.unique(restitution, return_inverse=True)
+    chatter = np.array([followed_chatter_impacts(one, problem.cells) for one in values.tolist()])[places.reshape(-1, 2)]
+    settling = np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0)
+    right, left = gaps.T
+    alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
+    unit = _unit(right, left, problem.steady_bound)
+    return np.column_stack([gaps, restitution, unit, chatter.sum(axis=1), settling.sum(axis=1), alike])
 
 
 def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1) -> int:
