@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, linear, parse_request
-from grazemap_worker.planning import PLANNING, Plan, kernels_of
+from grazemap_core.maps import tolerances
+from grazemap_worker.planning import PLANNING, Plan, kernels_of, rates
 from grazemap_worker.planning.costs import contact_force, fastest_exponent, setup_seconds
 from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
@@ -35,6 +36,13 @@ def map_request(columns: int, rows: int, max_periods: int = 1000, start: float =
             "max_periods": max_periods,
         }
     )
+
+
+def test_the_sample_of_chaotic_motions_is_estimated_as_the_core_takes_it() -> None:
+    assert tolerances.RUN_ON_SAMPLE == rates.RUN_ON_SAMPLE
+    assert tolerances.SIDE_BY_SIDE == rates.RUN_ON_TOGETHER
+    assert tolerances.RUN_ON == rates.RUN_ON
+    assert tolerances.RUN_ON_PERIODS == rates.RUN_ON_PERIODS
 
 
 @settings(max_examples=60, deadline=None)

@@ -16,7 +16,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import walk_packages
@@ -143,14 +142,18 @@ class Kernels:
         self._wanted.remove(name)
         self.ready.add(name)
         if not self._wanted:
-            import_core()
+            with watchdog.beating():
+                import_core()
 
 
 def import_core() -> None:
     """Import the modules of the core, so that no process of a tile does."""
     for module in walk_packages(grazemap_core.__path__, f"{grazemap_core.__name__}."):
-        with suppress(ModuleNotFoundError):  # python-flint is optional
+        try:
             import_module(module.name)
+        except ModuleNotFoundError as error:
+            if error.name != "flint":  # python-flint is optional
+                raise
 
 
 def _label(name: str) -> str:
