@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from general_systems import positive
 from structure_oracle import StructureOracle
 
 from grazemap_core.errors import ParameterError
+from grazemap_core.model import harmonic_response
 from grazemap_core.model.drive import base_in_space, base_with_stops, force
 from grazemap_core.model.equilibrium import effective_gaps, equilibrium
 from grazemap_core.model.matrices import Matrices
@@ -212,3 +214,16 @@ def test_motions_that_grow_are_refused_by_name(name: str, stiffness: object, dam
     with pytest.raises(ParameterError) as refusal:
         modal_model(Oscillator.of_structure(structure, [1.0, 0.0], [], 0.8))
     assert refusal.value.name == name
+
+
+def test_the_response_at_many_frequencies_takes_the_memory_of_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    oscillator = Oscillator.create(np.ones(64), np.ones(64), 0.05, np.ones(64), 0.8)
+    omega = np.linspace(0.2, 3.0, 2**14)
+    whole = harmonic_response.contact_response(oscillator, omega)
+    monkeypatch.setattr(harmonic_response, "AT_ONCE", 2**10)
+    tracemalloc.start()
+    found = harmonic_response.contact_response(oscillator, omega)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2**14 * 64 * 16 / 2  # half of the amplitudes of all masses
+    assert found.tobytes() == whole.tobytes()

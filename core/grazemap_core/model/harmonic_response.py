@@ -19,6 +19,9 @@ from grazemap_core.model.structure import Response
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
+AT_ONCE = 2**16
+"""Frequencies at which the response is computed together."""
+
 
 def require_forced(oscillator: Oscillator) -> None:
     """Raise ParameterError if nothing is forced: the contact coordinate then never reaches a stop."""
@@ -61,12 +64,14 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     """
     values = checked_omega(omega)
     require_damped(oscillator)
-    found = [
-        oscillator.structure.response(one.order * values, one.amplitudes(values), oscillator.contact)
-        for one in oscillator.drive
-    ]
-    _require_steady(all(np.all(one.exists) for one in found))
-    return np.stack([one.coordinate for one in found], axis=1)
+    found = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
+    for h, one in enumerate(oscillator.drive):
+        for first in range(0, len(values), AT_ONCE):  # the amplitudes of all masses take memory
+            some = values[first : first + AT_ONCE]
+            response = oscillator.structure.response(one.order * some, one.amplitudes(some), oscillator.contact)
+            _require_steady(bool(np.all(response.exists)))
+            found[first : first + AT_ONCE, h] = response.coordinate
+    return found
 
 
 def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[Complexes, Complexes]:
