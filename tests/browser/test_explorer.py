@@ -309,7 +309,11 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     page.get_by_text("Machine", exact=True).click()
     expect(page.locator("#modes")).to_contain_text("0.4189, damping ratio 0.02095")
     expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
-    for low, high, said in (("abc", "1", "“abc” is not a number"), ("0.5", "0.3", "below the second")):
+    for low, high, said in (
+        ("abc", "1", "ω from: “abc” is not a number"),
+        ("-5", "1", "ω from: “-5”"),
+        ("0.5", "0.3", "below the second"),
+    ):
         page.get_by_label("ω from").fill(low)
         page.locator("#overview").get_by_label("to").fill(high)
         page.get_by_role("button", name="Show this window").click()

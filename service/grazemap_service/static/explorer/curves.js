@@ -59,9 +59,15 @@ const borderCurve = ({ admissible, ...curve }, palette) => ({
   text: `${named(curve)}, which explains ${curve.pairs} pairs of points`,
 });
 
+const WHAT = {
+  "grazing-curves": "the grazing curve",
+  "bifurcation-curves": "bifurcation curves",
+  "unfolding-diagrams": "borders",
+};
+
 export class Curves {
   #kept = new Map();
-  #abort = new Map();
+  #abort = new Map(); // of what is being computed
 
   constructor({ changed, failed, palette }) {
     Object.assign(this, { changed, failed, palette, wanted: {} });
@@ -89,13 +95,19 @@ export class Curves {
 
   #leave(process) {
     this.#abort.get(process)?.abort();
+    this.#abort.delete(process);
     delete this.wanted[process];
+  }
+
+  // What is being computed, in words.
+  pending() {
+    return [...this.#abort.keys()].map((process) => WHAT[process]);
   }
 
   async #want(process, request) {
     const name = `${process} ${JSON.stringify(request)}`;
     if (this.wanted[process]?.name === name) return;
-    this.#abort.get(process)?.abort();
+    this.#leave(process);
     this.wanted[process] = { name, request };
     if (this.#kept.has(name)) return;
     const abort = new AbortController();
@@ -104,10 +116,11 @@ export class Curves {
       const { id, data } = await compute(process, request, { signal: abort.signal, priority: 8 });
       this.#kept.set(name, { ...data, id });
       if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
-      this.changed();
     } catch (error) {
       if (!isAborted(error)) this.failed(error);
     }
+    if (this.#abort.get(process) === abort) this.#abort.delete(process);
+    this.changed();
   }
 
   // What has come of the present question, or else of the one before.

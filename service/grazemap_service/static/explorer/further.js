@@ -38,7 +38,7 @@ export async function showBasins(panel) {
   byId("basins").replaceChildren(
     canvas,
     element("p", {
-      textContent: `Initial displacement ${ends(horizontal, unitOf(panel.machine, "length"))} to the right, velocity ${ends(vertical, unitOf(panel.machine, "velocity"))} upwards, of mass 1; the rest starts at rest.`,
+      textContent: `Initial displacement ${ends(horizontal, unitOf(panel.machine, "length"))} to the right, velocity ${ends(vertical, unitOf(panel.machine, "velocity"))} upwards, of mass 1; the other masses start at rest.`,
     }),
     element(
       "ul",

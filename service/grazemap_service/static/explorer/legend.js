@@ -57,7 +57,7 @@ export class Legend {
       else this.hidden.add(label);
       this.changed();
     });
-    const part = element("small", { textContent: `${(100 * share).toFixed(1)} %` });
+    const part = element("small", { textContent: share < 0.001 ? "< 0.1 %" : `${(100 * share).toFixed(1)} %` });
     return element("li", {}, element("label", {}, box, swatch(this.colours.of(label)), `${label} `, part));
   }
 }

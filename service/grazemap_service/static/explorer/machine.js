@@ -24,13 +24,13 @@ function valueOf(text) {
     try {
       return JSON.parse(text);
     } catch {
-      throw new Error("This is not JSON.");
+      throw new Error('This is not JSON; an example: {"contact": [1, 2]}.');
     }
   }
   const parts = text.split(",").map((part) => part.trim());
   const numbers = parts.map(Number);
   const wrong = parts.find((part, k) => part === "" || !Number.isFinite(numbers[k]));
-  if (wrong !== undefined) throw new Error(`“${wrong}” is not a number.`);
+  if (wrong !== undefined) throw new Error(`“${wrong}” is not a number; allowed: a number as 2.5, or several with commas between them.`);
   return parts.length > 1 ? numbers : numbers[0];
 }
 

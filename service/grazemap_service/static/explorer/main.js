@@ -287,7 +287,7 @@ function show() {
   };
   plane.draw();
   legend.show(state, found, range);
-  byId("curve-legend").hidden = !state.borders && state.curves !== "all";
+  byId("curve-legend").hidden = !state.borders && state.curves !== "all" && !ofPoint.lines.length;
   say(found);
 }
 
@@ -318,6 +318,7 @@ function say(found = seen()) {
   const { x: across, y: up } = levels();
   const parts = [troubleText, errorText];
   if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  parts.push(...curves.pending().map((what) => `Computing ${what}.`));
   parts.push(
     done === total
       ? `${total} tiles verified.`

@@ -22,9 +22,9 @@ export class Overview {
     byId("overview").addEventListener("submit", (event) => {
       event.preventDefault();
       const { from, to } = event.target.elements;
-      const wrong = [from, to].find(({ value }) => !value.trim() || !Number.isFinite(Number(value)));
+      const wrong = [from, to].find(({ value }) => !(Number(value) > 0 && Number.isFinite(Number(value))));
       if (wrong) {
-        byId("overview-says").textContent = `“${wrong.value}” is not a number.`;
+        byId("overview-says").textContent = `ω ${wrong.name}: “${wrong.value}” is not a number; allowed: numbers > 0.`;
         wrong.focus();
       } else this.#choose(Number(from.value), Number(to.value));
     });

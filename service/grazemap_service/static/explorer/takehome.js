@@ -121,8 +121,13 @@ export function asSvg({ x, y }, lines, marks, names) {
       ),
       ...marks.map((mark) =>
         drawing(
-          "circle",
-          { cx: px(mark.x), cy: py(mark.y), r: 5, fill: mark.colour, stroke: "#fff" },
+          "path",
+          {
+            d: mark.shape === "circle" ? "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0 -10 0z" : "M0 -6L6 0L0 6L-6 0z",
+            transform: `translate(${px(mark.x)} ${py(mark.y)})`,
+            fill: mark.colour,
+            stroke: "#fff",
+          },
           drawing("title", {}, mark.text),
         ),
       ),
