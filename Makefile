@@ -266,7 +266,9 @@ client: $(STAMP)  ## generate the blocking client from the asynchronous one
 types: $(STAMP)  ## check types with mypy, strict
 	$(BIN)/mypy
 
-browser: $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
+browser: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+browser: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+browser: kernels $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 	$(BIN)/python -m pytest tests/browser
 
