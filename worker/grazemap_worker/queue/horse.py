@@ -26,6 +26,8 @@ NICENESS = 10
 _LOOK_SECONDS = 0.5
 # Share of the memory limit from which on a process that was aborted counts as out of memory.
 _NEAR_LIMIT = 0.7
+# Status of a process that its worker killed.
+_KILLED = -signal.SIGKILL
 
 
 @dataclass(frozen=True)
@@ -125,21 +127,22 @@ class Horse:
                 now = self._slate.read()
                 hangs = progress.hangs(computing=now.computing)
                 if progress.cpu_seconds > now.began + now.seconds:
-                    killed = self._kill("timeout", f"its limit is {now.seconds:.0f} s of processor time")
+                    verdict = Ended(_KILLED, "timeout", f"its limit is {now.seconds:.0f} s of processor time")
                 elif hangs:
-                    killed = self._kill("hung", f"each time none for {HUNG_SECONDS:.0f} s")
-                elif not wanted(now.job_id if now.computing else "") and self._slate.read() == now:
-                    killed = self._kill(None, "")
+                    verdict = Ended(_KILLED, "hung", f"each time none for {HUNG_SECONDS:.0f} s")
+                elif not wanted(now.job_id if now.computing else ""):
+                    verdict = Ended(_KILLED)
+                else:
+                    continue
+                if self._slate.read() == now:  # otherwise it has gone on since
+                    os.kill(self._pid, signal.SIGKILL)
+                    killed = verdict
         finally:
             if descriptor is not None:
                 os.close(descriptor)
             if not ended:
                 os.kill(self._pid, signal.SIGKILL)
                 os.waitpid(self._pid, 0)
-
-    def _kill(self, kind: FailureKind | None, limit: str) -> Ended:
-        os.kill(self._pid, signal.SIGKILL)
-        return Ended(-signal.SIGKILL, kind, limit)
 
     def _ended(self, status: int, usage: resource.struct_rusage, killed: Ended) -> Ended:
         if killed.status:
