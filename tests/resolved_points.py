@@ -25,11 +25,12 @@ from random_chains import random_oscillator
 from random_systems import random_system
 from verified_points import DEFAULT, DIGITS, Point, clearance_of, impacts_in_digits, label_of
 
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.codes import ROUNDING_DECIDES
+from grazemap_core.contact.cell_problem import Clearance, both_clearances, has_odd_harmonics_only
 from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver
-from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.equilibrium import contact_equilibrium, effective_gaps
 from grazemap_core.model.oscillator import Oscillator
 
 COLUMN = 48  # points of a map in which late motions are sought
@@ -95,14 +96,14 @@ def chain_column(rng: np.random.Generator) -> Points:
 def late_points(
     seed: int, most: int, random_column: Callable[[np.random.Generator], Points] = chain_column
 ) -> list[tuple[Point, bool, bool]]:
-    """Points of a random map that are named late; whether they are verified, and whether they are sensitive."""
+    """Points of a random map that are named late; whether they are verified, and whether a map would resolve them."""
     rng = np.random.default_rng(seed)
     while True:
         points = random_column(rng)
         oscillator, omega, clearances = points
         tile = column_of(oscillator, omega, clearances, MAX_PERIODS)
         column = {name: values[:, 0] for name, values in tile.items()}
-        verified, sensitive = column["verified"], column["sensitive"]
+        verified, sensitive = column["verified"], column["reason"] == ROUNDING_DECIDES
         late = np.flatnonzero((verified | sensitive) & (column["settled_after"] >= LATE))
         if len(late):
             return [
@@ -116,7 +117,7 @@ def late_points(
 
 
 def general_points(seed: int, most: int) -> list[Point]:
-    """Sensitive points of a column of a map of a random general system with one to three degrees of freedom."""
+    """Points that a map of a random general system with one to three degrees of freedom would resolve."""
     system, rng = random_system(6 * (seed // 3) + seed % 3), np.random.default_rng(seed)
     right, left = rng.uniform(0.9, 0.999, 2).tolist()
     oscillator = replace(system.oscillator, restitution=right, restitution_left=left)
@@ -130,7 +131,7 @@ def general_points(seed: int, most: int) -> list[Point]:
     column = {name: values[:, 0] for name, values in tile.items()}
     return [
         Point.of(oscillator, system.omega, clearance_of(clearances[i]), {k: v[i].item() for k, v in column.items()})
-        for i in np.flatnonzero(column["sensitive"] & ~column["sticking"])[:most].tolist()
+        for i in np.flatnonzero((column["reason"] == ROUNDING_DECIDES) & ~column["sticking"])[:most].tolist()
     ]
 
 
@@ -157,7 +158,10 @@ def exact_label(point: Point, bits: int) -> Label | None:
         run = GeneralOracle.of(point.oscillator, point.omega, *both_clearances(point.clearance), digits=digits)
         length = 2.0 * np.pi / point.omega
         run.run(MOST_IMPACTS, (point.settled_after + QUIET) * length)
-        return (1, 0, 0, True) if not run.times or run.times[-1] < point.settled_after * length else None
+        gaps = effective_gaps(point.oscillator, *both_clearances(point.clearance))
+        alike = gaps[0] == gaps[1] and has_odd_harmonics_only(point.oscillator)
+        alike = alike and point.oscillator.restitution_of(1) == point.oscillator.restitution_of(-1)
+        return (1, 0, 0, alike) if not run.times or run.times[-1] < point.settled_after * length else None
     impacts = impacts_in_digits(point, digits, MOST_IMPACTS)
     return None if impacts is None else label_of(impacts, point.period)
 

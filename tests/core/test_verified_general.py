@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
+from lines import column
 
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices
+from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
@@ -66,3 +73,36 @@ def test_maps_verify_the_orbits_between_unlike_stops(
         assert tile["least_impact_velocity"][row, 0] == pytest.approx(slowest, rel=1e-10)
         compared += 1
     assert compared >= 3
+
+
+def test_motions_beside_the_steady_maxima_are_free_of_impacts_for_ever() -> None:
+    oscillator, omega = dense(), 0.9
+    motion, rest = steady_motion(oscillator, np.array([omega])), contact_equilibrium(oscillator)
+    right, left = (float(motion.toward(stop).amplitude[0]) for stop in (1, -1))
+    clearances = np.array([[factor * right + rest, factor * left - rest] for factor in (0.999, 1.001, 1.005)])
+    assert np.all(clearances + np.array([-rest, rest]) < np.sum(np.abs(motion.response)))
+    tile = column(oscillator, omega, clearances, 1000)
+    assert tile["verified"][:, 0].tolist() == [True, True, True]
+    assert tile["impacts_left"][:, 0].tolist()[1:] == [-1, -1]
+    assert tile["impacts_left"][0, 0] > 0
+    both = float(clearances[1, 0]), float(clearances[1, 1])
+    run = trajectory(oscillator, omega, both, periods=64, transient_periods=1000, samples_per_period=1)
+    assert (run.motion.kind, run.motion.period, run.motion.impacts_right) == ("periodic", 1, -1)
+
+
+@pytest.mark.parametrize(("gamma", "omega"), [(0.05, 0.29), (1e-5, 0.277), (1e-9, 1.0)])
+def test_the_bound_of_a_steady_motion_is_reduced_to_its_maxima(gamma: float, omega: float) -> None:
+    chain = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], gamma, [0.0, 0.0, 0.0], 0.8)
+    if gamma == 1e-9:  # the second harmonic is in resonance
+        omega = 0.5 * math.sqrt(modal_model(chain).frequency_squared[0])
+    drive = [force(k, np.array([a, 0.0, 0.0]), np.array([p, 0.0, 0.0])) for k, a, p in ((1, 1.0, 0.0), (2, 0.7, 0.3))]
+    oscillator = Oscillator.of_structure(chain.structure, chain.contact, drive, 0.8)
+    models = trajectory_models(oscillator)
+    response = reference_response(oscillator, models.free, np.array([omega]))[0]
+    for phase in (0.0, 0.7):
+        problem, _ = cell_problem(models, response, omega, phase)
+        assert (problem.half_jump.shape[1] > 0) == (gamma == 1e-9)
+        motion = steady_motion(oscillator, np.array([omega]))
+        for stop, unreached in zip((1, -1), problem.unreached.tolist(), strict=True):
+            above = (problem.lasting_bound - unreached) - float(motion.toward(stop).amplitude[0])
+            assert 0.0 < above < 2e-12 * problem.lasting_bound

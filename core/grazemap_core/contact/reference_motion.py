@@ -17,6 +17,7 @@ from grazemap_core.contact.held_problem import (
     real_and_imaginary,
     whole_period,
 )
+from grazemap_core.contact.tolerances import CLEARED, HIGHEST_ERROR
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.model.modal import ModalModel
@@ -166,6 +167,7 @@ def reference_motion(
             "resonant_steady": np.zeros((2, 0, 2)),
             "lasting_steady": table[:1].copy(),
             "lasting_bound": bound,
+            "unreached": np.zeros(2),
         }
     parts = [
         _HarmonicPart.of(
@@ -186,7 +188,39 @@ def reference_motion(
         "resonant_steady": np.stack([_total(parts, half, "resonant_steady")[:states] for half in (0, 1)]),
         "lasting_steady": np.array([[part.lasting.real, part.lasting.imag] for part in parts]),
         "lasting_bound": sum(abs(part.lasting) for part in parts),
+        "unreached": _unreached(orders, np.array([part.lasting for part in parts])),
     }
+
+
+def _unreached(orders: Floats, amplitudes: Complexes) -> Floats:
+    """Return `CellProblem.unreached` for a steady motion of q with amplitudes (H,)."""
+    bound = float(np.sum(np.abs(amplitudes)))
+    if len(orders) == 1 or not 0.0 < bound < math.inf:
+        return np.zeros(2)
+    highest = np.array([_highest(orders, stop * amplitudes / bound) for stop in (1, -1)])
+    return bound * np.maximum(CLEARED - highest, 0.0)
+
+
+def _highest(orders: Floats, amplitudes: Complexes) -> float:
+    """Return an upper bound of ``sum_k Im(X_k exp(i k theta))``, too high by at most `HIGHEST_ERROR`.
+
+    The sum of the moduli of the amplitudes X (H,) is 1. The period is cut into parts, which are halved, but for those
+    in which the second derivative cannot bring the sum above a value that it has elsewhere.
+    """
+    bend, width = float(np.abs(amplitudes) @ orders**2), 0.5 / float(orders[-1])
+    parts = math.ceil(2.0 * math.pi / width)
+    middle, reached = width * np.arange(parts), -math.inf
+    while True:
+        terms = amplitudes * np.exp(1j * orders * middle[:, None])
+        value, slope = np.sum(terms.imag, axis=1), np.abs(np.sum(orders * terms.real, axis=1))
+        most = value + 0.5 * width * (slope + 0.25 * width * bend)
+        reached = max(reached, float(np.max(value)))
+        highest = float(np.max(most))
+        if highest <= reached + HIGHEST_ERROR:
+            return highest
+        width *= 0.5
+        kept = middle[most >= reached]
+        middle = np.concatenate([kept - 0.5 * width, kept + 0.5 * width])
 
 
 def _total(parts: Sequence[_HarmonicPart], half: int, name: str) -> Floats:

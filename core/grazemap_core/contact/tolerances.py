@@ -56,4 +56,8 @@ END_OF_REST: Final = 0.125
 """Part of a cell after a rest on a stop in which the sign of the slope may be that of round-off."""
 
 CLEARED: Final = 1.0 - 1e-12
-"""Fraction of the clearance below which the envelope of a motion excludes all later contacts."""
+"""Fraction of the clearance below which a bound of a motion excludes all later contacts."""
+
+HIGHEST_ERROR: Final = 1e-13
+"""Error of the largest displacement of a steady motion in several harmonics, over the sum of their moduli; a hundred
+times the round-off of a sum of these."""

@@ -26,7 +26,7 @@ FIRST_BITS: Final = 128
 """Precision of the first run."""
 FIRST_PERIODS: Final = 16
 """Forcing periods after which the runs are compared first; then after 1.25 times as many, again and again."""
-LONGER: Final = 8
+LONGER: Final = 64
 """How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
 ones."""
 AT_ONCE: Final = 4

@@ -13,7 +13,6 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever
-from grazemap_core.contact.kernels.stops import nearest_gap
 from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
@@ -138,7 +137,7 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
         period_detection.record_half_period(ring, run.halves, run.state, run.work)
-        reach = reach_from(problem, run.state, run.halves, nearest_gap(stops))
+        reach = reach_from(problem, stops, run.state, run.halves)
         if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
             reason, period = codes.RESOLVED, 1
         else:

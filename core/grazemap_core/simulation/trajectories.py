@@ -14,7 +14,7 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.stops import Stops, nearest_gap
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     EVENT_COLUMNS,
@@ -326,7 +326,7 @@ def _motion(forced: ForcedOscillator, run: Start, ring: StroboscopicHistory, hal
     problem, stops = run.problem, forced.stops
     if hidden_by_rounding(problem.steady_bound, np.array([stops.unit]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
-    reach = reach_from(problem, run.u, halves, nearest_gap(stops))
+    reach = reach_from(problem, stops, run.u, halves)
     if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
         return motion_from_codes(codes.RESOLVED, 1, -1, -1, stops.symmetric, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(

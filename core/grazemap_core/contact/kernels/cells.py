@@ -19,6 +19,8 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.numerics.jit.compiled import kernel
@@ -80,7 +82,10 @@ class CellProblem(NamedTuple):
         Real and imaginary part of the steady amplitudes of q at t = 0, with all modes, harmonic by harmonic; infinite
         if a mode is resonant and undamped.
     lasting_bound : float
-        Bound of the steady motion of q with all modes.
+        Bound of the steady motion of q with all modes: the sum of the moduli of its amplitudes.
+    unreached : (2,)
+        By how much this motion falls short of the bound toward the right stop, and toward the left one; 0 with one
+        harmonic.
     omega, step : float
         Forcing frequency and length of a cell.
     cells : int
@@ -114,6 +119,7 @@ class CellProblem(NamedTuple):
     resonant_steady: Floats
     lasting_steady: Floats
     lasting_bound: float
+    unreached: Floats
     omega: float
     step: float
     cells: int
@@ -273,10 +279,18 @@ def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
 
 
 @kernel
-def reach_from(problem: CellProblem, u: Floats, half: int, gap: float) -> float:
+def free_reach(problem: CellProblem, stops: Stops) -> float:
+    """Return the bound of |q| below which a motion that decays to the steady motion never touches a stop."""
+    right: float = CLEARED * stops.right + problem.unreached[0]
+    left: float = CLEARED * stops.left + problem.unreached[1]
+    return min(right, left)
+
+
+@kernel
+def reach_from(problem: CellProblem, stops: Stops, u: Floats, half: int) -> float:
     """Return a bound of |q| until the end of the half period without impacts, from the state at its start.
 
-    A bound below the smaller gap holds for all time to come: then the state minus the steady motion of all modes shows
+    A bound below `free_reach` holds for all time to come: then the state minus the steady motion of all modes shows
     that no impact follows.
     """
     reach, _ = bounds(problem, u)
@@ -286,7 +300,8 @@ def reach_from(problem: CellProblem, u: Floats, half: int, gap: float) -> float:
     for j in range(steady.shape[0]):
         first, second = u[j, 0] - steady[j, 0], u[j, 1] - steady[j, 1]
         lasting += problem.reach[j] * (problem.frequency[j] * abs(first) + abs(second))
-    return lasting if lasting < gap else max(reach, gap)
+    free = free_reach(problem, stops)
+    return lasting if lasting < free else max(reach, free)
 
 
 @kernel

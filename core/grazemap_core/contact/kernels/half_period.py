@@ -16,15 +16,16 @@ from grazemap_core.contact.kernels.cells import (
     carry,
     contact_motion,
     flow_state,
+    free_reach,
     reference_at_half,
 )
 from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.first_contact import is_clear
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.stops import Stops, nearest_gap
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally, record_event
-from grazemap_core.contact.tolerances import CLEARED, CONTACT_ROUNDING
+from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 
 
@@ -124,4 +125,4 @@ def counted(stops: Stops, impacts: float) -> float:
 @kernel
 def is_free_for_ever(problem: CellProblem, stops: Stops, reach: float, anchor: int) -> bool:
     """Return whether the envelope of the motion excludes all later contacts, so that it decays to the steady motion."""
-    return problem.damped and anchor == 0 and reach < CLEARED * nearest_gap(stops)
+    return problem.damped and anchor == 0 and reach < free_reach(problem, stops)

@@ -53,9 +53,3 @@ def gap_of(stops: Stops, stop: float) -> float:
 def restitution_of(stops: Stops, stop: float) -> float:
     """Return the restitution of a stop, +1 A or -1 C."""
     return stops.restitution_right if stop > 0 else stops.restitution_left
-
-
-@inlined_formula
-def nearest_gap(stops: Stops) -> float:
-    """Return the smaller gap, below which a bound of |q| excludes contacts with both stops."""
-    return min(stops.right, stops.left)

@@ -15,10 +15,10 @@ import numpy as np
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels.cells import free_reach
 from grazemap_core.contact.kernels.half_period import counted
 from grazemap_core.contact.kernels.sticking import put_between_stops
-from grazemap_core.contact.kernels.stops import Stops, nearest_gap
-from grazemap_core.contact.tolerances import CLEARED
+from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
@@ -254,7 +254,7 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
     if counts[lane, lane_state.STATE] != lane_state.SETTLING and counts[lane, lane_state.STATE] != lane_state.GROWING:
         return False
     returns = check and column.returns.length[lane] > 0.0
-    free = column.task.early and group.reach[lane] < CLEARED * nearest_gap(lane_stops(group, lane))
+    free = column.task.early and group.reach[lane] < free_reach(column.model.problem, lane_stops(group, lane))
     budget_spent: bool = column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS
     return returns or free or budget_spent
 

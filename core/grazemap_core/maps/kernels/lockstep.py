@@ -33,7 +33,7 @@ from grazemap_core.contact.kernels.cells import (
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
-from grazemap_core.contact.kernels.stops import Stops, nearest_gap, restitution_of
+from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
@@ -266,7 +266,7 @@ def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: in
         group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.reach[lane] = reach_from(problem, u, half, nearest_gap(lane_stops(group, lane)))
+    group.reach[lane] = reach_from(problem, lane_stops(group, lane), u, half)
     set_limits(group.limit, group.gap, lane, _loss(problem, u, group.close[lane]))
 
 
@@ -739,7 +739,7 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
             for j in range(u.shape[0]):
                 u[j, 0] = group.even[2 * j * LANES + lane]
                 u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-            group.reach[lane] = reach_from(model.problem, u, half + 1, nearest_gap(lane_stops(group, lane)))
+            group.reach[lane] = reach_from(model.problem, lane_stops(group, lane), u, half + 1)
 
 
 @kernel
