@@ -21,8 +21,9 @@ WAIT = 120_000
 
 
 def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
-    """Open a window of the plane, and wait for its verified tiles."""
+    """Open a window of the plane, and wait until the page answers, or for its verified tiles."""
     watched.page.goto(f"{url}/#{state}")
+    expect(watched.page.locator("#says")).not_to_be_empty()
     if wait:
         verified(watched.page)
     return watched.page

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
-from explorer_page import USUAL, WAIT, place, show
+from explorer_page import QUICK, USUAL, WAIT, place, show, window
 from playwright.sync_api import Page, Route, expect
 from watched_page import Watched
 
@@ -58,3 +60,47 @@ def test_a_question_says_in_sight_that_it_is_computed(small: Watched, url: str) 
     page.get_by_role("button", name="Basins").click()
     expect(page.get_by_text("Basins: computing")).to_be_in_viewport()
     page.unroute_all(behavior="ignoreErrors")
+
+
+def test_a_point_is_entered_and_left_by_keys(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    form = page.locator("#point-form")
+    across, up = form.get_by_label("forcing frequency"), form.get_by_label("clearance")
+    for text, said in (("1,7", "“1,7” is not a number; write 1.7"), ("-1", "-1 is out of range; allowed: numbers > 0")):
+        across.fill("0.26")
+        up.fill(text)
+        up.press("Enter")
+        assert up.evaluate("(field) => field.validationMessage").startswith(said)
+    assert not small.posted("trajectories")
+    up.fill("1.7")
+    up.press("Enter")
+    expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
+    expect(page.locator("#point-place")).to_have_text("ω = 0.26, clearance 1.7")
+    assert window(page) == ([0.25, 0.28125], [1.575, 1.825])  # the window follows
+    up.press("Escape")
+    expect(page.locator("#plane")).to_be_focused()
+
+
+def test_axes_of_small_machines_have_powers_of_ten(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_label("Begin with").select_option("rotor")
+    expect(page).to_have_url(re.compile("machine="))
+    form = page.locator("#point-form")
+    form.get_by_label("forcing frequency ω (rad/s)").fill("150")
+    form.get_by_label("clearance (m)").fill("0.0004")
+    form.get_by_label("clearance (m)").press("Enter")
+    expect(page.locator("#portrait svg")).to_contain_text("displacement (10⁻⁴ m)", timeout=WAIT)
+    page.get_by_role("button", name="Basins").click()
+    basins = page.locator("#basins svg")
+    expect(basins).to_contain_text("displacement of mass 1 (10⁻⁴ m)", timeout=WAIT)
+    expect(basins).to_contain_text("velocity of mass 1 (m/s)")
+
+
+def test_a_tap_on_a_phone_leaves_the_plane_where_it_is(small: Watched, url: str) -> None:
+    small.page.set_viewport_size({"width": 360, "height": 740})
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    assert page.evaluate("scrollY") == 0
+    open_point(page, SECOND_POINT, "1-1r-1l")
+    assert page.evaluate("scrollY") == 0

@@ -2,6 +2,9 @@
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
 import { LAYERS } from "./layers.js";
 import { USUAL, isUsual, parameter } from "./parameters.js";
+import { rounded } from "./ticks.js";
+
+const SHARE = 1e-6; // of a window, to which its ends are said
 
 const numbers = (text, separator) => {
   const found = (text ?? "").split(separator).map(Number);
@@ -48,12 +51,14 @@ export function read(hash, standard) {
   };
 }
 
+const ends = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low))).join("..");
+
 export function write({ x, y, plane, layer, curves, borders, at, machine }, standard) {
   const { horizontal, vertical, ...fixed } = plane;
   const said = new URLSearchParams({
     ...(!isUsual(plane) && { horizontal, vertical }),
-    [horizontal]: x.join(".."),
-    [vertical]: y.join(".."),
+    [horizontal]: ends(x),
+    [vertical]: ends(y),
   });
   for (const [name, value] of Object.entries(fixed)) if (value !== null) said.set(name, value);
   if (layer !== standard.layer) said.set("layer", layer);

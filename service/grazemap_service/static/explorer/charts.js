@@ -1,6 +1,6 @@
 // Small line charts as SVG.
 import { drawing } from "./dom.js";
-import { ticks } from "./ticks.js";
+import { axisName, ticks } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 52, right: 8, top: 8, bottom: 36 };
@@ -19,13 +19,15 @@ export function extent(values, share = 0.05) {
 }
 
 // `series` are { x, y, kind }, lines; `dots` { x, y, kind, text }; `bars` { x } or { y }, straight lines across the
-// chart. `kind` is the class that the style sheet knows. With `equal` both axes have one scale.
-export function chart({ title, x, y, names, series = [], dots = [], bars = [], equal = false }) {
+// chart. `kind` is the class that the style sheet knows. `image` is the address of a picture that fills the axes. With
+// `equal` both axes have one scale.
+export function chart({ title, x, y, names, series = [], dots = [], bars = [], image = null, equal = false }) {
   const height = equal ? SIZE.width - MARGIN.left - MARGIN.right + MARGIN.top + MARGIN.bottom : SIZE.height;
   const right = SIZE.width - MARGIN.right;
   const bottom = height - MARGIN.bottom;
   const px = (value) => MARGIN.left + ((value - x[0]) / (x[1] - x[0])) * (right - MARGIN.left);
   const py = (value) => bottom - ((value - y[0]) / (y[1] - y[0])) * (bottom - MARGIN.top);
+  const frame = { x: MARGIN.left, y: MARGIN.top, width: right - MARGIN.left, height: bottom - MARGIN.top };
   const at = (value) => value.toFixed(1);
   const line = (x1, y1, x2, y2, kind) =>
     drawing("line", { x1: at(x1), y1: at(y1), x2: at(x2), y2: at(y2), class: kind });
@@ -45,13 +47,8 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], e
     "svg",
     { viewBox: `0 0 ${SIZE.width} ${height}`, role: "img", "aria-label": title, class: "chart" },
     drawing("title", {}, title),
-    drawing("rect", {
-      x: MARGIN.left,
-      y: MARGIN.top,
-      width: right - MARGIN.left,
-      height: bottom - MARGIN.top,
-      class: "frame",
-    }),
+    ...(image ? [drawing("image", { ...frame, href: image, preserveAspectRatio: "none" })] : []),
+    drawing("rect", { ...frame, class: "frame" }),
     ...bars.map((bar) =>
       "x" in bar
         ? line(px(bar.x), MARGIN.top, px(bar.x), bottom, bar.kind)
@@ -67,12 +64,12 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], e
     ),
     ...across.marks.map(({ value, text: said }) => text(said, { x: at(px(value)), y: bottom + 14, class: "middle" })),
     ...up.marks.map(({ value, text: said }) => text(said, { x: MARGIN.left - 5, y: at(py(value) + 4), class: "end" })),
-    text(names.x + (across.base ? ` − ${across.base}` : ""), {
+    text(axisName(names.x, across), {
       x: (MARGIN.left + right) / 2,
       y: bottom + 30,
       class: "middle",
     }),
-    text(names.y + (up.base ? ` − ${up.base}` : ""), {
+    text(axisName(names.y, up), {
       x: 12,
       y: (MARGIN.top + bottom) / 2,
       class: "middle",

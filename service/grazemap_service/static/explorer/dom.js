@@ -20,6 +20,25 @@ export function swatch(colour) {
   return square;
 }
 
+const POINT = /^[+-]?\d+,\d+$/; // a number with a comma in place of the point
+
+// What is wrong with a text that is no number.
+export const notNumber = (text) =>
+  `“${text}” is not a number${POINT.test(text) ? `; write ${text.replace(",", ".")}` : ""}`;
+
+// The number in a field, between two others; null, and the field says what is wrong, if there is none.
+export function numberIn(field, [low, high] = [0, Infinity]) {
+  const text = field.value.trim();
+  const value = Number(text || NaN);
+  const ends = [low > -Infinity && ` > ${low}`, high < Infinity && ` < ${high}`].filter(Boolean).join(" and");
+  const isThere = low < value && value < high;
+  const wrong = Number.isFinite(value) ? `${text} is out of range` : notNumber(text);
+  field.setCustomValidity(isThere ? "" : `${wrong}; allowed: numbers${ends}`);
+  field.setAttribute("aria-invalid", !isThere);
+  field.oninput = () => field.setCustomValidity("");
+  return field.reportValidity() ? value : null;
+}
+
 const SVG = "http://www.w3.org/2000/svg";
 export function drawing(name, attributes = {}, ...children) {
   const made = document.createElementNS(SVG, name);

@@ -5,7 +5,7 @@ import { byId, element, swatch } from "./dom.js";
 import { parameter } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { named } from "./units.js";
 
 const BASIN_POINTS = 96;
 
@@ -14,13 +14,7 @@ export async function showBasins(panel) {
   const { label, attractors, horizontal, vertical } = basins;
   const rows = label.length;
   const columns = label[0].length;
-  const canvas = element("canvas", {
-    width: columns,
-    height: rows,
-    className: "basins",
-    role: "img",
-    "aria-label": "Basins of attraction over initial displacement and velocity of mass 1",
-  });
+  const canvas = element("canvas", { width: columns, height: rows });
   const names = attractors.map((one) => one.label ?? one.kind);
   const unresolved = panel.colours.channels("unresolved");
   const taken = names.map((name, k) =>
@@ -34,12 +28,23 @@ export async function showBasins(panel) {
     ),
   );
   pen.putImageData(image, 0, 0);
-  const ends = (values, unit) => `${toRead(values[0])} to ${toRead(values[values.length - 1])}${unit}`;
+  const edges = (values) => {
+    const half = (values[1] - values[0]) / 2;
+    return [values[0] - half, values[values.length - 1] + half];
+  };
   byId("basins").replaceChildren(
-    canvas,
-    element("p", {
-      textContent: `Initial displacement ${ends(horizontal, unitOf(panel.machine, "length"))} to the right, velocity ${ends(vertical, unitOf(panel.machine, "velocity"))} upwards, of mass 1; the other masses start at rest.`,
+    chart({
+      title: "Basins of attraction over initial displacement and velocity of mass 1",
+      x: edges(horizontal),
+      y: edges(vertical),
+      names: {
+        x: named("displacement of mass 1", panel.machine, "length"),
+        y: named("velocity of mass 1", panel.machine, "velocity"),
+      },
+      image: canvas.toDataURL(),
+      equal: true,
     }),
+    element("p", { textContent: "The motions that follow from these initial states; the other masses start at rest." }),
     element(
       "ul",
       {},
@@ -72,7 +77,7 @@ export async function showBranch(panel) {
       title: `Branch: speed of the first impact over the ${text}`,
       x: extent(values),
       y: extent(speed),
-      names: { x: `${text}${unitOf(machine, quantity)}`, y: `impact speed${unitOf(machine, "velocity")}` },
+      names: { x: named(text, machine, quantity), y: named("impact speed", machine, "velocity") },
       series: [
         { ...part((k) => !stable(k)), kind: "unstable" },
         { ...part(stable), kind: "motion" },

@@ -1,6 +1,7 @@
 // The form of the machine: presets, its fields with their errors, and its natural frequencies while one types.
 import { compute, isAborted } from "./api.js";
-import { byId, element } from "./dom.js";
+import { byId, element, notNumber } from "./dom.js";
+import { EXAMPLE, complete } from "./parameters.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { sketch } from "./sketch.js";
@@ -9,6 +10,7 @@ import { unitOf } from "./units.js";
 
 const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
 const LISTS = ["masses", "stiffnesses", "forcing"];
+const OF_CHAIN = ["masses", "stiffnesses", "damping"]; // what matrices stand in place of
 const TYPING_PAUSE = 300;
 
 const textOf = (name, value) => {
@@ -17,6 +19,8 @@ const textOf = (name, value) => {
   const isPlain = Array.isArray(value) && value.every(Number.isFinite) && (value.length > 1 || LISTS.includes(name));
   return isPlain ? value.join(", ") : JSON.stringify(value);
 };
+
+const NUMBERS = "a number as 2.5, or several with commas between them";
 
 // What a field says: a number, numbers with commas, or JSON. Throws an Error with what is wrong.
 function valueOf(text) {
@@ -30,7 +34,7 @@ function valueOf(text) {
   const parts = text.split(",").map((part) => part.trim());
   const numbers = parts.map(Number);
   const wrong = parts.find((part, k) => part === "" || !Number.isFinite(numbers[k]));
-  if (wrong !== undefined) throw new Error(`“${wrong}” is not a number; allowed: a number as 2.5, or several with commas between them.`);
+  if (wrong !== undefined) throw new Error(`${notNumber(wrong)}; allowed: ${NUMBERS}.`);
   return parts.length > 1 ? numbers : numbers[0];
 }
 
@@ -45,7 +49,9 @@ export class MachineForm {
     const presets = Object.entries(PRESETS).map(([value, { text }]) => element("option", { value, textContent: text }));
     byId("preset").append(element("option", { value: "", textContent: "choose …" }), ...presets);
     byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
-    this.form.addEventListener("input", () => {
+    this.form.addEventListener("input", ({ target }) => {
+      // numbers of a machine in SI are not those of the paper
+      if (target.name === "units" && this.#isExample()) for (const name of FIELDS) this.form.elements[name].value = "";
       byId("other-clearance").hidden = this.form.stops.value !== "unequal";
       this.#mark(true);
       clearTimeout(this.#typing);
@@ -74,8 +80,13 @@ export class MachineForm {
     this.chosen(preset.machine, preset);
   }
 
+  #isExample() {
+    const fields = this.form.elements;
+    return FIELDS.every((name) => fields[name].value === textOf(name, EXAMPLE[name])) && !fields.further.value;
+  }
+
   show({ oscillator, stops, left, periods }) {
-    const { units = "nondimensional", ...others } = oscillator ?? {};
+    const { units = "nondimensional", ...others } = complete(oscillator);
     const fields = this.form.elements;
     fields.units.value = units;
     fields.stops.value = stops;
@@ -106,14 +117,18 @@ export class MachineForm {
         errors[name] = error.message;
       }
     }
+    for (const name of FIELDS)
+      if (!(name in oscillator) && !(oscillator.matrices && OF_CHAIN.includes(name)) && !(oscillator.base && name === "forcing"))
+        errors[name] ??= `Enter ${NUMBERS}.`;
     for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
+    if (Array.isArray(oscillator.restitution)) errors.restitution = `${notNumber(fields.restitution.value)}.`;
     const stops = fields.stops.value;
     const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
-    if (Number.isNaN(left)) errors.left = "Enter the distance of the left stop.";
+    if (Number.isNaN(left)) errors.left = fields.left.value ? `${notNumber(fields.left.value)}.` : "Enter the distance of the left stop.";
     this.#say(errors);
     if (Object.keys(errors).length) return null;
     return {
-      oscillator: Object.keys(oscillator).length ? oscillator : null,
+      oscillator: fields.units.value === "nondimensional" && this.#isExample() ? null : oscillator,
       stops,
       left,
       periods: Number(fields.periods.value),
@@ -157,6 +172,11 @@ export class MachineForm {
         const field = FIELDS.includes(name) ? name : name ? "further" : "machine";
         errors[field] ??= `${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
       }
+      const [masses, ...others] = LISTS.map((name) => machine.oscillator?.[name]?.length);
+      others.forEach((count, k) => {
+        const name = LISTS[k + 1];
+        if (errors[name] && count !== masses) errors.masses ??= `${masses} masses, but ${count} ${name}.`;
+      });
       if (!Object.keys(errors).length) errors.machine = error.message;
       this.#say(errors);
       byId("modes").replaceChildren();

@@ -16,12 +16,13 @@ import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./pa
 import { Plane } from "./plane.js";
 import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
+import { PointForm } from "./pointform.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { offer } from "./takehome.js";
-import { toRead } from "./ticks.js";
+import { rounded, toRead } from "./ticks.js";
 import { Tiles } from "./tiles.js";
-import { unitOf } from "./units.js";
+import { named, unitOf } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
@@ -72,7 +73,7 @@ const act = {
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
     if (!plane.holds(at)) return;
-    open(rounded(at));
+    open(ofPixel(at));
     if (byKey) byId("point-name").focus();
   },
   point: (at) => {
@@ -117,6 +118,14 @@ const form = new MachineForm({
     const isThere = overview.curve === null || overview.meets(state);
     const shown = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: shown.x, y: shown.y }, { now: true });
+  },
+});
+const pointForm = new PointForm({
+  domains,
+  chosen: ([x, y]) => {
+    const { x: across, y: up } = domains();
+    plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) }, { now: true });
+    open([x, y]);
   },
 });
 const planeForm = new PlaneForm({
@@ -217,13 +226,9 @@ function restore() {
 }
 
 // A point with the digits that a pixel has.
-function rounded({ x, y }) {
-  const digits = (value, [low, high], pixels) =>
-    Math.max(1, Math.min(17, Math.ceil(Math.log10((Math.abs(value) / (high - low)) * pixels)) + 1));
-  return [
-    Number(x.toPrecision(digits(x, state.x, plane.width))),
-    Number(y.toPrecision(digits(y, state.y, plane.height))),
-  ];
+function ofPixel({ x, y }) {
+  const [across, up] = [state.x, state.y].map(([low, high]) => high - low);
+  return [rounded(x, across / plane.width), rounded(y, up / plane.height)];
 }
 
 function open(at) {
@@ -232,6 +237,13 @@ function open(at) {
   remember();
   refresh();
 }
+
+// The interval, or another one of its width about a value that it does not contain.
+const around = (value, [low, high], [least, most]) => {
+  if (within(value, [low, high])) return [low, high];
+  const half = (high - low) / 2;
+  return [Math.max(least, value - half), Math.min(most, value + half)];
+};
 
 function openPanel() {
   byId("point-section").open = true;
@@ -272,10 +284,7 @@ function show() {
   }
   // the motions stand until other values come
   const below = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
-  const named = (name) => {
-    const { text, quantity } = parameter(name);
-    return `${text}${unitOf(state.machine, quantity).replace(/ (.+)/, " ($1)")}`;
-  };
+  const axis = (name) => named(parameter(name).text, state.machine, parameter(name).quantity);
   const { horizontal, vertical } = state.plane;
   plane.scene = {
     below,
@@ -283,9 +292,10 @@ function show() {
     lines: [...(isUsual(state.plane) ? [] : grazes(found)), ...curves.lines(), ...curves.borders(), ...ofPoint.lines],
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
-    names: { x: named(horizontal), y: named(vertical) },
+    names: { x: axis(horizontal), y: axis(vertical) },
   };
   plane.draw();
+  pointForm.show(state);
   legend.show(state, found, range);
   byId("curve-legend").hidden = !state.borders && state.curves !== "all" && !ofPoint.lines.length;
   say(found);
@@ -393,6 +403,7 @@ byId("borders").addEventListener("change", ({ target }) => {
 byId("zoom-in").addEventListener("click", () => plane.zoom(2));
 byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
 byId("home").addEventListener("click", act.home);
+byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();

@@ -1,10 +1,10 @@
 // The grazing curve over all frequencies of a machine, in which a window is chosen.
 import { compute, isAborted } from "./api.js";
 import { chart, extent, onDrag } from "./charts.js";
-import { byId } from "./dom.js";
+import { byId, notNumber } from "./dom.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { named } from "./units.js";
 
 const POINTS = 801;
 const BELOW = 0.3;
@@ -24,7 +24,7 @@ export class Overview {
       const { from, to } = event.target.elements;
       const wrong = [from, to].find(({ value }) => !(Number(value) > 0 && Number.isFinite(Number(value))));
       if (wrong) {
-        byId("overview-says").textContent = `ω ${wrong.name}: “${wrong.value}” is not a number; allowed: numbers > 0.`;
+        byId("overview-says").textContent = `ω ${wrong.name}: ${notNumber(wrong.value)}; allowed: numbers > 0.`;
         wrong.focus();
       } else this.#choose(Number(from.value), Number(to.value));
     });
@@ -68,7 +68,7 @@ export class Overview {
       title: "Grazing curve over all frequencies; the lines are the ends of the window",
       x: extent(x, 0),
       y: extent(y),
-      names: { x: `ω${unitOf(machine, "frequency")}`, y: `clearance${unitOf(machine, "length")}` },
+      names: { x: named("ω", machine, "frequency"), y: named("clearance", machine, "length") },
       series: [{ x, y, kind: "motion" }],
       bars: (view?.x ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });

@@ -13,7 +13,19 @@ export const EXAMPLE = {
   forcing: [1, 0, 0],
   restitution: 0.8,
 };
-const oscillatorOf = ({ oscillator }) => oscillator ?? EXAMPLE;
+
+// An oscillator with what the service takes for what it does not say.
+export function complete(oscillator) {
+  if (!oscillator) return EXAMPLE;
+  const { masses, matrices, base, units } = oscillator;
+  return {
+    ...(!matrices && units !== "SI" && { damping: EXAMPLE.damping }),
+    ...(!base && masses && { forcing: masses.map((_, k) => Number(k === 0)) }),
+    restitution: EXAMPLE.restitution,
+    ...oscillator,
+  };
+}
+const oscillatorOf = ({ oscillator }) => complete(oscillator);
 
 const SINGLE = {
   omega: { text: "forcing frequency ω", quantity: "frequency" },
@@ -77,11 +89,8 @@ function withParameter(oscillator, name, value) {
       ...oscillator,
       matrices: { ...oscillator.matrices, damping: scaledDamping(oscillator.matrices.damping, value) },
     };
-  if (name === "damping") {
-    const { damping = EXAMPLE.damping } = oscillator;
-    return { ...oscillator, damping: scaledDamping(damping, value) };
-  }
-  const { base, forcing = base ? null : oscillator.masses.map((_, k) => Number(k === 0)) } = oscillator;
+  if (name === "damping") return { ...oscillator, damping: scaledDamping(oscillator.damping, value) };
+  const { base, forcing } = oscillator;
   return {
     ...oscillator,
     ...(forcing && { forcing: scaledForcing(forcing, value) }),
@@ -105,7 +114,7 @@ export function valueOf(machine, name, [omega, clearance]) {
   const oscillator = oscillatorOf(machine);
   const [, list, number] = listed(name) ?? [];
   if (list) return oscillator[list][number - 1];
-  const { restitution = EXAMPLE.restitution } = oscillator;
+  const { restitution } = oscillator;
   const among = { omega, clearance, restitution: restitution.right ?? restitution };
   return among[name] ?? 1;
 }

@@ -1,5 +1,5 @@
 // The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
-import { ticks } from "./ticks.js";
+import { axisName, ticks } from "./ticks.js";
 
 const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
 const PALE = 0.35; // of the motions, until the values of another layer come
@@ -239,8 +239,7 @@ export class Plane {
       const most = this.canvas.clientWidth - pen.measureText(text).width / 2 - 1;
       pen.fillText(text, Math.min(this.#px(value), most), bottom + 6);
     }
-    const named = (name, base) => (base ? `${name} − ${base}` : name);
-    pen.fillText(named(names?.x ?? "", across.base), MARGIN.left + this.width / 2, bottom + 24);
+    pen.fillText(axisName(names?.x ?? "", across), MARGIN.left + this.width / 2, bottom + 24);
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (const { value, text } of up.marks) {
@@ -251,7 +250,7 @@ export class Plane {
     pen.translate(8, MARGIN.top + this.height / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
-    pen.fillText(named(names?.y ?? "", up.base), 0, 0);
+    pen.fillText(axisName(names?.y ?? "", up), 0, 0);
     pen.restore();
   }
 

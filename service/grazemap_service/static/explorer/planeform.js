@@ -1,5 +1,5 @@
 // The choice of the plane: its two parameters, and where the forcing frequency and the clearance are if they are not axes.
-import { byId, element } from "./dom.js";
+import { byId, element, numberIn } from "./dom.js";
 import { namesOf, parameter } from "./parameters.js";
 
 const AXES = ["horizontal", "vertical"];
@@ -17,8 +17,8 @@ export class PlaneForm {
       // the axes change places where one is given the parameter of the other
       if (next.horizontal === next.vertical)
         Object.assign(next, { horizontal: plane.vertical, vertical: plane.horizontal });
-      const number = (name) => (target.name === name && Number(target.value)) || plane[name];
-      chosen({ ...next, omega: number("omega"), clearance: number("clearance") });
+      const entered = FIXED.includes(target.name) && { [target.name]: numberIn(target) };
+      if (entered[target.name] !== null) chosen({ ...plane, ...next, ...entered });
     });
   }
 

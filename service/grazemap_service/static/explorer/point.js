@@ -9,9 +9,10 @@ import { USUAL, parameter, placeOf } from "./parameters.js";
 import { withoutRemedy } from "./layers.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { named, unitOf } from "./units.js";
 
 const PERIODS_SHOWN = 12;
+const PHONE = "(max-width: 48rem)"; // as in the style sheet
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
 
 export class PointPanel {
@@ -73,7 +74,8 @@ export class PointPanel {
     byId("multipliers").replaceChildren();
     this.orbit = null;
     byId("ask-branch").disabled = byId("ask-curves").disabled = true;
-    byId("point-name").scrollIntoView({ block: "nearest" });
+    // below the plane, on a phone, it would move the plane away
+    if (!matchMedia(PHONE).matches) byId("point-name").scrollIntoView({ block: "nearest" });
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
@@ -124,7 +126,7 @@ export class PointPanel {
         title: "Phase portrait: velocity over displacement of the contact, with the stops",
         x: extent([...q, ...present]),
         y: extent(v),
-        names: { x: `displacement${units("length")}`, y: `velocity${units("velocity")}` },
+        names: { x: named("displacement", machine, "length"), y: named("velocity", machine, "velocity") },
         series: [{ x: q, y: v, kind: "motion" }],
         bars: present.map((x) => ({ x, kind: "stop" })),
       }),
@@ -136,7 +138,7 @@ export class PointPanel {
         title: "Displacement of the contact over time, with its impacts",
         x: [0, path.time[last]],
         y: extent([...q, ...present]),
-        names: { x: `time${units("time")}`, y: `displacement${units("length")}` },
+        names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
         series: [{ x: path.time.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
         bars: present.map((y) => ({ y, kind: "stop" })),
         dots: impacts.time.flatMap((time, k) =>

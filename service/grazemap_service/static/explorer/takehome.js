@@ -2,7 +2,7 @@
 import { send } from "./api.js";
 import { byId, drawing, save } from "./dom.js";
 import * as requests from "./requests.js";
-import { ticks } from "./ticks.js";
+import { axisName, ticks } from "./ticks.js";
 
 const CODE_POINTS = 128;
 
@@ -103,7 +103,6 @@ export function asSvg({ x, y }, lines, marks, names) {
   const frame = { x: left, y: 10, width: width - left - 10, height: height - bottom - 10 };
   const across = ticks(x, 6);
   const up = ticks(y, 6);
-  const offset = (name, base) => (base ? `${name} − ${base}` : name);
   const svg = drawing(
     "svg",
     { xmlns: "http://www.w3.org/2000/svg", viewBox: `0 0 ${width} ${height}`, width, height },
@@ -137,8 +136,8 @@ export function asSvg({ x, y }, lines, marks, names) {
       text(said, { x: px(value), y: height - bottom + 18, "text-anchor": "middle" }),
     ),
     ...up.marks.map(({ value, text: said }) => text(said, { x: left - 6, y: py(value) + 4, "text-anchor": "end" })),
-    text(offset(names.x, across.base), { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }),
-    text(offset(names.y, up.base), {
+    text(axisName(names.x, across), { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }),
+    text(axisName(names.y, up), {
       x: 16,
       y: height / 2,
       "text-anchor": "middle",

@@ -1,4 +1,4 @@
-// Units of the numbers of a machine, with a space before them; nondimensional numbers have none.
+// Units of the numbers of a machine; nondimensional numbers have none.
 
 const SI = {
   frequency: "rad/s",
@@ -10,5 +10,9 @@ const SI = {
   stiffness: "N/m",
 };
 
+// With a space before it, for a number.
 export const unitOf = ({ oscillator }, quantity) =>
   oscillator?.units === "SI" && SI[quantity] ? ` ${SI[quantity]}` : "";
+
+// What an axis or a field is called: "clearance (m)".
+export const named = (text, machine, quantity) => text + unitOf(machine, quantity).replace(/ (.+)/, " ($1)");
