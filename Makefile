@@ -194,6 +194,11 @@ fairness: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 fairness: kernels $(STAMP)  ## 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python tests/fairness.py
 
+first-window: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+first-window: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+first-window: kernels chromium $(STAMP)  ## the explorer's first window: previews, and verified, on two cores (three minutes)
+	$(BIN)/python tests/first_window.py
+
 load: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 load: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 load: kernels $(STAMP)  ## 500 event streams, and twice a thousand clients for a minute (ten minutes)
@@ -266,10 +271,12 @@ client: $(STAMP)  ## generate the blocking client from the asynchronous one
 types: $(STAMP)  ## check types with mypy, strict
 	$(BIN)/mypy
 
+chromium:
+	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
+
 browser: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 browser: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-browser: kernels $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
-	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
+browser: kernels chromium $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/browser
 
 COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url

@@ -11,8 +11,9 @@ import httpx2
 from playwright.sync_api import Page, expect
 from watched_page import Watched
 
-# Above the grazing curve, where every tile takes a moment; the default window; one where tiles take seconds.
+# Above the grazing curve, where every tile takes a moment; the first window, and one below it; two where tiles take seconds.
 QUICK = "omega=0.25..0.28125&clearance=2..2.25"
+FIRST = "omega=0.25..0.3125&clearance=1.5..2.25"
 USUAL = "omega=0.25..0.3125&clearance=1.25..2"
 HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
 ALSO_HARD = "omega=0.296875..0.3125&clearance=1.25..1.375"

@@ -45,6 +45,7 @@ TARGETS = (
     "load",
     "small-questions",
     "cold-start",
+    "first-window",
     "estimates",
     "planes",
     "large-models",

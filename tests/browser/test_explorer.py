@@ -16,7 +16,7 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
-from explorer_page import ALSO_HARD, HARD, LEFT, QUICK, USUAL, WAIT, ended, maps, place, show, verified, window
+from explorer_page import ALSO_HARD, FIRST, HARD, LEFT, QUICK, USUAL, WAIT, ended, maps, place, show, verified, window
 from playwright.sync_api import expect
 from watched_page import Watched
 
@@ -220,7 +220,7 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
     page.wait_for_timeout(400)
     assert np.ptp(window(page)[0]) == pytest.approx(1.5 * 0.002, rel=0.02)
     page.keyboard.press("Home")
-    expect(page).to_have_url(re.compile(re.escape(USUAL)))
+    expect(page).to_have_url(re.compile(re.escape(FIRST)))
     page.keyboard.press("Enter")
     expect(page.locator("#point-name")).to_be_focused()
 

@@ -32,8 +32,8 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], i
   const line = (x1, y1, x2, y2, kind) =>
     drawing("line", { x1: at(x1), y1: at(y1), x2: at(x2), y2: at(y2), class: kind });
   const text = (content, attributes) => drawing("text", attributes, content);
-  const across = ticks(x, 4);
-  const up = ticks(y, 4);
+  const across = ticks(x, 5);
+  const up = ticks(y, 5);
   const path = ({ x: xs, y: ys }) => {
     let drawn = "";
     let lifted = true;

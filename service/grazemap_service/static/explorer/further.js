@@ -2,6 +2,7 @@
 import { chart, extent } from "./charts.js";
 import { lineOf } from "./curves.js";
 import { byId, element, swatch } from "./dom.js";
+import { percent } from "./layers.js";
 import { parameter } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
@@ -49,7 +50,7 @@ export async function showBasins(panel) {
       "ul",
       {},
       ...attractors.map((one, k) =>
-        element("li", {}, swatch(`rgb(${taken[k]})`), `${names[k]}: ${(100 * one.share).toFixed(1)} %`),
+        element("li", {}, swatch(`rgb(${taken[k]})`), `${names[k]}: ${percent(one.share)}`),
       ),
     ),
   );

@@ -99,6 +99,8 @@ function within([low, high], interval, points) {
   return interval.map(place);
 }
 
+export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).toFixed(1)} %`);
+
 // A reason without what a client of the API would do about it.
 export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 

@@ -1,6 +1,6 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
-import { LAYERS, shares } from "./layers.js";
+import { LAYERS, percent, shares } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { unitOf } from "./units.js";
 
@@ -57,7 +57,7 @@ export class Legend {
       else this.hidden.add(label);
       this.changed();
     });
-    const part = element("small", { textContent: share < 0.001 ? "< 0.1 %" : `${(100 * share).toFixed(1)} %` });
+    const part = element("small", { textContent: percent(share) });
     return element("li", {}, element("label", {}, box, swatch(this.colours.of(label)), `${label} `, part));
   }
 }

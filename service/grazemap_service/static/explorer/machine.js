@@ -117,14 +117,15 @@ export class MachineForm {
         errors[name] = error.message;
       }
     }
+    const needless = [...(oscillator.matrices ? OF_CHAIN : []), ...(oscillator.base ? ["forcing"] : [])];
     for (const name of FIELDS)
-      if (!(name in oscillator) && !(oscillator.matrices && OF_CHAIN.includes(name)) && !(oscillator.base && name === "forcing"))
-        errors[name] ??= `Enter ${NUMBERS}.`;
+      if (!(name in oscillator) && !needless.includes(name)) errors[name] ??= `Enter ${NUMBERS}.`;
     for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
     if (Array.isArray(oscillator.restitution)) errors.restitution = `${notNumber(fields.restitution.value)}.`;
     const stops = fields.stops.value;
     const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
-    if (Number.isNaN(left)) errors.left = fields.left.value ? `${notNumber(fields.left.value)}.` : "Enter the distance of the left stop.";
+    if (Number.isNaN(left))
+      errors.left = fields.left.value ? `${notNumber(fields.left.value)}.` : "Enter the distance of the left stop.";
     this.#say(errors);
     if (Object.keys(errors).length) return null;
     return {

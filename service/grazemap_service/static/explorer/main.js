@@ -253,14 +253,14 @@ function openPanel() {
 const seen = () => tiles.within(family(), state);
 
 // The verified tiles of the window that are as fine as its pixels.
-function finest(found = seen()) {
+function finestSeen(found = seen()) {
   const size = 2 ** levels().x.exponent;
   return found.filter((tile) => !tile.preview && tile.x[1] - tile.x[0] === size);
 }
 
 // Whether labels are not known better than to the distance of neighbouring points.
 function roundOffDecides(found) {
-  const shown = finest(found);
+  const shown = finestSeen(found);
   const sensitive = shown.reduce((sum, tile) => sum + tile.sensitiveShare, 0);
   return shown.length > 0 && sensitive > MOST_SENSITIVE * shown.length;
 }
@@ -414,7 +414,7 @@ offer(() => {
   return {
     state,
     ...plane.scene,
-    tiles: finest().sort((one, other) => middle(one) - middle(other)),
+    tiles: finestSeen().sort((one, other) => middle(one) - middle(other)),
     canvas: byId("plane"),
   };
 });
