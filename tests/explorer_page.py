@@ -11,7 +11,7 @@ import httpx2
 from playwright.sync_api import Page, expect
 from watched_page import Watched
 
-# Above the grazing curve, where every tile takes a moment; the first window, one below it; two where tiles take seconds.
+# Above the grazing curve, where tiles take a moment; the first window, one below it; two where tiles take seconds.
 QUICK = "omega=0.25..0.28125&clearance=2..2.25"
 FIRST = "omega=0.25..0.3125&clearance=1.5..2.25"
 USUAL = "omega=0.25..0.3125&clearance=1.25..2"
