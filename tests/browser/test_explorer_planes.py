@@ -148,7 +148,7 @@ def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Wat
     )
     said = point_at(page, umap["omega"][column], umap["clearance"][row])
     assert f": {label};" in said
-    power = re.search(r"dissipated power ([0-9.]+)$", said)
+    power = re.search(r"dissipated power ([0-9.e-]+)$", said)
     assert power is not None, said
     assert float(power[1]) == pytest.approx(umap["dissipated_power"][row][column], rel=1e-3)
 
