@@ -27,7 +27,7 @@ export const notNumber = (text) =>
   `“${text}” is not a number${POINT.test(text) ? `; write ${text.replace(",", ".")}` : ""}`;
 
 // The number in a field, between two others; null, and the field says what is wrong, if there is none.
-export function numberIn(field, [low, high] = [0, Infinity]) {
+export function numberOf(field, [low, high] = [0, Infinity]) {
   const text = field.value.trim();
   const value = Number(text || NaN);
   const ends = [low > -Infinity && ` > ${low}`, high < Infinity && ` < ${high}`].filter(Boolean).join(" and");

@@ -1,5 +1,5 @@
 // The choice of the plane: its two parameters, and where the forcing frequency and the clearance are if they are not axes.
-import { byId, element, numberIn } from "./dom.js";
+import { byId, element, numberOf } from "./dom.js";
 import { namesOf, parameter } from "./parameters.js";
 
 const AXES = ["horizontal", "vertical"];
@@ -17,7 +17,7 @@ export class PlaneForm {
       // the axes change places where one is given the parameter of the other
       if (next.horizontal === next.vertical)
         Object.assign(next, { horizontal: plane.vertical, vertical: plane.horizontal });
-      const entered = FIXED.includes(target.name) && { [target.name]: numberIn(target) };
+      const entered = FIXED.includes(target.name) && { [target.name]: numberOf(target) };
       if (entered[target.name] !== null) chosen({ ...plane, ...next, ...entered });
     });
   }

@@ -1,5 +1,5 @@
 // The form of the open point: its two numbers, which one may enter instead of clicking the plane.
-import { byId, numberIn } from "./dom.js";
+import { byId, numberOf } from "./dom.js";
 import { parameter } from "./parameters.js";
 import { named } from "./units.js";
 
@@ -12,7 +12,7 @@ export class PointForm {
     this.form.addEventListener("submit", (event) => {
       event.preventDefault();
       const { x, y } = domains();
-      const at = [numberIn(this.form.elements.across, x), numberIn(this.form.elements.up, y)];
+      const at = [numberOf(this.form.elements.across, x), numberOf(this.form.elements.up, y)];
       if (!at.includes(null)) chosen(at);
     });
   }
