@@ -21,7 +21,7 @@ from benchmarks.random_requests import Draw  # noqa: E402
 from grazemap.wire import Oscillator, parse_request  # noqa: E402
 from grazemap_core import warmup  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
-from grazemap_worker.planning.costs import fastest_exponent, period_impacts  # noqa: E402
+from grazemap_worker.planning.costs import Points, fastest_exponent, period_impacts  # noqa: E402
 from grazemap_worker.planning.rates import LEAST_CELLS  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
 
@@ -60,7 +60,7 @@ def row(seed: int) -> tuple[list[float], float, float]:
     seconds, document = timed({**body, "periods": PERIODS})
     periods = min(20_000, round(PERIODS * max(1.0, LEAST_SECONDS / seconds)))
     seconds, document = timed({**body, "periods": periods})
-    oscillator, omega, size = Oscillator(**draw.chain), np.array([draw.omega]), len(draw.chain["masses"])
+    oscillator, size = Oscillator(**draw.chain), len(draw.chain["masses"])
     cells = periods * size * max(LEAST_CELLS, fastest_exponent(oscillator) * 2.0 * np.pi / draw.omega)
     impacts, samples = len(document["impacts"]["time"]), len(document["time"]) * size
     rests = len(document["sticking"]["start"]) > periods
@@ -75,7 +75,7 @@ def row(seed: int) -> tuple[list[float], float, float]:
         samples,
         samples * size,
     ]
-    expected = periods * float(period_impacts(oscillator, omega, np.array([draw.clearance]))[0])
+    expected = periods * float(period_impacts(oscillator, Points.of([(draw.omega, draw.clearance)]))[0])
     return [float(work) for work in works], seconds, (impacts + periods) / (expected + periods)
 
 

@@ -75,6 +75,23 @@ def test_maps_verify_the_orbits_between_unlike_stops(
     assert compared >= 3
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_stop_out_of_reach_changes_nothing(side: int) -> None:
+    omegas, nearer = np.array([0.265, 0.285, 0.31]), np.linspace(1.2, 2.1, 24)
+
+    def tile(other: float) -> dict[str, np.ndarray]:
+        clearances = np.column_stack([nearer, np.full_like(nearer, other)])
+        return unfolding_map_tile(Plane.of(CHAIN, omegas, clearances[:, ::-1] if side else clearances))
+
+    alone, beyond = tile(math.inf), tile(1e6)
+    both = alone["verified"] & beyond["verified"]
+    assert np.count_nonzero(alone["verified"] ^ beyond["verified"]) <= 1  # chaotic transients differ by round-off
+    assert np.mean(both) > 0.9
+    for name in ("kind", "period", "impacts_right", "impacts_left"):
+        np.testing.assert_array_equal(beyond[name][both], alone[name][both])
+    np.testing.assert_allclose(beyond["multiplier"][both], alone["multiplier"][both], rtol=1e-8)
+
+
 def test_motions_beside_the_steady_maxima_are_free_of_impacts_for_ever() -> None:
     oscillator, omega = dense(), 0.9
     motion, rest = steady_motion(oscillator, np.array([omega])), contact_equilibrium(oscillator)

@@ -78,7 +78,7 @@ def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float
         A clearance is out of its range, both stops are absent, or the equilibrium lies beyond both.
     """
     gaps = _gaps(oscillator, clearance)
-    unit = float(_unit(*gaps, amplitude))
+    unit = float(unit_of_stops(*gaps, amplitude))
     _require_length(unit)
     both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
     alike = gaps[0] == gaps[1] and both[0] == both[1] and has_odd_harmonics_only(oscillator)
@@ -103,11 +103,10 @@ def _require_length(unit: float) -> None:
         raise ParameterError("clearance", "of the only stop is 0, and the forces do not move the contact")
 
 
-def _unit(right: float | Floats, left: float | Floats, amplitude: float) -> Floats:
+def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float = 0.0) -> Floats:
     """Return `Stops.unit` for gaps (n,) of both stops; `amplitude` is a bound of the steady motion of q."""
-    of_one = np.maximum(np.abs(np.minimum(right, left)), amplitude)
-    both = np.add(right, left)
-    return np.where(np.isinf(both), of_one, 0.5 * both)
+    of_nearer = np.maximum(np.abs(np.minimum(right, left)), amplitude)
+    return np.minimum(0.5 * np.add(right, left), of_nearer)
 
 
 def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
@@ -125,7 +124,7 @@ def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, rest
     settling = np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0)
     right, left = gaps.T
     alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
-    unit = _unit(right, left, problem.steady_bound)
+    unit = unit_of_stops(right, left, problem.steady_bound)
     return np.column_stack([gaps, restitution, unit, chatter.sum(axis=1), settling.sum(axis=1), alike])
 
 

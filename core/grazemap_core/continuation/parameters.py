@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance, both_clearances, has_odd_harmonics_only
+from grazemap_core.contact.cell_problem import Clearance, both_clearances, has_odd_harmonics_only, unit_of_stops
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
@@ -144,7 +144,7 @@ class ParameterPoint(NamedTuple):
         place = self.bias * equilibrium
         right, left = self.clearance_right - place, self.clearance_left + place
         both = self.restitution_right, self.restitution_left
-        unit = abs(min(right, left)) if math.isinf(right + left) else 0.5 * (right + left)
+        unit = float(unit_of_stops(right, left))
         return Stops(right, left, *both, unit, 0.0, 0.0, odd and right == left and both[0] == both[1])
 
 

@@ -16,7 +16,7 @@ from flint import acb, acb_mat, arb, ctx
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.contact.cell_problem import Clearance, both_clearances, unit_of_stops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision_modes import Equations, ModalMotion, RunError
 
@@ -204,9 +204,9 @@ class MultiprecisionRun:
             self._contact = self._bounce(left, float(np.abs(terms[2] * modes.rates).sum()))
 
     def _between(self, place: float) -> float:
-        """Return half the distance of two stops, or the larger of the gap of a single one and a bound of q."""
-        gaps = list(self._distances.values())
-        return 0.5 * sum(gaps) if len(gaps) == 2 else max(abs(gaps[0]), place)
+        """Return the unit of the stops, as `Stops.unit`, for a bound of q."""
+        right, left = (self._distances.get(stop, math.inf) for stop in (1, -1))
+        return float(unit_of_stops(right, left, place))
 
     def _bounce(self, stop: int, change: float) -> _Contact | None:
         """Return the next contact with the stop that was just left, if velocity and acceleration decide it.

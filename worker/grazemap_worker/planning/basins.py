@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from grazemap.wire import BasinFractionsRequest, BasinsRequest, grid_points
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import (
+    Points,
     Settling,
     chance_seconds,
     longest_at_point,
     period_cost,
     settling,
     setup_seconds,
-    stop_distance,
 )
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
@@ -24,9 +22,7 @@ from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 def _plan(request: BasinsRequest) -> Plan:
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
-    distance, _ = stop_distance(request.clearance)
-    place = np.array([request.omega]), np.array([distance])
-    settles = settling(request.oscillator, *place, request.max_periods)
+    settles = settling(request.oscillator, Points.of([(request.omega, request.clearance)]), request.max_periods)
     return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, settles, cost)
 
 

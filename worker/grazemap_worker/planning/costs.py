@@ -74,19 +74,39 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
     return np.abs(force), np.abs(force / dynamic)
 
 
-def stop_distance(clearance: float | ClearancePair) -> tuple[float, bool]:
-    """Return half the distance of the stops, or the distance of a single stop, and whether there is only one."""
-    stops = as_pair(clearance)
-    if stops.right is not None and stops.left is not None:
-        return 0.5 * (stops.right + stops.left), False
-    (one,) = (one for one in (stops.right, stops.left) if one is not None)
-    return abs(one), True
+class Points(NamedTuple):
+    """Forcing frequencies, and the stops at each.
+
+    Attributes
+    ----------
+    omega : (k,)
+    nearer : (k,)
+        Distance of the nearer stop.
+    half_distance : (k,)
+        Half the distance between the stops; infinite where there is one.
+    """
+
+    omega: Floats
+    nearer: Floats
+    half_distance: Floats
+
+    @classmethod
+    def of(cls, places: Iterable[tuple[float, float | ClearancePair]]) -> Points:
+        """Return the points with these frequencies and clearances."""
+        rows = []
+        for omega, clearance in places:
+            pair = as_pair(clearance)
+            stops = [one for one in (pair.right, pair.left) if one is not None]
+            rows.append((omega, abs(min(stops)), 0.5 * sum(stops) if len(stops) == 2 else math.inf))
+        return cls(*np.array(rows).T)
+
+    def width(self, amplitude: Floats) -> Floats:
+        """Return half the width of motions; `amplitude` is that without stops, of which one may be out of reach."""
+        return np.fmin(self.half_distance, np.fmax(self.nearer, amplitude))
 
 
-def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats, *, single: bool = False) -> Floats:
-    """Return the expected number of impacts of a forcing period, for omega and clearance of any shapes that fit.
-
-    `single`: there is one stop, so the motion is at least as wide as without it.
+def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
+    """Return the expected number of impacts of a forcing period at each point.
 
     A mass under an acceleration a bounces a/(2 v) times in a unit of time, v being its speed. That is the smallest of
     three: of a flight between the stops under a; of the motion without stops where it meets a stop, with the part of a
@@ -96,11 +116,12 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats, *, 
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         # one number is faster than an array of one
+        omega = points.omega
         force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
         mass, slowing = _contact_mass(oscillator)
         period, restitution = 2.0 * math.pi / omega, _largest_restitution(oscillator)
         acceleration = force / mass
-        clearance = np.fmax(clearance, amplitude) if single else clearance
+        clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
         reached = np.fmin(clearance / amplitude, 1.0)
         steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
@@ -111,18 +132,16 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats, *, 
         return np.fmin(np.where(bounces < rates.REST_SHARE * to_rest, bounces, to_rest), rates.MOST_PERIOD_IMPACTS)
 
 
-def period_costs(
-    oscillator: Oscillator, omega: Floats, clearance: Floats, *, lanes: bool = False, single: bool = False
-) -> Floats:
-    """Return the cost of a forcing period, in periods of the default oscillator, for shapes as in `period_impacts`.
+def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False) -> Floats:
+    """Return the cost of a forcing period at each point, in periods of the default oscillator.
 
     In the `lanes` of maps it is higher where the contact comes to rest, as such lanes are computed one by one.
     """
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        impacts = period_impacts(oscillator, omega, clearance, single=single)
+        impacts = period_impacts(oscillator, points)
         rests = _rests(oscillator, impacts)
-        cells = _cells(oscillator, omega) * size * np.where(rests, rates.HELD_CELLS, 1.0)
+        cells = _cells(oscillator, points.omega) * size * np.where(rests, rates.HELD_CELLS, 1.0)
         impact_seconds = rates.IMPACT_SECONDS + rates.IMPACT_MASS_SECONDS * size
         seconds = rates.PERIOD_SECONDS + rates.CELL_SECONDS * cells + impact_seconds * impacts
         if lanes:
@@ -134,8 +153,7 @@ def period_cost(
     oscillator: Oscillator, omega: float, clearance: float | ClearancePair, *, lanes: bool = False
 ) -> float:
     """Return the cost of a forcing period at one point, as `period_costs`."""
-    distance, single = stop_distance(clearance)
-    return float(period_costs(oscillator, np.array([omega]), np.array([distance]), lanes=lanes, single=single)[0])
+    return float(period_costs(oscillator, Points.of([(omega, clearance)]), lanes=lanes)[0])
 
 
 def longest_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
@@ -151,7 +169,10 @@ class Samples:
         groups: dict[tuple[float, ...], list[Mapping[str, float]]] = {}
         for point in values:
             groups.setdefault(tuple(value for name, value in point.items() if not is_place(name)), []).append(point)
-        self._groups = [_group(parameters, points) for points in groups.values()]
+        self._groups = [
+            (parameters.oscillator_at(points[0]), Points.of(map(parameters.place, points)))
+            for points in groups.values()
+        ]
         self._count = sum(map(len, groups.values()))
 
     @classmethod
@@ -163,16 +184,13 @@ class Samples:
 
     def mean_cost(self, *, lanes: bool = True) -> float:
         """Return the mean cost of a forcing period, in the lanes of maps or of a single trajectory."""
-        costs = [
-            period_costs(oscillator, omega, distance, lanes=lanes, single=single)
-            for oscillator, omega, distance, single in self._groups
-        ]
+        costs = [period_costs(*group, lanes=lanes) for group in self._groups]
         return float(np.concatenate(costs).mean())
 
     def settling(self, max_periods: int) -> Settling:
         """Return `settling` of the points."""
-        found = [settling(oscillator, omega, distance, max_periods) for oscillator, omega, distance, _ in self._groups]
-        weights = [len(omega) for _, omega, _, _ in self._groups]
+        found = [settling(*group, max_periods) for group in self._groups]
+        weights = [len(points.omega) for _, points in self._groups]
         return Settling(*np.average(np.array(found), axis=0, weights=weights).tolist())
 
     def observed_seconds(self, request: ObservedRequest, cost: float, unsettled: float) -> float:
@@ -184,17 +202,9 @@ class Samples:
             return 0.0
         periods = rates.OBSERVED_PERIODS + unsettled * rates.AVERAGED_PERIODS
         seconds = 0.0
-        for oscillator, omega, distance, _ in self._groups:
-            seconds += len(omega) * observed_seconds(request, oscillator, omega, distance, periods)
+        for group in self._groups:
+            seconds += len(group[1].omega) * observed_seconds(request, *group, periods)
         return seconds / self._count + periods * cost / rates.PERIODS_PER_SECOND
-
-
-def _group(parameters: Parameters, points: list[Mapping[str, float]]) -> tuple[Oscillator, Floats, Floats, bool]:
-    """Return the oscillator of points, their frequencies and distances of stops, and whether there is one stop."""
-    places = [parameters.place(point) for point in points]
-    stops = [stop_distance(clearance) for _, clearance in places]
-    omega, distance = np.array([omega for omega, _ in places]), np.array([one for one, _ in stops])
-    return parameters.oscillator_at(points[0]), omega, distance, stops[0][1]
 
 
 def longest_period(varied: Plane | Line) -> float:
@@ -246,13 +256,13 @@ class Settling(NamedTuple):
     orbit_seconds: float
 
 
-def settling(oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int) -> Settling:
-    """Return how the trajectories of points (k,) settle."""
+def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settling:
+    """Return how the trajectories of points settle."""
     with np.errstate(divide="ignore"):
-        decays = rates.SETTLING_DECAYS * omega / (2.0 * math.pi * linear.slowest_decay(oscillator))
-    impacts = period_impacts(oscillator, omega, clearance)
+        decays = rates.SETTLING_DECAYS * points.omega / (2.0 * math.pi * linear.slowest_decay(oscillator))
+    impacts = period_impacts(oscillator, points)
     rests = _rests(oscillator, impacts)
-    free = clearance >= rates.FREE_FROM * contact_force(oscillator, omega)[1]
+    free = points.nearer >= rates.FREE_FROM * contact_force(oscillator, points.omega)[1]
     if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
         free = free | rests
     alike = rates.LEAST_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
@@ -272,18 +282,13 @@ def chance_seconds(trajectories: float, max_periods: int, cost: float, together:
     return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * period
 
 
-def observed_seconds(
-    request: ObservedRequest, oscillator: Oscillator, omega: Floats, clearance: Floats, periods: float
-) -> float:
-    """Return the mean seconds in which quantities are read off forcing periods of a motion; 0 where none are.
-
-    `omega` and `clearance` (k,) are those of points.
-    """
+def observed_seconds(request: ObservedRequest, oscillator: Oscillator, points: Points, periods: float) -> float:
+    """Return the mean seconds in which quantities are read off forcing periods of a motion; 0 where none are."""
     if not request.observed:
         return 0.0
     outputs = len(request.outputs) + any(name.endswith("_displacement") for name in request.observables)
-    impacts = float(period_impacts(oscillator, omega, clearance).mean())
-    panels = 0.5 * float(_cells(oscillator, omega).mean()) + impacts
+    impacts = float(period_impacts(oscillator, points).mean())
+    panels = 0.5 * float(_cells(oscillator, points.omega).mean()) + impacts
     return rates.OBSERVED_SECONDS + periods * panels * (rates.PANEL_SECONDS + rates.PANEL_OUTPUT_SECONDS * outputs)
 
 

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from grazemap.wire import OrbitBranchesRequest
 from grazemap_worker.planning import periodic_orbits, rates
-from grazemap_worker.planning.costs import (
-    branch_point_seconds,
-    longest_at_point,
-    period_impacts,
-    stop_distance,
-)
+from grazemap_worker.planning.costs import Points, branch_point_seconds, longest_at_point, period_impacts
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Planning
 
@@ -21,9 +14,8 @@ def _plan(request: OrbitBranchesRequest) -> Plan:
     if request.motion is not None:
         impacts = float(len(request.motion.stops))
     else:
-        distance, single = stop_distance(request.clearance)
-        at = np.array([request.omega]), np.array([distance])
-        impacts = min(float(period_impacts(request.oscillator, *at, single=single)[0]), rates.MOST_ORBIT_IMPACTS)
+        at = Points.of([(request.omega, request.clearance)])
+        impacts = min(float(period_impacts(request.oscillator, at)[0]), rates.MOST_ORBIT_IMPACTS)
     points = min(2 * request.max_points, rates.BRANCH_POINTS) + rates.BRANCH_SPECIAL_POINTS
     branch = points * branch_point_seconds(request.oscillator, impacts)
     if request.observed:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from grazemap.wire import Estimate, TrajectoriesRequest
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import longest_at_point, observed_seconds, period_cost, setup_seconds, stop_distance
+from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
 
@@ -17,9 +15,8 @@ def _plan(request: TrajectoriesRequest) -> Plan:
     size = request.oscillator.size
     sample = size * (rates.SAMPLE_MASS_SECONDS + rates.SAMPLE_SQUARE_SECONDS * size)
     seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
-    distance, _ = stop_distance(request.clearance)
-    place = np.array([request.omega]), np.array([distance])
-    seconds += len(request.states) * observed_seconds(request, request.oscillator, *place, request.periods)
+    points = Points.of([(request.omega, request.clearance)])
+    seconds += len(request.states) * observed_seconds(request, request.oscillator, points, request.periods)
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
 
 

@@ -22,8 +22,9 @@ class Stops(NamedTuple):
     restitution_right, restitution_left : float
         R of each stop.
     unit : float
-        Length to which distances between states are relative: half the distance between the stops, of one stop its
-        gap or the amplitude of the steady motion, whichever is larger. It is the gap where both are equal.
+        Length to which distances between states are relative: the gap of the nearer stop or the amplitude of the
+        steady motion, whichever is larger, but at most half the distance between the stops. It is the gap where both
+        are equal, and a stop out of reach is as an absent one.
     chatter_impacts : float
         Maximum number of impacts of complete chatter in half a period.
     settling_chatter : float

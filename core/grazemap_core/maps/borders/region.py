@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -57,7 +56,7 @@ class Equations:
 
     @cached_property
     def _unit(self) -> float:
-        """The largest half distance of the stops."""
+        """The largest unit of the stops at a corner of the map."""
         rows, columns = ((0, size - 1) for size in self._grid.plane.shape)
         return max(self.stops(corner).unit for corner in itertools.product(rows, columns))
 
@@ -113,9 +112,9 @@ class Region:
     orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
 
     def speed_unit(self, point: Point) -> float:
-        """Return the unit of speeds at a point: omega times half the distance of the stops, or the size of a motion."""
+        """Return the unit of speeds at a point: omega times the size of a motion between the stops."""
         stops, problem = self.equations.stops(point), self.equations.problem(self.period, self.symmetric, point)
-        return problem.omega * (stops.unit if math.isfinite(stops.right + stops.left) else problem.length)
+        return problem.omega * min(0.5 * (stops.right + stops.left), problem.length)
 
     def sequence(self, point: Point) -> ImpactSequence:
         """Return the impacts at a point."""
