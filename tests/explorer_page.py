@@ -32,7 +32,7 @@ def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
 
 def verified(page: Page) -> None:
     """Wait for the verified tiles of the window."""
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles verified"), timeout=WAIT)
+    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles complete"), timeout=WAIT)
 
 
 def window(page: Page) -> tuple[list[float], list[float]]:

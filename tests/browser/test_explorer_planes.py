@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 import httpx2
 import numpy as np
@@ -52,6 +53,44 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
     curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
     touching = np.interp(1.88, curve["clearance"], curve["omega"])
     assert "Grazing curve: on it the steady motion just touches the right stop" in point_at(page, touching, 0.6)
+
+
+UNEQUAL = {
+    "oscillator": {"masses": [1, 10, 10], "stiffnesses": [1, 5, 5], "forcing": [1, 0, 0], "restitution": 0.8},
+    "stops": "unequal",
+    "left": 1.9,
+}
+
+
+def test_both_clearances_of_unequal_stops_may_vary(small: Watched, url: str) -> None:
+    axes = "horizontal=clearance&vertical=clearance_left&clearance=1.75..2&clearance_left=1.75..2&omega=0.28"
+    page = show(small, url, f"{axes}&machine={quote(json.dumps(UNEQUAL))}")
+    expect(page.locator("#up option:checked")).to_have_text("clearance of the left stop")
+    expect(page.locator("#across option:checked")).to_have_text("clearance of the right stop")
+    values = [1.8, 1.9]
+    asked = {
+        "oscillator": UNEQUAL["oscillator"],
+        "horizontal": {"vary": "clearance_right", "values": values},
+        "vertical": {"vary": "clearance_left", "values": values},
+        "omega": 0.28,
+        "max_periods": 400,
+    }
+    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
+    for row, column in np.ndindex(2, 2):
+        label = umap["motions"][umap["motion"][row][column]]["label"]
+        assert f": {label};" in point_at(page, values[column], values[row])
+    page.mouse.click(*place(page, 1.8, 1.9))
+    expect(page.locator("#point-place")).to_contain_text("clearance of the left stop 1.9", timeout=WAIT)
+    (trajectory,) = small.posted("trajectories")
+    assert trajectory["clearance"]["left"] == pytest.approx(1.9, abs=1e-3)
+
+
+def test_the_graze_of_a_fixed_left_stop_is_drawn(small: Watched, url: str) -> None:
+    page = show(small, url, f"omega=0.265625..0.28125&clearance=1.9375..2&machine={quote(json.dumps(UNEQUAL))}")
+    asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
+    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
+    touching = np.interp(1.9, curve["clearance"], curve["omega"])
+    assert "just touches the left stop" in point_at(page, touching, 1.97)
 
 
 def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watched, url: str) -> None:
@@ -164,7 +203,7 @@ def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
     jobs = httpx2.get(f"{url}/v1/jobs?process=unfolding-diagrams&limit=1").json()["jobs"]
     with Client(url) as client:
         diagram = client.job(jobs[0]["id"]).wait().result()
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles verified"), timeout=WAIT)
+    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles complete"), timeout=WAIT)
     umap, borders = diagram.unfolding_map, diagram.borders
     labels, (rows, columns) = umap.labels(), borders.others()
     (left, right), (low, high) = (0.2734375, 0.27734375), (1.8125, 1.84375)

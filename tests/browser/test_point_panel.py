@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import pytest
-from explorer_page import QUICK, USUAL, WAIT, place, show, window
+from explorer_page import FIRST, QUICK, USUAL, WAIT, place, show, window
 from playwright.sync_api import Page, Route, expect
 from watched_page import Watched
 
@@ -95,6 +96,43 @@ def test_axes_of_small_machines_have_powers_of_ten(small: Watched, url: str) -> 
     basins = page.locator("#basins svg")
     expect(basins).to_contain_text("displacement of mass 1 (10⁻⁴ m)", timeout=WAIT)
     expect(basins).to_contain_text("velocity of mass 1 (m/s)")
+
+
+CHAOTIC = (0.3092578125, 2.0625)
+
+
+def test_a_chaotic_point_is_called_so(small: Watched, url: str) -> None:
+    """Trajectories have no exponents, which tell chaos: a map of the point has."""
+    page = show(small, url, FIRST, wait=False)
+    open_point(page, CHAOTIC, "chaotic")
+    expect(page.locator("#point-why")).to_contain_text("Lyapunov exponent 0.3")
+
+
+def test_rebounds_are_drawn_on_the_stops(small: Watched, url: str) -> None:
+    page = show(small, url, USUAL, wait=False)
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#portrait .stop")).to_have_count(2)
+    stops = [page.locator("#portrait .stop").nth(k).get_attribute("x1") for k in range(2)]
+    path = page.locator("#portrait path.motion").get_attribute("d") or ""
+    points = [point.split() for point in re.split("[ML]", path)[1:]]
+    rebounds = [
+        (one, other)
+        for one, other in itertools.pairwise(points)
+        if one[0] == other[0] and one[0] in stops and one[1] != other[1]
+    ]
+    assert len(rebounds) >= 40  # of four in each of twelve periods
+
+
+def test_the_form_of_a_point_keeps_no_number_of_another_plane(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    up = page.locator("#point-form input").nth(1)
+    expect(up).to_have_value("1.5")
+    page.locator("#up").select_option("restitution")
+    expect(up).to_have_value("")
+    up.fill("1")
+    page.locator("#point-form input").nth(0).fill("0.27")
+    up.press("Enter")  # a restitution may be 1
+    expect(page.locator("#point-place")).to_contain_text("restitution 1", timeout=WAIT)
 
 
 def test_a_tap_on_a_phone_leaves_the_plane_where_it_is(small: Watched, url: str) -> None:

@@ -25,7 +25,7 @@ NOTHING_FOUND = (
     "Remedy: give its phases and velocities too, or another frequency or clearance."
 )
 NOT_PERIODIC = (
-    "the trajectory did not close within max_period forcing periods: the motion may be chaotic or quasi-periodic, or "
+    "the trajectory did not close within {} forcing periods: the motion may be chaotic or quasi-periodic, or "
     "has not settled. Remedy: give the orbit as motion, (period, stops), more transient_periods or a larger max_period."
 )
 # Fields of orbits from the equations only.
@@ -83,7 +83,7 @@ def orbit_asked_for(
             guess = impacts_of(run)
         except ParameterError as error:
             if run.motion.reason == REASONS[codes.NOT_CLOSED]:
-                return NOT_PERIODIC
+                return NOT_PERIODIC.format(request.max_period)
             return run.motion.reason or f"the trajectory {error.message}. {_OTHER_START}"
     elif motion.phases is not None and motion.velocities is not None:
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)

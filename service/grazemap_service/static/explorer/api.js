@@ -12,8 +12,8 @@ const asker = `explorer-${[...crypto.getRandomValues(new Uint8Array(9))].map((by
 export class Problem extends Error {
   constructor(body, status) {
     const [first] = body.errors ?? [];
-    const where = first ? ` ${first.pointer ? `${first.pointer}: ` : ""}${first.detail}` : "";
-    super(`${body.detail ?? body.title ?? `The service answers ${status}.`}${where}`);
+    const where = first?.pointer ? `${first.pointer.slice(1)}: ` : "";
+    super(first ? `${where}${first.detail}.` : (body.detail ?? body.title ?? `The service answers ${status}.`));
     this.status = status;
     this.errors = body.errors ?? [];
   }
@@ -128,7 +128,7 @@ export async function compute(process, request, { npz = false, priority, signal,
       if (signal?.aborted) throw signal.reason;
       if (job.status === "failed") throw new Problem(job.problem ?? {}, 500);
       if (job.status === "dismissed" || cancelled.delete(id))
-        throw new Problem({ detail: "The job was cancelled." }, 409);
+        throw new Problem({ detail: "The job was cancelled; moving the plane asks for it again." }, 409);
       if (!FINISHED.includes(job.status)) onJob?.(job);
     }
   } catch (error) {

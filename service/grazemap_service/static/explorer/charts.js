@@ -3,7 +3,7 @@ import { drawing } from "./dom.js";
 import { axisName, ticks } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
-const MARGIN = { left: 52, right: 8, top: 8, bottom: 36 };
+const MARGIN = { left: 62, right: 8, top: 8, bottom: 36 };
 const SMALLEST_BAND = 4;
 
 export function extent(values, share = 0.05) {
@@ -124,7 +124,7 @@ export function circle(multipliers) {
     x: [-reach, reach],
     y: [-reach, reach],
     equal: true,
-    names: { x: "real part", y: "imaginary part" },
+    names: { x: "real part of the multipliers", y: "imaginary part" },
     series: [{ x: angles.map(Math.cos), y: angles.map(Math.sin), kind: "circle" }],
     dots: multipliers.map(([re, im]) => ({
       x: re,

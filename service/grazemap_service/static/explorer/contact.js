@@ -1,4 +1,5 @@
 // The contact of a machine, and where its stops are.
+import { complete } from "./parameters.js";
 import { clearance } from "./requests.js";
 
 // The contact coordinate of displacements [mass][time].
@@ -18,4 +19,27 @@ export function stopsOf(machine, value) {
   const stops = clearance(machine, value);
   if (typeof stops === "number") return [-stops, stops];
   return [stops.left === null ? null : -stops.left, stops.right];
+}
+
+// The contact of a trajectory with its stops at { time, q, v }: the samples, and both velocities of every impact.
+export function withImpacts(machine, { time, displacement, velocity, impacts }, stops) {
+  const places = contactOf(machine, displacement);
+  const speeds = contactOf(machine, velocity);
+  const { restitution } = complete(machine.oscillator);
+  const after = (k) => {
+    if (impacts.kind[k] !== "impact") return 0; // the contact rests, or is released
+    return -(impacts.stop[k] > 0 ? (restitution.right ?? restitution) : (restitution.left ?? restitution));
+  };
+  const found = { time: [], q: [], v: [] };
+  const add = (...values) => Object.values(found).forEach((list, k) => list.push(values[k]));
+  let next = 0;
+  time.forEach((now, k) => {
+    for (; next < impacts.time.length && impacts.time[next] <= now; next++) {
+      const place = impacts.stop[next] > 0 ? stops[1] : stops[0];
+      add(impacts.time[next], place, impacts.velocity[next]);
+      add(impacts.time[next], place, after(next) * impacts.velocity[next]);
+    }
+    add(now, places[k], speeds[k]);
+  });
+  return found;
 }

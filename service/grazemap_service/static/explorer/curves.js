@@ -3,6 +3,7 @@
 // so that neighbouring views share them.
 import { compute, isAborted } from "./api.js";
 import { indices } from "./lattice.js";
+import { percent } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
@@ -27,16 +28,18 @@ export function around([low, high], domain) {
 }
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
-const OF_STOPS = ["clearance", "restitution", "forcing", "bias"];
+const OF_STOPS = ["clearance", "clearance_left", "restitution", "forcing", "bias"];
 const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
+const HERE = "the grazing curve here.";
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;
 
 // How a piece of a bifurcation curve is drawn.
 export const lineOf = ({ admissible, ...curve }, palette) => ({
   x: curve.omega ?? curve.horizontal,
   y: curve.clearance ?? curve.clearance_right ?? curve.clearance_left ?? curve.vertical,
+  type: curve.type,
   colour: palette.bifurcations[curve.type],
   dashed: !admissible,
   text: `${named(curve)}${admissible ? "" : ", where its orbits are not admissible"}`,
@@ -55,14 +58,24 @@ const GOES_ON = "the periodic motion goes on beyond it; there the motion from re
 const borderCurve = ({ admissible, ...curve }, palette) => ({
   x: curve.omega ?? curve.horizontal,
   y: (curve.clearance ?? curve.vertical).map((value, k) => (admissible[k] ? value : null)),
+  type: curve.type,
   colour: palette.bifurcations[curve.type],
   text: `${named(curve)}, which explains ${curve.pairs} pairs of points`,
 });
 
+// Where a curve has a value; linear between its points, which are close.
+const crossings = (x, y, value) =>
+  x.flatMap((right, k) => {
+    const [before, after] = [y[k - 1] - value, y[k] - value];
+    return k && before * after <= 0 && before !== after ? [x[k - 1] + (before / (before - after)) * (right - x[k - 1])] : [];
+  });
+
+// What is drawn: the process that is asked for it, and its name.
 const WHAT = {
-  "grazing-curves": "the grazing curve",
-  "bifurcation-curves": "bifurcation curves",
-  "unfolding-diagrams": "borders",
+  graze: ["grazing-curves", "the grazing curve"],
+  beside: ["grazing-curves", "the graze of the left stop"],
+  bifurcations: ["bifurcation-curves", "bifurcation curves"],
+  borders: ["unfolding-diagrams", "borders"],
 };
 
 export class Curves {
@@ -79,84 +92,88 @@ export class Curves {
     if (this.family !== family) this.#kept.clear();
     this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
-    this.#ask("grazing-curves", isUsual(plane), () =>
-      requests.curve(machine, { start: across[0], stop: across[1], points: POINTS }),
-    );
-    this.#ask("bifurcation-curves", curves === "all" && leavesGraze(plane), () =>
+    const range = { start: across[0], stop: across[1], points: POINTS };
+    const ofLeft = { ...machine, stops: "left" };
+    this.#ask("graze", isUsual(plane), () => requests.curve(machine, range));
+    this.#ask("beside", isUsual(plane) && machine.stops === "unequal", () => requests.curve(ofLeft, range));
+    this.#ask("bifurcations", curves === "all" && leavesGraze(plane), () =>
       requests.curves(machine, plane, across, up),
     );
-    this.#ask("unfolding-diagrams", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
+    this.#ask("borders", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
+    Object.assign(this, { left: machine.left, up });
   }
 
-  #ask(process, asked, requestOf) {
-    if (asked) this.#want(process, requestOf());
-    else this.#leave(process);
+  #ask(what, asked, requestOf) {
+    if (asked) this.#want(what, requestOf());
+    else this.#leave(what);
   }
 
-  #leave(process) {
-    this.#abort.get(process)?.abort();
-    this.#abort.delete(process);
-    delete this.wanted[process];
+  #leave(what) {
+    this.#abort.get(what)?.abort();
+    this.#abort.delete(what);
+    delete this.wanted[what];
   }
 
   // What is being computed, in words.
   pending() {
-    return [...this.#abort.keys()].map((process) => WHAT[process]);
+    return [...this.#abort].map(([what, { done }]) => `${WHAT[what][1]}${done ? ` (${done})` : ""}`);
   }
 
-  async #want(process, request) {
-    const name = `${process} ${JSON.stringify(request)}`;
-    if (this.wanted[process]?.name === name) return;
-    this.#leave(process);
-    this.wanted[process] = { name, request };
+  async #want(what, request) {
+    const name = `${what} ${JSON.stringify(request)}`;
+    if (this.wanted[what]?.name === name) return;
+    this.#leave(what);
+    this.wanted[what] = { name, request };
     if (this.#kept.has(name)) return;
     const abort = new AbortController();
-    this.#abort.set(process, abort);
+    this.#abort.set(what, abort);
     try {
-      const { id, data } = await compute(process, request, { signal: abort.signal, priority: 8 });
+      const onJob = ({ progress: { done, total } }) => {
+        abort.done = total ? percent(done / total) : "";
+        this.changed();
+      };
+      const { id, data } = await compute(WHAT[what][0], request, { signal: abort.signal, priority: 8, onJob });
       this.#kept.set(name, { ...data, id });
       if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
     } catch (error) {
       if (!isAborted(error)) this.failed(error);
     }
-    if (this.#abort.get(process) === abort) this.#abort.delete(process);
+    if (this.#abort.get(what) === abort) this.#abort.delete(what);
     this.changed();
   }
 
   // What has come of the present question, or else of the one before.
-  found(process) {
-    const wanted = this.wanted[process];
+  found(what) {
+    const wanted = this.wanted[what];
     if (!wanted) return null;
-    return (
-      this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${process} `))?.[1] ?? null
-    );
+    return this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${what} `))?.[1] ?? null;
   }
 
   lines() {
     const ink = this.palette.ink;
-    const curve = this.found("grazing-curves");
+    const curve = this.found("graze");
     const lines = [];
     if (curve) {
-      const explained = "Grazing curve: on it the steady motion just touches the stop; above it, it does not reach it.";
-      if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: explained });
+      const explained = (stop) =>
+        `Grazing curve: on it the steady motion just touches the ${stop}; above it that motion stays clear of the ${stop}.`;
+      if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: explained("stops") });
       for (const stop of ["right", "left"]) {
         const values = curve[`clearance_${stop}`];
-        if (values)
-          lines.push({
-            x: curve.omega,
-            y: values,
-            colour: ink,
-            text: `${explained} (${stop} stop)`,
-            dashed: stop === "left",
-          });
+        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: explained(`${stop} stop`) });
       }
     }
-    return [...lines, ...(this.found("bifurcation-curves")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
+    const beside = this.found("beside");
+    if (beside) {
+      const text = "Here the steady motion just touches the left stop, which is fixed.";
+      for (const x of crossings(beside.omega, beside.clearance_left, this.left))
+        lines.push({ x: [x, x], y: this.up, colour: ink, text });
+    }
+    return [...lines, ...(this.found("bifurcations")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
   }
 
   // The borders of the regions, those of one explanation as one line, and the curves that explain them.
   borders() {
-    const { borders: found, unfolding_map: map } = this.found("unfolding-diagrams") ?? {};
+    const { borders: found, unfolding_map: map } = this.found("borders") ?? {};
     if (!found) return [];
     const [x, y] = [map.omega ?? map.horizontal, map.clearance ?? map.vertical];
     const label = (row, column) => map.motions[map.motion[row][column]].label;
@@ -181,17 +198,18 @@ export class Curves {
 
   marks() {
     const ink = this.palette.ink;
-    return (this.found("grazing-curves")?.points ?? []).map((point) => {
+    return (this.found("graze")?.points ?? []).map((point) => {
       const resonant = point.kind === "resonant";
       return {
         x: point.omega,
         y: point.clearance,
         shape: resonant ? "diamond" : "circle",
+        type: point.bifurcation,
         colour: resonant
           ? this.palette.bifurcations[point.bifurcation]
           : (this.palette.orders[(point.order ?? 1) - 1] ?? ink),
         text: resonant
-          ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} leaves the grazing curve here.`
+          ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} leaves ${HERE}`
           : point.kind === "recurrence"
             ? `Recurrence point of order ${point.order}: the graze recurs after ${point.order} half periods.`
             : `Codimension-two point: ${point.kind}.`,

@@ -2,6 +2,8 @@
 
 export const byId = (id) => document.getElementById(id);
 
+export const isPhone = () => matchMedia("(max-width: 48rem)").matches; // as in the style sheet
+
 // An element with properties, attributes (names with a hyphen, and `role`) and children.
 export function element(name, properties = {}, ...children) {
   const made = document.createElement(name);
@@ -26,12 +28,14 @@ const POINT = /^[+-]?\d+,\d+$/; // a number with a comma in place of the point
 export const notNumber = (text) =>
   `“${text}” is not a number${POINT.test(text) ? `; write ${text.replace(",", ".")}` : ""}`;
 
-// The number in a field, between two others; null, and the field says what is wrong, if there is none.
+// The number in a field, inside a domain, which is closed where it has an upper end; null, and the field says what is
+// wrong, if there is none.
 export function numberOf(field, [low, high] = [0, Infinity]) {
   const text = field.value.trim();
   const value = Number(text || NaN);
-  const ends = [low > -Infinity && ` > ${low}`, high < Infinity && ` < ${high}`].filter(Boolean).join(" and");
-  const isThere = low < value && value < high;
+  const isClosed = high < Infinity;
+  const ends = isClosed ? ` from ${low} to ${high}` : low > -Infinity ? ` > ${low}` : "";
+  const isThere = isClosed ? low <= value && value <= high : low < value && value < high;
   const wrong = Number.isFinite(value) ? `${text} is out of range` : notNumber(text);
   field.setCustomValidity(isThere ? "" : `${wrong}; allowed: numbers${ends}`);
   field.setAttribute("aria-invalid", !isThere);

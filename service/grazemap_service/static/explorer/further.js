@@ -60,7 +60,7 @@ export async function showBranch(panel) {
   const { machine, at, state } = panel;
   const [x, y] = state.at;
   const [low, high] = state.y;
-  const { name, text, quantity, factor } = parameter(state.plane.vertical);
+  const { name, text, quantity, factor } = parameter(state.plane.vertical, machine);
   const times = factor ? y : 1; // a branch starts where its factor is 1
   const range = [Math.min(low, y) / times, Math.max(high, y) / times];
   const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range));
@@ -96,14 +96,15 @@ export async function showBranch(panel) {
       {},
       ...branch.special_points.map((point) =>
         element("li", {
-          textContent: `${point.type} at ${text} ${toRead(times * point.parameter)}${point.admissible ? "" : " (not admissible)"}`,
+          textContent:
+            `${point.type} at ${text} ${toRead(times * point.parameter)}` + (point.admissible ? "" : " (not admissible)"),
         }),
       ),
     ),
   );
   const ends = extent(values, 0);
   const { bifurcations, ink } = panel.colours.palette;
-  const line = { x: [x, x], y: ends, colour: ink, dashed: true, text: "The branch that was followed" };
+  const line = { x: [x, x], y: ends, colour: ink, thin: true, text: "The branch that was followed" };
   panel.draw(
     "branch",
     [line],
@@ -111,6 +112,7 @@ export async function showBranch(panel) {
       x,
       y: times * point.parameter,
       shape: "diamond",
+      type: point.type,
       colour: bifurcations[point.type],
       text: `${point.type} of the branch, at ${text} ${times * point.parameter}`,
     })),
@@ -126,6 +128,6 @@ export async function showCurves(panel) {
   const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
   const reason = data.motions?.[0]?.reason;
   byId("own-curves").textContent =
-    reason ?? `${lines.length} pieces of bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane.`;
+    reason ?? `The bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane, in ${lines.length} parts.`;
   panel.draw("curves", lines);
 }

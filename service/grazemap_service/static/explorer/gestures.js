@@ -18,7 +18,7 @@ export class Gestures {
     on("pointermove", (event) => this.#move(event));
     on("pointerup", (event) => this.#up(event));
     on("pointercancel", (event) => this.#end(event));
-    on("pointerleave", () => act.point(null));
+    on("pointerleave", ({ pointerType }) => pointerType !== "touch" && act.point(null)); // a tap is read until the next one
     on("wheel", (event) => this.#wheel(event), { passive: false });
     on("keydown", (event) => this.#key(event));
   }
@@ -74,7 +74,9 @@ export class Gestures {
     this.#end(event);
     if (!gesture || gesture.kind === "pinch") return;
     if (!gesture.moved) {
-      if (this.plane.inside(place)) this.act.pick(this.plane.value(place));
+      if (!this.plane.inside(place)) return;
+      this.act.point(place);
+      this.act.pick(this.plane.value(place));
     } else if (gesture.kind === "box") this.#showBox(gesture.from, place);
   }
 

@@ -1,6 +1,7 @@
 // The list of jobs with their progress, while it is open: those that run, then the newest of the others.
 import { cancel, send } from "./api.js";
 import { byId, element } from "./dom.js";
+import { toRead } from "./ticks.js";
 
 const ASKED = 100;
 const SHOWN = 20;
@@ -25,15 +26,29 @@ export function listJobs() {
 
 const isRunning = ({ status }) => status === "accepted" || status === "running";
 
+// The ranges that a request has, in words.
+function rangesOf({ omega, clearance, horizontal, vertical } = {}) {
+  const of = (name, range) => {
+    const values = Array.isArray(range) ? [range[0], range[range.length - 1]] : [range?.start, range?.stop];
+    return values.every(Number.isFinite) ? `${name} ${values.map((value) => toRead(value)).join(" to ")}` : null;
+  };
+  return [
+    of("ω", omega),
+    of("clearance", clearance?.right ?? clearance?.left ?? clearance),
+    of(horizontal?.vary, horizontal?.values),
+    of(vertical?.vary, vertical?.values),
+  ];
+}
+
 function entry(job) {
   const { id, process, status, progress, request, waiting_for: waitingFor } = job;
   const { done, total } = progress;
-  const what = `${process}${request?.preview ? ", preview" : ""} `;
+  const what = [process, request?.preview && "preview", ...rangesOf(request)].filter(Boolean).join(", ");
   const line = element(
     "li",
     {},
     element("a", { href: `v1/jobs/${id}`, textContent: id.slice(0, 8), title: "The job, as JSON" }),
-    ` ${what}`,
+    ` ${what} `,
   );
   if (!isRunning(job)) line.append(status);
   else {

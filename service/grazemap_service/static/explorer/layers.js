@@ -8,7 +8,7 @@ export const LAYERS = {
     field: "lyapunov",
     unit: "per forcing period",
     diverging: true,
-    white: "it was not measured, as the motion is unresolved",
+    white: "it was not measured, as the motion is unresolved or not decided yet",
   },
   speed: {
     text: "Minimum impact speed",
@@ -21,14 +21,15 @@ export const LAYERS = {
     field: "dissipated_power",
     quantity: "power",
     observables: ["dissipated_power"],
-    white: "the motion is unresolved",
+    white: "the motion is unresolved or not decided yet",
   },
 };
 
 const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
+const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
-// The values between which a layer's ramp runs for these tiles; null where they have none.
+// The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
 export function rangeOf(layer, tiles) {
   const { field, diverging } = LAYERS[layer];
   const values = tiles
@@ -40,7 +41,7 @@ export function rangeOf(layer, tiles) {
   const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
   const power = 10 ** Math.floor(Math.log10(most));
   const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
-  return diverging ? [-round, round] : [0, round];
+  return [diverging ? -round : 0, round, values[values.length - 1] > round];
 }
 
 const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
@@ -72,31 +73,41 @@ export function paint(tile, layer, { hidden, range, colours }) {
   return canvas;
 }
 
-// The labels of the points of tiles inside a window with their shares, the largest first.
+// The labels in a window with their shares, the largest first. Where tiles cover one another the last one counts.
 export function shares(tiles, { x, y }) {
-  const counts = new Map();
-  let all = 0;
+  const step = (axis, [low, high]) =>
+    Math.max((high - low) / MOST_COUNTED, Math.min(...tiles.map((tile) => (tile[axis][1] - tile[axis][0]) / tile.points)));
+  const [dx, dy] = [step("x", x), step("y", y)];
+  const [columns, rows] = [(x[1] - x[0]) / dx, (y[1] - y[0]) / dy].map((number) => Math.max(1, Math.round(number)));
+  const labels = [...new Set(tiles.flatMap((tile) => tile.labels))];
+  const seen = new Int32Array(columns * rows).fill(-1);
   for (const tile of tiles) {
-    const ofTile = new Uint32Array(tile.labels.length);
-    const n = tile.points;
-    const [left, right] = within(tile.x, x, n);
-    const [low, high] = within(tile.y, y, n);
-    for (let row = low; row < high; row++)
-      for (let column = left; column < right; column++) ofTile[tile.motion[row * n + column]] += 1;
-    tile.labels.forEach((label, number) => {
-      if (ofTile[number]) counts.set(label, (counts.get(label) ?? 0) + ofTile[number]);
+    const { points, motion } = tile;
+    const numbers = tile.labels.map((label) => labels.indexOf(label));
+    // the point of the tile that is nearest to each column or row, -1 beyond it
+    const places = ([low, high], from, width, count) =>
+      Int32Array.from({ length: count }, (_, k) => {
+        const place = Math.floor(((from + (k + 0.5) * width - low) / (high - low)) * points);
+        return place < points ? Math.max(-1, place) : -1;
+      });
+    const across = places(tile.x, x[0], dx, columns);
+    places(tile.y, y[0], dy, rows).forEach((row, i) => {
+      if (row < 0) return;
+      for (let j = 0; j < columns; j++)
+        if (across[j] >= 0) seen[i * columns + j] = numbers[motion[row * points + across[j]]];
     });
-    all += Math.max(0, right - left) * Math.max(0, high - low);
   }
-  return [...counts]
-    .map(([label, count]) => ({ label, share: count / all }))
+  const counts = new Uint32Array(labels.length);
+  let all = 0;
+  for (const number of seen)
+    if (number >= 0) {
+      counts[number] += 1;
+      all += 1;
+    }
+  return labels
+    .map((label, number) => ({ label, share: counts[number] / all }))
+    .filter(({ share }) => share > 0)
     .sort((one, other) => other.share - one.share);
-}
-
-// From which to before which of a tile's points lie inside an interval.
-function within([low, high], interval, points) {
-  const place = (value) => Math.min(points, Math.max(0, Math.round(((value - low) / (high - low)) * points)));
-  return interval.map(place);
 }
 
 export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).toFixed(1)} %`);

@@ -2,17 +2,44 @@
 import { byId, element, swatch } from "./dom.js";
 import { LAYERS, percent, shares } from "./layers.js";
 import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { named } from "./units.js";
 
 const NAMED = 24;
+const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
 
 export class Legend {
   hidden = new Set();
   #shown = "";
+  #meanings = [];
 
-  // `changed` is called when a motion was switched off or on.
-  constructor({ colours, changed }) {
+  // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
+  constructor({ colours, names, changed }) {
     Object.assign(this, { colours, changed });
+    const { bifurcations, orders } = colours.palette;
+    const item = (...parts) => element("li", { hidden: true }, ...parts);
+    this.#meanings = [
+      ...Object.entries(names).map(([type, name]) => ({
+        isSeen: (one) => one.type === type,
+        item: item(swatch(bifurcations[type]), `${type}: ${name}`),
+      })),
+      {
+        isSeen: ({ dashed }) => dashed,
+        item: item("Dashed: no motion follows it, as its orbits are not admissible."),
+      },
+      {
+        isSeen: ({ shape }) => shape === "circle",
+        item: item(
+          element("span", {}, "Circles: the graze recurs after half periods: ", ...orders.flatMap(numbered)),
+        ),
+      },
+    ];
+    byId("curve-legend").append(...this.#meanings.map((one) => one.item));
+  }
+
+  // Says what the curves and marks that are drawn mean.
+  explain({ lines, marks }) {
+    const drawn = [...lines, ...marks];
+    for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
   }
 
   show(state, tiles, range) {
@@ -25,17 +52,16 @@ export class Legend {
 
   #showRamp({ layer, machine }, range) {
     const { text, unit = "", quantity, diverging, white } = LAYERS[layer];
-    const named = `${text}${unit && ` ${unit}`}${quantity ? unitOf(machine, quantity) : ""}`;
+    const name = `${named(text, machine, quantity)}${unit && ` ${unit}`}`;
     byId("ramp-white").textContent = `White: ${white}.`;
     byId("ramp").className = diverging ? "diverging" : "sequential";
     byId("ramp-text").textContent = range
-      ? `${named}: ${toRead(range[0])} to ${toRead(range[1])}`
-      : `${named}: comes with the verified tiles`;
+      ? `${name}: ${toRead(range[0])} to ${toRead(range[1])}${range[2] ? " or more" : ""}`
+      : `${name}: comes with the complete tiles; the motions stand, pale`;
   }
 
   #showMotions(view, tiles) {
-    const verified = tiles.filter(({ preview }) => !preview);
-    const all = shares(verified.length ? verified : tiles, view);
+    const all = shares(tiles, view);
     const first = all.slice(0, NAMED);
     const signature = JSON.stringify([first, [...this.hidden]]);
     if (signature === this.#shown) return; // so that a box keeps the focus
@@ -43,7 +69,7 @@ export class Legend {
     const focused = document.activeElement?.value;
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
-    if (others) byId("legend").append(element("li", { textContent: `and ${others} others` }));
+    if (others) byId("legend").append(element("li", { textContent: others === 1 ? "and one other" : `and ${others} others` }));
     if (focused)
       byId("legend")
         .querySelector(`input[value="${CSS.escape(focused)}"]`)

@@ -21,26 +21,37 @@ const textOf = (name, value) => {
 };
 
 const NUMBERS = "a number as 2.5, or several with commas between them";
+const ALLOWED = { restitution: "a number from 0 to 1" };
+const DECIMAL_COMMA = { forcing: /^[+-]?\d+,0\d+$/ }; // 0 and 1 may be two forces, but hardly two of anything else
+const ANY_DECIMAL_COMMA = /^[+-]?(0,\d+|\d+,0\d+)$/;
+
+// What JSON says of a field or of several. Throws an Error with what is wrong.
+function parsed(text) {
+  try {
+    const value = JSON.parse(text);
+    if (typeof value === "object") return value;
+  } catch {
+    // said below
+  }
+  throw new Error('This is not JSON; an example: {"contact": [1, 2]}.');
+}
 
 // What a field says: a number, numbers with commas, or JSON. Throws an Error with what is wrong.
-function valueOf(text) {
-  if (/^[[{]/.test(text)) {
-    try {
-      return JSON.parse(text);
-    } catch {
-      throw new Error('This is not JSON; an example: {"contact": [1, 2]}.');
-    }
-  }
+function valueOf(name, text) {
+  if (name === "further" || /^[[{]/.test(text)) return parsed(text);
+  if ((DECIMAL_COMMA[name] ?? ANY_DECIMAL_COMMA).test(text))
+    throw new Error(`${notNumber(text)}${name in ALLOWED ? "" : ", or a space after the comma of a list"}.`);
   const parts = text.split(",").map((part) => part.trim());
   const numbers = parts.map(Number);
   const wrong = parts.find((part, k) => part === "" || !Number.isFinite(numbers[k]));
-  if (wrong !== undefined) throw new Error(`${notNumber(wrong)}; allowed: ${NUMBERS}.`);
+  if (wrong !== undefined) throw new Error(`${notNumber(wrong)}; allowed: ${ALLOWED[name] ?? NUMBERS}.`);
   return parts.length > 1 ? numbers : numbers[0];
 }
 
 export class MachineForm {
   #abort = new AbortController();
   #typing = null;
+  #touched = new Set(); // the fields of which it is said that they are empty
 
   // `chosen(machine, window)` is called with a machine, and with a window if a preset has one.
   constructor({ chosen }) {
@@ -50,6 +61,7 @@ export class MachineForm {
     byId("preset").append(element("option", { value: "", textContent: "choose …" }), ...presets);
     byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
     this.form.addEventListener("input", ({ target }) => {
+      this.#touched.add(target.name);
       // numbers of a machine in SI are not those of the paper
       if (target.name === "units" && this.#isExample()) for (const name of FIELDS) this.form.elements[name].value = "";
       byId("other-clearance").hidden = this.form.stops.value !== "unequal";
@@ -59,6 +71,8 @@ export class MachineForm {
     });
     this.form.addEventListener("submit", async (event) => {
       event.preventDefault();
+      clearTimeout(this.#typing);
+      for (const name of [...FIELDS, "left"]) this.#touched.add(name);
       const machine = await this.#check();
       const wrong = [...this.form.elements].find((field) => field.getAttribute("aria-invalid") === "true");
       wrong?.focus();
@@ -96,6 +110,7 @@ export class MachineForm {
     const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
     fields.further.value = Object.keys(further).length ? JSON.stringify(further) : "";
     byId("other-clearance").hidden = stops !== "unequal";
+    this.#touched.clear();
     this.#mark(false);
     this.#check();
   }
@@ -110,7 +125,7 @@ export class MachineForm {
       const text = fields[name].value.trim();
       if (!text) continue;
       try {
-        const value = valueOf(text);
+        const value = valueOf(name, text);
         if (name === "further") Object.assign(oscillator, value);
         else oscillator[name] = value;
       } catch (error) {
@@ -118,16 +133,18 @@ export class MachineForm {
       }
     }
     const needless = [...(oscillator.matrices ? OF_CHAIN : []), ...(oscillator.base ? ["forcing"] : [])];
+    const missing = {};
     for (const name of FIELDS)
-      if (!(name in oscillator) && !needless.includes(name)) errors[name] ??= `Enter ${NUMBERS}.`;
+      if (!(name in oscillator) && !needless.includes(name)) missing[name] = `Enter ${ALLOWED[name] ?? NUMBERS}.`;
     for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
     if (Array.isArray(oscillator.restitution)) errors.restitution = `${notNumber(fields.restitution.value)}.`;
     const stops = fields.stops.value;
     const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
-    if (Number.isNaN(left))
-      errors.left = fields.left.value ? `${notNumber(fields.left.value)}.` : "Enter the distance of the left stop.";
-    this.#say(errors);
-    if (Object.keys(errors).length) return null;
+    if (Number.isNaN(left) && fields.left.value) errors.left = `${notNumber(fields.left.value)}.`;
+    else if (Number.isNaN(left)) missing.left = "Enter the distance of the left stop.";
+    const said = Object.entries(missing).filter(([name]) => this.#touched.has(name));
+    this.#say({ ...Object.fromEntries(said), ...errors });
+    if (Object.keys(missing).length || Object.keys(errors).length) return null;
     return {
       oscillator: fields.units.value === "nondimensional" && this.#isExample() ? null : oscillator,
       stops,
@@ -169,14 +186,16 @@ export class MachineForm {
       if (isAborted(error)) return null;
       const errors = {};
       for (const { pointer, detail, allowed } of error.errors ?? []) {
-        const [, , name] = pointer.split("/");
-        const field = FIELDS.includes(name) ? name : name ? "further" : "machine";
-        errors[field] ??= `${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
+        const [, , name, ...rest] = pointer.split("/");
+        // the service does not repeat unknown fields
+        const isFurther = !FIELDS.includes(name) && (name || this.form.elements.further.value);
+        const where = isFurther && name ? `${[name, ...rest].join("/")}: ` : "";
+        errors[isFurther ? "further" : (name ?? "machine")] ??= `${where}${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
       }
       const [masses, ...others] = LISTS.map((name) => machine.oscillator?.[name]?.length);
       others.forEach((count, k) => {
         const name = LISTS[k + 1];
-        if (errors[name] && count !== masses) errors.masses ??= `${masses} masses, but ${count} ${name}.`;
+        if (errors[name] && count && count !== masses) errors.masses ??= `${masses} masses, but ${count} ${name}.`;
       });
       if (!Object.keys(errors).length) errors.machine = error.message;
       this.#say(errors);

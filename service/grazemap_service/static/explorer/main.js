@@ -1,9 +1,9 @@
-// The explorer: a page over the plane of forcing frequency and clearance, or of two other parameters. It is a client of the
-// public API only.
+// The explorer: a page over the plane of forcing frequency and clearance, or of two other parameters. It is a client of
+// the public API only.
 import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves, NAMES } from "./curves.js";
-import { byId, element, swatch } from "./dom.js";
+import { byId, element, isPhone } from "./dom.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
@@ -67,8 +67,10 @@ function fail(error) {
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
 const act = {
-  moved: (view) => {
-    if (view) change(view);
+  moved: (view) => change(view),
+  resized: () => {
+    ask();
+    refresh();
   },
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
@@ -110,8 +112,10 @@ let choosing = null; // the machine that is about to be shown
 const form = new MachineForm({
   chosen: async (chosen, window) => {
     choosing = chosen;
+    refresh();
     await overview.show(chosen, state);
     if (choosing !== chosen) return; // another one was chosen meanwhile
+    choosing = null;
     Object.assign(state, { machine: chosen, plane: USUAL, at: null });
     planeForm.show(state);
     point.clear();
@@ -146,7 +150,7 @@ const planeForm = new PlaneForm({
     plane.go({ x: interval(next.horizontal), y: interval(next.vertical) }, { now: true });
   },
 });
-const legend = new Legend({ colours, changed: () => refresh() });
+const legend = new Legend({ colours, names: NAMES, changed: () => refresh() });
 const overview = new Overview({
   chosen: (window) => {
     usual();
@@ -247,7 +251,7 @@ const around = (value, [low, high], [least, most]) => {
 
 function openPanel() {
   byId("point-section").open = true;
-  point.show({ ...state });
+  point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
 }
 
 const seen = () => tiles.within(family(), state);
@@ -284,7 +288,7 @@ function show() {
   }
   // the motions stand until other values come
   const below = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
-  const axis = (name) => named(parameter(name).text, state.machine, parameter(name).quantity);
+  const axis = (name) => named(parameter(name, state.machine).text, state.machine, parameter(name).quantity);
   const { horizontal, vertical } = state.plane;
   plane.scene = {
     below,
@@ -297,7 +301,7 @@ function show() {
   plane.draw();
   pointForm.show(state);
   legend.show(state, found, range);
-  byId("curve-legend").hidden = !state.borders && state.curves !== "all" && !ofPoint.lines.length;
+  legend.explain(plane.scene);
   say(found);
 }
 
@@ -327,12 +331,13 @@ function say(found = seen()) {
   const { done, total, failed, waitingFor } = tiles.progress();
   const { x: across, y: up } = levels();
   const parts = [troubleText, errorText];
+  if (choosing) parts.push("Computing the grazing curve of the machine.");
   if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
   parts.push(...curves.pending().map((what) => `Computing ${what}.`));
   parts.push(
     done === total
-      ? `${total} tiles verified.`
-      : `${done} of ${total} tiles verified${failed ? `, ${failed} failed` : ""}.`,
+      ? `${total} tiles complete.`
+      : `${done} of ${total} tiles complete${failed ? `, ${failed} failed` : ""}.`,
   );
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
@@ -345,7 +350,7 @@ function say(found = seen()) {
   const at = plane.value(place);
   const width = (interval) => interval[1] - interval[0];
   const value = (name, number, interval) => {
-    const { text, quantity } = parameter(name);
+    const { text, quantity } = parameter(name, state.machine);
     const said = name === "omega" ? "ω =" : text;
     return `${said} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
   };
@@ -383,9 +388,7 @@ serve({
   },
 });
 
-for (const [type, name] of Object.entries(NAMES))
-  byId("curve-legend").append(element("li", {}, swatch(palette.bifurcations[type]), `${type}: ${name}`));
-byId("curve-legend").append(element("li", { textContent: "Dashed: no motion follows it, as its orbits are not admissible." }));
+byId("legend-section").open = !isPhone(); // there it would stand between the plane and the point
 for (const [value, { text }] of Object.entries(LAYERS))
   byId("layer").append(element("option", { value, textContent: text }));
 byId("layer").addEventListener("change", ({ target }) => {
@@ -415,6 +418,7 @@ offer(() => {
     state,
     ...plane.scene,
     tiles: finestSeen().sort((one, other) => middle(one) - middle(other)),
+    total: tiles.progress().total,
     canvas: byId("plane"),
   };
 });

@@ -1,7 +1,7 @@
 // The grazing curve over all frequencies of a machine, in which a window is chosen.
 import { compute, isAborted } from "./api.js";
 import { chart, extent, onDrag } from "./charts.js";
-import { byId, notNumber } from "./dom.js";
+import { byId, numberOf } from "./dom.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
 import { named } from "./units.js";
@@ -22,11 +22,8 @@ export class Overview {
     byId("overview").addEventListener("submit", (event) => {
       event.preventDefault();
       const { from, to } = event.target.elements;
-      const wrong = [from, to].find(({ value }) => !(Number(value) > 0 && Number.isFinite(Number(value))));
-      if (wrong) {
-        byId("overview-says").textContent = `ω ${wrong.name}: ${notNumber(wrong.value)}; allowed: numbers > 0.`;
-        wrong.focus();
-      } else this.#choose(Number(from.value), Number(to.value));
+      const ends = [numberOf(from), numberOf(to)];
+      if (!ends.includes(null)) this.#choose(...ends);
     });
   }
 

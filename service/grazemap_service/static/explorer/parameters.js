@@ -30,6 +30,7 @@ const oscillatorOf = ({ oscillator }) => complete(oscillator);
 const SINGLE = {
   omega: { text: "forcing frequency ω", quantity: "frequency" },
   clearance: { text: "clearance", quantity: "length" },
+  clearance_left: { text: "clearance of the left stop", quantity: "length" },
   restitution: { text: "restitution", domain: [0, 1] },
   forcing: { text: "factor of the forces", factor: true },
   damping: { text: "factor of the damping", factor: true },
@@ -39,22 +40,29 @@ const LISTED = {
   masses: { text: "mass", quantity: "mass" },
   stiffnesses: { text: "stiffness", quantity: "stiffness" },
 };
+const PLACES = ["omega", "clearance", "clearance_left"];
 const POSITIVE = [0, Infinity];
 const WIDE = 0.25; // of a value, to each side of it, in a window to begin with
 
 const listed = (name) => /^(\w+)\[(\d+)\]$/.exec(name);
 
-// A parameter: { name, text, quantity, domain, factor }; null if no machine has one of this name.
-export function parameter(name) {
+const RIGHT = { text: "clearance of the right stop" };
+
+// A parameter of a machine: { name, text, quantity, domain, factor }; null if no machine has one of this name.
+export function parameter(name, { stops } = {}) {
   const [, list, number] = listed(name) ?? [];
-  if (Object.hasOwn(LISTED, list ?? "")) return { ...LISTED[list], name, text: `${LISTED[list].text} ${number}`, domain: POSITIVE };
-  return Object.hasOwn(SINGLE, name) ? { domain: POSITIVE, ...SINGLE[name], name } : null;
+  if (Object.hasOwn(LISTED, list ?? ""))
+    return { ...LISTED[list], name, text: `${LISTED[list].text} ${number}`, domain: POSITIVE };
+  if (!Object.hasOwn(SINGLE, name)) return null;
+  const isOfRight = name === "clearance" && stops === "unequal";
+  return { domain: POSITIVE, ...SINGLE[name], ...(isOfRight && RIGHT), name };
 }
 
 // The names of the parameters of a machine.
 export function namesOf(machine) {
   const oscillator = oscillatorOf(machine);
-  const single = Object.keys(SINGLE).filter((name) => name !== "bias" || oscillator.bias?.some(Boolean));
+  const has = { bias: oscillator.bias?.some(Boolean), clearance_left: machine.stops === "unequal" };
+  const single = Object.keys(SINGLE).filter((name) => has[name] ?? name !== "bias");
   const lists = Object.keys(LISTED).filter((list) => Array.isArray(oscillator[list]));
   return [...single, ...lists.flatMap((list) => oscillator[list].map((_, k) => `${list}[${k + 1}]`))];
 }
@@ -101,10 +109,14 @@ function withParameter(oscillator, name, value) {
 // The machine at a point [x, y] of a plane, and [omega, clearance] there.
 export function placeOf(machine, plane, [x, y]) {
   const values = { omega: plane.omega, clearance: plane.clearance, [plane.horizontal]: x, [plane.vertical]: y };
-  const others = [plane.horizontal, plane.vertical].filter((name) => name !== "omega" && name !== "clearance");
+  const others = [plane.horizontal, plane.vertical].filter((name) => !PLACES.includes(name));
   const changed = others.reduce((found, name) => withParameter(found, name, values[name]), oscillatorOf(machine));
   return {
-    machine: others.length ? { ...machine, oscillator: changed } : machine,
+    machine: {
+      ...machine,
+      ...(others.length && { oscillator: changed }),
+      ...("clearance_left" in values && { left: values.clearance_left }),
+    },
     at: [values.omega, values.clearance],
   };
 }
@@ -115,7 +127,7 @@ export function valueOf(machine, name, [omega, clearance]) {
   const [, list, number] = listed(name) ?? [];
   if (list) return oscillator[list][number - 1];
   const { restitution } = oscillator;
-  const among = { omega, clearance, restitution: restitution.right ?? restitution };
+  const among = { omega, clearance, clearance_left: machine.left, restitution: restitution.right ?? restitution };
   return among[name] ?? 1;
 }
 

@@ -2,8 +2,8 @@
 import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
 import { chart, circle, extent } from "./charts.js";
-import { contactOf, stopsOf } from "./contact.js";
-import { byId, element, swatch } from "./dom.js";
+import { contactOf, stopsOf, withImpacts } from "./contact.js";
+import { byId, element, isPhone, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { withoutRemedy } from "./layers.js";
@@ -12,7 +12,6 @@ import { toRead } from "./ticks.js";
 import { named, unitOf } from "./units.js";
 
 const PERIODS_SHOWN = 12;
-const PHONE = "(max-width: 48rem)"; // as in the style sheet
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
 
 export class PointPanel {
@@ -49,7 +48,8 @@ export class PointPanel {
     this.drawn({ lines: all.flatMap((one) => one.lines), marks: all.flatMap((one) => one.marks) });
   }
 
-  // Shows the motion at the point of a state of the page; `machine` and `at`, [omega, clearance], are those there.
+  // Shows the motion at the point of a state of the page, with a `note`; `machine` and `at`, [omega, clearance], are
+  // those there.
   async show(state) {
     this.clear();
     this.#abort = new AbortController();
@@ -64,18 +64,18 @@ export class PointPanel {
     const frequency = unitOf(machine, "frequency");
     const length = unitOf(machine, "length");
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
-      const { name, text, quantity } = parameter(state.plane[axis]);
+      const { name, text, quantity } = parameter(state.plane[axis], machine);
       return Object.hasOwn(USUAL, name) ? [] : [`, ${text} ${state.at[k]}${unitOf(machine, quantity)}`];
     });
     byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}${others.join("")}`;
-    byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical).text}`;
+    byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
     byId("point-name").textContent = "Computing …";
     byId("point-figures").replaceChildren();
     byId("multipliers").replaceChildren();
     this.orbit = null;
     byId("ask-branch").disabled = byId("ask-curves").disabled = true;
     // below the plane, on a phone, it would move the plane away
-    if (!matchMedia(PHONE).matches) byId("point-name").scrollIntoView({ block: "nearest" });
+    if (!isPhone()) byId("point-name").scrollIntoView({ block: "nearest" });
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
@@ -109,16 +109,15 @@ export class PointPanel {
       requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN }),
     );
     const { motion } = path;
-    const label = motion.label ?? motion.kind;
+    const { label, why } = motion.kind === "unresolved" ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label)), label);
-    byId("point-why").textContent = motion.kind === "unresolved" ? withoutRemedy(motion.reason ?? "") : "";
-    const q = contactOf(machine, path.displacement);
-    const v = contactOf(machine, path.velocity);
+    byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
     const present = stops.filter((stop) => stop !== null);
+    const { time: times, q, v } = withImpacts(machine, path, stops);
     const period = (2 * Math.PI) / at[0];
-    const last = path.time.findLastIndex(
+    const last = times.findLastIndex(
       (time) => time <= Math.min(PERIODS_SHOWN, Math.max(4, 2 * (motion.period ?? 4))) * period + 1e-9,
     );
     byId("portrait").replaceChildren(
@@ -136,13 +135,13 @@ export class PointPanel {
     byId("history").replaceChildren(
       chart({
         title: "Displacement of the contact over time, with its impacts",
-        x: [0, path.time[last]],
+        x: [0, times[last]],
         y: extent([...q, ...present]),
         names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
-        series: [{ x: path.time.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
+        series: [{ x: times.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
         bars: present.map((y) => ({ y, kind: "stop" })),
         dots: impacts.time.flatMap((time, k) =>
-          time > path.time[last]
+          time > times[last]
             ? []
             : [
                 {
@@ -159,13 +158,28 @@ export class PointPanel {
     byId("pictures").hidden = false;
     this.#animation.show({
       time: path.time,
-      masses: chain ? path.displacement : [q],
+      masses: chain ? path.displacement : [contactOf(machine, path.displacement)],
       stops,
       period,
       colour: this.colours.of(label),
     });
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.#animation.play();
     this.#name();
+  }
+
+  // The motion that a map names: it measures exponents, which tell chaos.
+  async #ofMap() {
+    const { motion, motions, lyapunov, reason, reasons } = await this.compute(
+      "unfolding-maps",
+      requests.pointMap(this.machine, this.at),
+    );
+    const { label, kind } = motions[motion[0][0]];
+    const exponent = lyapunov?.[0]?.[0];
+    const measured = Number.isFinite(exponent) ? `Lyapunov exponent ${toRead(exponent)} per forcing period.` : "";
+    return {
+      label: label ?? kind,
+      why: [kind === "unresolved" && withoutRemedy(reasons[reason[0][0]] ?? ""), measured].filter(Boolean).join(" "),
+    };
   }
 
   async #orbit() {

@@ -23,9 +23,12 @@ export class PointForm {
     if (shown === this.shown) return; // so that what is being entered stays
     this.shown = shown;
     Object.entries(AXES).forEach(([field, axis], k) => {
-      const { text, quantity } = parameter(plane[axis]);
+      const { text, quantity } = parameter(plane[axis], machine);
       byId(`point-${field}`).textContent = named(text, machine, quantity);
-      if (at) this.form.elements[field].value = at[k];
+      const entered = this.form.elements[field];
+      entered.value = at?.[k] ?? "";
+      entered.removeAttribute("aria-invalid");
+      entered.setCustomValidity("");
     });
   }
 }

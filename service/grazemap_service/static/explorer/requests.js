@@ -1,7 +1,9 @@
 // Requests of the API about a machine, { oscillator, stops, left, periods }: `stops` is "equal", "right" or "left" (the
 // only stop) or "unequal", where the clearance of the right stop varies and `left` is that of the left one.
 
-import { isUsual } from "./parameters.js";
+import { USUAL, isUsual } from "./parameters.js";
+
+const NEXT = 1e-9; // of a value, to another one
 
 const oscillatorOf = ({ oscillator }) => (oscillator ? { oscillator } : {});
 
@@ -26,12 +28,14 @@ export function over(machine, plane, across, up) {
   if (isUsual(plane)) return { ...oscillatorOf(machine), omega: across, clearance: clearance(machine, up) };
   const { horizontal, vertical } = plane;
   const varies = (name) => horizontal === name || vertical === name;
+  const fixed = varies("clearance_left") ? { clearance: { right: plane.clearance } } : fixedClearance(machine);
   return {
     ...oscillatorOf(machine),
     horizontal: { vary: varied(machine, horizontal), values: across },
     vertical: { vary: varied(machine, vertical), values: up },
     ...(!varies("omega") && { omega: plane.omega }),
-    ...(varies("clearance") ? fixedClearance(machine) : { clearance: clearance(machine, plane.clearance) }),
+    ...(varies("clearance") && varies("clearance_left") ? {} : fixed),
+    ...(!varies("clearance") && !varies("clearance_left") && { clearance: clearance(machine, plane.clearance) }),
   };
 }
 
@@ -49,6 +53,12 @@ const ends = ([start, stop]) => ({ start, stop });
 
 // The bifurcation curves that leave the grazing curve.
 export const curves = (machine, plane, across, up) => over(machine, plane, ends(across), ends(up));
+
+// A map whose first point is the given one; the least that a map has is two values a side.
+export const pointMap = (machine, point) => {
+  const [omega, clearance] = point.map((value) => [value, value * (1 + NEXT)]);
+  return { ...over(machine, USUAL, omega, clearance), max_periods: machine.periods };
+};
 
 // A map with its borders explained.
 export const borders = (machine, plane, across, up, points) => ({

@@ -24,7 +24,8 @@ const mapRequest = ({ machine, plane, x, y }) => requests.map(machine, plane, wi
 
 export function asCurl(state, address) {
   const body = JSON.stringify(mapRequest(state)).replaceAll("'", "'\\''");
-  return `curl -s ${address}/v1/unfolding-maps -H 'Content-Type: application/json' \\\n  -H 'Prefer: wait=30, return=representation' -d '${body}'`;
+  const headers = "-H 'Content-Type: application/json' \\\n  -H 'Prefer: wait=30, return=representation'";
+  return `curl -s ${address}/v1/unfolding-maps ${headers} -d '${body}'`;
 }
 
 const python = (value) => {
@@ -147,7 +148,8 @@ export function asSvg({ x, y }, lines, marks, names) {
   return new XMLSerializer().serializeToString(svg);
 }
 
-// `now()` is { state, tiles, lines, marks, names, canvas }, with the verified tiles of the view, the middle one last.
+// `now()` is { state, tiles, total, lines, marks, names, canvas }, with those tiles of all of the view that are complete,
+// the middle one last.
 export function offer(now) {
   const address = new URL(".", location.href).href.replace(/\/$/, "");
   const on = (id, task) =>
@@ -167,10 +169,17 @@ export function offer(now) {
   on("save-svg", ({ state, lines, marks, names }) =>
     save("grazemap.svg", new Blob([asSvg(state, lines, marks, names)], { type: "image/svg+xml" })),
   );
-  on("save-csv", ({ state, tiles }) => save("grazemap.csv", new Blob([asCsv(tiles, state)], { type: "text/csv" })));
+  const require = (tiles) => {
+    if (!tiles.length) throw new Error("No tile of this window is complete yet.");
+  };
+  on("save-csv", ({ state, tiles, total }) => {
+    require(tiles);
+    save("grazemap.csv", new Blob([asCsv(tiles, state)], { type: "text/csv" }));
+    if (tiles.length < total) byId("copied").textContent = `The file has ${tiles.length} of the ${total} tiles, as yet.`;
+  });
   on("save-npz", async ({ tiles }) => {
+    require(tiles);
     const tile = tiles[tiles.length - 1];
-    if (!tile) throw new Error("No verified tile has come yet.");
     const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
   });
