@@ -65,9 +65,13 @@ export class PointPanel {
     const length = unitOf(machine, "length");
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
-      return Object.hasOwn(USUAL, name) ? [] : [`, ${text} ${state.at[k]}${unitOf(machine, quantity)}`];
+      return Object.hasOwn(USUAL, name) ? [] : [`${text} ${state.at[k]}${unitOf(machine, quantity)}`];
     });
-    byId("point-place").textContent = `ω = ${at[0]}${frequency}, clearance ${at[1]}${length}${others.join("")}`;
+    byId("point-place").textContent = [
+      `ω = ${at[0]}${frequency}`,
+      `${parameter("clearance", machine).text} ${at[1]}${length}`,
+      ...others,
+    ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
     byId("point-name").textContent = "Computing …";
     byId("point-figures").replaceChildren();
