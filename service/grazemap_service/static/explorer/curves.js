@@ -67,7 +67,8 @@ const borderCurve = ({ admissible, ...curve }, palette) => ({
 const crossings = (x, y, value) =>
   x.flatMap((right, k) => {
     const [before, after] = [y[k - 1] - value, y[k] - value];
-    return k && before * after <= 0 && before !== after ? [x[k - 1] + (before / (before - after)) * (right - x[k - 1])] : [];
+    if (!k || before * after > 0 || before === after) return [];
+    return [x[k - 1] + (before / (before - after)) * (right - x[k - 1])];
   });
 
 // What is drawn: the process that is asked for it, and its name.
@@ -146,7 +147,9 @@ export class Curves {
   found(what) {
     const wanted = this.wanted[what];
     if (!wanted) return null;
-    return this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${what} `))?.[1] ?? null;
+    return (
+      this.#kept.get(wanted.name) ?? [...this.#kept].findLast(([name]) => name.startsWith(`${what} `))?.[1] ?? null
+    );
   }
 
   lines() {

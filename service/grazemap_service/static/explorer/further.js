@@ -97,7 +97,8 @@ export async function showBranch(panel) {
       ...branch.special_points.map((point) =>
         element("li", {
           textContent:
-            `${point.type} at ${text} ${toRead(times * point.parameter)}` + (point.admissible ? "" : " (not admissible)"),
+            `${point.type} at ${text} ${toRead(times * point.parameter)}` +
+            (point.admissible ? "" : " (not admissible)"),
         }),
       ),
     ),
@@ -121,13 +122,11 @@ export async function showBranch(panel) {
 
 export async function showCurves(panel) {
   const { machine, plane, at, x, y } = panel.state;
-  const data = await panel.compute(
-    "bifurcation-curves",
-    requests.curvesOf(machine, plane, at, panel.orbit, { x, y }),
-  );
+  const data = await panel.compute("bifurcation-curves", requests.curvesOf(machine, plane, at, panel.orbit, { x, y }));
   const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
   const reason = data.motions?.[0]?.reason;
   byId("own-curves").textContent =
-    reason ?? `The bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane, in ${lines.length} parts.`;
+    reason ??
+    `The bifurcation curves of ${data.motions?.[0]?.label} are drawn into the plane, in ${lines.length} parts.`;
   panel.draw("curves", lines);
 }

@@ -18,7 +18,8 @@ export class Gestures {
     on("pointermove", (event) => this.#move(event));
     on("pointerup", (event) => this.#up(event));
     on("pointercancel", (event) => this.#end(event));
-    on("pointerleave", ({ pointerType }) => pointerType !== "touch" && act.point(null)); // a tap is read until the next one
+    // what a finger has tapped is read until the next tap
+    on("pointerleave", ({ pointerType }) => pointerType !== "touch" && act.point(null));
     on("wheel", (event) => this.#wheel(event), { passive: false });
     on("keydown", (event) => this.#key(event));
   }

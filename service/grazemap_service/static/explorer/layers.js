@@ -75,15 +75,18 @@ export function paint(tile, layer, { hidden, range, colours }) {
 
 // The labels in a window with their shares, the largest first. Where tiles cover one another the last one counts.
 export function shares(tiles, { x, y }) {
-  const step = (axis, [low, high]) =>
-    Math.max((high - low) / MOST_COUNTED, Math.min(...tiles.map((tile) => (tile[axis][1] - tile[axis][0]) / tile.points)));
+  const step = (axis, [low, high]) => {
+    const steps = tiles.map((tile) => (tile[axis][1] - tile[axis][0]) / tile.points);
+    return Math.max((high - low) / MOST_COUNTED, Math.min(...steps));
+  };
   const [dx, dy] = [step("x", x), step("y", y)];
   const [columns, rows] = [(x[1] - x[0]) / dx, (y[1] - y[0]) / dy].map((number) => Math.max(1, Math.round(number)));
   const labels = [...new Set(tiles.flatMap((tile) => tile.labels))];
+  const numberOf = new Map(labels.map((label, number) => [label, number]));
   const seen = new Int32Array(columns * rows).fill(-1);
   for (const tile of tiles) {
     const { points, motion } = tile;
-    const numbers = tile.labels.map((label) => labels.indexOf(label));
+    const numbers = tile.labels.map((label) => numberOf.get(label));
     // the point of the tile that is nearest to each column or row, -1 beyond it
     const places = ([low, high], from, width, count) =>
       Int32Array.from({ length: count }, (_, k) => {

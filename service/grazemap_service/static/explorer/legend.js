@@ -28,9 +28,7 @@ export class Legend {
       },
       {
         isSeen: ({ shape }) => shape === "circle",
-        item: item(
-          element("span", {}, "Circles: the graze recurs after half periods: ", ...orders.flatMap(numbered)),
-        ),
+        item: item(element("span", {}, "Circles: the graze recurs after half periods: ", ...orders.flatMap(numbered))),
       },
     ];
     byId("curve-legend").append(...this.#meanings.map((one) => one.item));
@@ -69,7 +67,8 @@ export class Legend {
     const focused = document.activeElement?.value;
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
-    if (others) byId("legend").append(element("li", { textContent: others === 1 ? "and one other" : `and ${others} others` }));
+    const more = others === 1 ? "and one other" : `and ${others} others`;
+    if (others) byId("legend").append(element("li", { textContent: more }));
     if (focused)
       byId("legend")
         .querySelector(`input[value="${CSS.escape(focused)}"]`)

@@ -190,7 +190,8 @@ export class MachineForm {
         // the service does not repeat unknown fields
         const isFurther = !FIELDS.includes(name) && (name || this.form.elements.further.value);
         const where = isFurther && name ? `${[name, ...rest].join("/")}: ` : "";
-        errors[isFurther ? "further" : (name ?? "machine")] ??= `${where}${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
+        const field = isFurther ? "further" : (name ?? "machine");
+        errors[field] ??= `${where}${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
       }
       const [masses, ...others] = LISTS.map((name) => machine.oscillator?.[name]?.length);
       others.forEach((count, k) => {

@@ -67,7 +67,9 @@ export class Overview {
       y: extent(y),
       names: { x: named("ω", machine, "frequency"), y: named("clearance", machine, "length") },
       series: [{ x, y, kind: "motion" }],
-      bars: (view?.x ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
+      bars: (view?.x ?? [])
+        .filter((end) => x[0] < end && end < x[x.length - 1])
+        .map((end) => ({ x: end, kind: "end" })),
     });
     onDrag(drawn, extent(x, 0), (left, right) => this.#choose(left, right));
     byId("overview-chart").replaceChildren(drawn);

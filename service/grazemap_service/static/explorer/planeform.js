@@ -26,7 +26,9 @@ export class PlaneForm {
     this.plane = plane;
     const names = namesOf(machine);
     for (const axis of AXES) {
-      const options = names.map((name) => element("option", { value: name, textContent: parameter(name, machine).text }));
+      const options = names.map((name) =>
+        element("option", { value: name, textContent: parameter(name, machine).text }),
+      );
       this.form.elements[axis].replaceChildren(...options);
       this.form.elements[axis].value = plane[axis];
     }

@@ -3,7 +3,12 @@
 const chain = { stops: "equal", left: null, periods: 400 };
 
 export const PRESETS = {
-  paper: { text: "Three masses (the paper)", machine: { ...chain, oscillator: null }, x: [0.25, 0.3125], y: [1.5, 2.25] },
+  paper: {
+    text: "Three masses (the paper)",
+    machine: { ...chain, oscillator: null },
+    x: [0.25, 0.3125],
+    y: [1.5, 2.25],
+  },
   hammer: {
     text: "One mass, one stop",
     machine: {

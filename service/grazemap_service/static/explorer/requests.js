@@ -27,16 +27,20 @@ const varied = ({ stops }, name) =>
 export function over(machine, plane, across, up) {
   if (isUsual(plane)) return { ...oscillatorOf(machine), omega: across, clearance: clearance(machine, up) };
   const { horizontal, vertical } = plane;
-  const varies = (name) => horizontal === name || vertical === name;
-  const fixed = varies("clearance_left") ? { clearance: { right: plane.clearance } } : fixedClearance(machine);
   return {
     ...oscillatorOf(machine),
     horizontal: { vary: varied(machine, horizontal), values: across },
     vertical: { vary: varied(machine, vertical), values: up },
-    ...(!varies("omega") && { omega: plane.omega }),
-    ...(varies("clearance") && varies("clearance_left") ? {} : fixed),
-    ...(!varies("clearance") && !varies("clearance_left") && { clearance: clearance(machine, plane.clearance) }),
+    ...(plane.omega !== null && { omega: plane.omega }),
+    ...besideAxes(machine, plane),
   };
+}
+
+// The clearance of what does not vary.
+function besideAxes(machine, { horizontal, vertical, clearance: fixed }) {
+  const [right, left] = ["clearance", "clearance_left"].map((name) => horizontal === name || vertical === name);
+  if (right) return left ? {} : fixedClearance(machine);
+  return { clearance: left ? { right: fixed } : clearance(machine, fixed) };
 }
 
 // A preview leaves motions open that settle late, which are few and take most of the time.

@@ -21,8 +21,20 @@ function spring(from, to) {
 
 // An arrow from a place to the right, or both ways.
 function arrow(x, y, both) {
-  const head = (at, side) => line([[at - 4 * side, y - 3], [at, y], [at - 4 * side, y + 3]]);
-  return [line([[x - 10, y], [x + 10, y]]), head(x + 10, 1), ...(both ? [head(x - 10, -1)] : [])];
+  const head = (at, side) =>
+    line([
+      [at - 4 * side, y - 3],
+      [at, y],
+      [at - 4 * side, y + 3],
+    ]);
+  return [
+    line([
+      [x - 10, y],
+      [x + 10, y],
+    ]),
+    head(x + 10, 1),
+    ...(both ? [head(x - 10, -1)] : []),
+  ];
 }
 
 // The amplitudes of a forcing, a list for each harmonic.
@@ -45,13 +57,26 @@ export function sketch({ oscillator, stops }) {
   const { masses, matrices, contact = 1, base, forcing } = oscillator ?? EXAMPLE;
   const count = masses?.length ?? matrices.mass.length;
   const said = words(count, contact, stops, base);
-  const picture = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": said, class: "sketch" });
+  const picture = drawing("svg", {
+    viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+    role: "img",
+    "aria-label": said,
+    class: "sketch",
+  });
   if (count > MOST) return [said];
   const cell = (WALL - 14) / (count + 0.4);
   const size = Math.min(30, cell * 0.4);
   const home = (k) => 14 + cell * (k + 0.5);
   const forces = forcing ? amplitudes(forcing) : base ? [] : [[1]];
-  const parts = [line([[WALL, MIDDLE - 24], [WALL, MIDDLE + 24]], "wall")];
+  const parts = [
+    line(
+      [
+        [WALL, MIDDLE - 24],
+        [WALL, MIDDLE + 24],
+      ],
+      "wall",
+    ),
+  ];
   for (let k = 0; k < count; k++) {
     const x = home(k);
     if (!matrices) parts.push(spring(x + size / 2, k + 1 < count ? home(k + 1) - size / 2 : WALL));
@@ -70,8 +95,14 @@ export function sketch({ oscillator, stops }) {
     for (const side of SIDES[stops]) {
       const x = home(struck - 1) + side * (size / 2 + GAP);
       const high = MIDDLE - size / 2 - 16;
-      const ground = [[x - 7, high], [x + 7, high]];
-      const arm = bearer && [[home(bearer - 1), MIDDLE - size / 2], [home(bearer - 1), high]];
+      const ground = [
+        [x - 7, high],
+        [x + 7, high],
+      ];
+      const arm = bearer && [
+        [home(bearer - 1), MIDDLE - size / 2],
+        [home(bearer - 1), high],
+      ];
       // the stop ends above the spring
       parts.push(line([...(arm ?? ground), [x, high], [x, MIDDLE - 7]], "stop"));
     }

@@ -80,9 +80,7 @@ export function asCsv(tiles, { plane, x, y }) {
       const values = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
         array && Number.isFinite(array[k]) ? array[k] : "",
       );
-      lines.push(
-        [across, up, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","),
-      );
+      lines.push([across, up, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","));
     }
   }
   return `${lines.join("\n")}\n`;
@@ -175,7 +173,8 @@ export function offer(now) {
   on("save-csv", ({ state, tiles, total }) => {
     require(tiles);
     save("grazemap.csv", new Blob([asCsv(tiles, state)], { type: "text/csv" }));
-    if (tiles.length < total) byId("copied").textContent = `The file has ${tiles.length} of the ${total} tiles, as yet.`;
+    if (tiles.length < total)
+      byId("copied").textContent = `The file has ${tiles.length} of the ${total} tiles, as yet.`;
   });
   on("save-npz", async ({ tiles }) => {
     require(tiles);
