@@ -32,6 +32,13 @@ def point_at(page: Page, x: float, y: float) -> str:
     return page.locator("#reading").text_content() or ""
 
 
+def assert_told(page: Page, umap: dict[str, Any], across: list[float], up: list[float]) -> None:
+    """Fail where the page does not say the motion of a map at its points."""
+    for row, column in np.ndindex(len(up), len(across)):
+        label = umap["motions"][umap["motion"][row][column]]["label"]
+        assert f": {label};" in point_at(page, across[column], up[row])
+
+
 def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve(watched: Watched, url: str) -> None:
     page = show(watched, url, OVER_RESTITUTION)
     request = next(one for one in watched.posted("unfolding-maps") if "preview" not in one)
@@ -46,9 +53,7 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
         "max_periods": 400,
     }
     umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
-    for row, column in np.ndindex(3, 3):
-        label = umap["motions"][umap["motion"][row][column]]["label"]
-        assert f": {label};" in point_at(page, omega[column], restitution[row])
+    assert_told(page, umap, omega, restitution)
     asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
     curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
     touching = np.interp(1.88, curve["clearance"], curve["omega"])
@@ -76,9 +81,7 @@ def test_both_clearances_of_unequal_stops_may_vary(small: Watched, url: str) -> 
         "max_periods": 400,
     }
     umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
-    for row, column in np.ndindex(2, 2):
-        label = umap["motions"][umap["motion"][row][column]]["label"]
-        assert f": {label};" in point_at(page, values[column], values[row])
+    assert_told(page, umap, values, values)
     page.mouse.click(*place(page, 1.8, 1.9))
     expect(page.locator("#point-place")).to_have_text(
         re.compile(r"^ω = 0.28, clearance of the right stop 1\.[78]\d*, clearance of the left stop 1\.[89]"),
