@@ -225,6 +225,32 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
     expect(page.locator("#point-name")).to_be_focused()
 
 
+def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, url: str) -> None:
+    asked = {"omega": {"start": 0.28, "stop": 0.285, "points": 3}}
+    points = httpx2.post(
+        f"{url}/v1/grazing-curves", json=asked, headers={"Prefer": "wait=20, return=representation"}
+    ).json()["points"]
+    (recurrence,) = (one for one in points if one["kind"] == "recurrence" and one["order"] == 2)
+    at = recurrence["omega"], recurrence["clearance"]
+    page = show(small, url, FIRST)
+    for _ in range(3):
+        before = page.url
+        page.mouse.move(*place(page, *at))
+        page.mouse.wheel(0, -math.log(4.0) / 0.0015)
+        expect(page).not_to_have_url(before)
+    (left, right), (low, high) = window(page)
+    assert left < at[0] < right
+    assert low < at[1] < high
+    assert (right - left, high - low) == pytest.approx((0.0625 / 64, 0.75 / 64), rel=0.01)
+    verified(page)
+    tiles = [one for one in small.posted("unfolding-maps") if "preview" not in one]
+    steps = [(one["omega"]["stop"] - one["omega"]["start"]) / (one["omega"]["points"] - 1) for one in tiles]
+    assert min(steps) <= max(steps) / 64
+    page.mouse.move(*place(page, *at))
+    expect(page.locator("#reading")).to_contain_text("Recurrence point of order 2")
+    assert page.locator("#legend input").count() >= 3  # the families of motions that meet there
+
+
 def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
     session = page.context.new_cdp_session(page)

@@ -32,8 +32,10 @@ def point_at(page: Page, x: float, y: float) -> str:
     return page.locator("#reading").text_content() or ""
 
 
-def assert_told(page: Page, umap: dict[str, Any], across: list[float], up: list[float]) -> None:
-    """Fail where the page does not say the motion of a map at its points."""
+def assert_told(page: Page, url: str, asked: dict[str, Any]) -> None:
+    """Fail where the page does not say the motions of a map over lists of values, which the API is asked for."""
+    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
+    across, up = asked["horizontal"]["values"], asked["vertical"]["values"]
     for row, column in np.ndindex(len(up), len(across)):
         label = umap["motions"][umap["motion"][row][column]]["label"]
         assert f": {label};" in point_at(page, across[column], up[row])
@@ -45,15 +47,11 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
     assert (request["horizontal"]["vary"], request["vertical"]["vary"]) == ("omega", "restitution")
     assert request["clearance"] == 1.88
     assert "omega" not in request
-    omega, restitution = [0.268, 0.27, 0.28], [0.55, 0.6, 0.7]
-    asked = {
-        "horizontal": {"vary": "omega", "values": omega},
-        "vertical": {"vary": "restitution", "values": restitution},
-        "clearance": 1.88,
-        "max_periods": 400,
+    axes = {
+        "horizontal": {"vary": "omega", "values": [0.268, 0.27, 0.28]},
+        "vertical": {"vary": "restitution", "values": [0.55, 0.6, 0.7]},
     }
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
-    assert_told(page, umap, omega, restitution)
+    assert_told(page, url, {**axes, "clearance": 1.88, "max_periods": 400})
     asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
     curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
     touching = np.interp(1.88, curve["clearance"], curve["omega"])
@@ -72,16 +70,11 @@ def test_both_clearances_of_unequal_stops_may_vary(small: Watched, url: str) -> 
     page = show(small, url, f"{axes}&machine={quote(json.dumps(UNEQUAL))}")
     expect(page.locator("#up option:checked")).to_have_text("clearance of the left stop")
     expect(page.locator("#across option:checked")).to_have_text("clearance of the right stop")
-    values = [1.8, 1.9]
-    asked = {
-        "oscillator": UNEQUAL["oscillator"],
-        "horizontal": {"vary": "clearance_right", "values": values},
-        "vertical": {"vary": "clearance_left", "values": values},
-        "omega": 0.28,
-        "max_periods": 400,
+    axes = {
+        axis: {"vary": name, "values": [1.8, 1.9]}
+        for axis, name in (("horizontal", "clearance_right"), ("vertical", "clearance_left"))
     }
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
-    assert_told(page, umap, values, values)
+    assert_told(page, url, {**axes, "oscillator": UNEQUAL["oscillator"], "omega": 0.28, "max_periods": 400})
     page.mouse.click(*place(page, 1.8, 1.9))
     expect(page.locator("#point-place")).to_have_text(
         re.compile(r"^ω = 0.28, clearance of the right stop 1\.[78]\d*, clearance of the left stop 1\.[89]"),

@@ -32,7 +32,6 @@ const OF_STOPS = ["clearance", "clearance_left", "restitution", "forcing", "bias
 const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
-const HERE = "the grazing curve here.";
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;
 
 // How a piece of a bifurcation curve is drawn.
@@ -212,7 +211,8 @@ export class Curves {
           ? this.palette.bifurcations[point.bifurcation]
           : (this.palette.orders[(point.order ?? 1) - 1] ?? ink),
         text: resonant
-          ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} leaves ${HERE}`
+          ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} ` +
+            "leaves the grazing curve here."
           : point.kind === "recurrence"
             ? `Recurrence point of order ${point.order}: the graze recurs after ${point.order} half periods.`
             : `Codimension-two point: ${point.kind}.`,
