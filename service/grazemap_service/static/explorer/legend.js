@@ -28,7 +28,9 @@ export class Legend {
       },
       {
         isSeen: ({ shape }) => shape === "circle",
-        item: item(element("span", {}, "Circles: the graze recurs after half periods: ", ...orders.flatMap(numbered))),
+        item: item(
+          element("span", {}, "Circles: half periods after which the graze recurs: ", ...orders.flatMap(numbered)),
+        ),
       },
     ];
     byId("curve-legend").append(...this.#meanings.map((one) => one.item));

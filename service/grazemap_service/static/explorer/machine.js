@@ -29,7 +29,7 @@ const ANY_DECIMAL_COMMA = /^[+-]?(0,\d+|\d+,0\d+)$/;
 function parsed(text) {
   try {
     const value = JSON.parse(text);
-    if (typeof value === "object") return value;
+    if (value && typeof value === "object") return value;
   } catch {
     // said below
   }
