@@ -30,9 +30,10 @@ from grazemap_core.contact.kernels.workspace import (
     workspace,
 )
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels, lane_tables, shared_model
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
+from grazemap_core.maps.settling import impulse_blocks
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
@@ -44,12 +45,12 @@ Floats = NDArray[np.float64]
 
 @kernel
 def _run_halves(
-    masses: Masses, model: LaneModel, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
+    masses: Masses, models: LaneModels, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
 ) -> None:
     """Carry lanes that have just started over several half periods; parameters as `lockstep.run_half`."""
-    model, group, work = reference(model), reference(group), reference(work)
+    models, group, work = reference(models), reference(group), reference(work)
     for half in range(halves):
-        run_half(masses, model, group, half, used, u, work)
+        run_half(masses, models, group, half, used, u, work)
 
 
 class Ensemble(NamedTuple):
@@ -127,7 +128,7 @@ def first_impacts(
     models = trajectory_models(oscillator)
     steady = reference_response(oscillator, models.free, np.array([omega]))[0]
     problem, held = cell_problem(models, steady, omega, phase)
-    model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
+    model = LaneModel(problem, held, lane_tables(problem, held.viscous_term), impulse_blocks(models.free, False))
     u = free_state(models.free, steady, problem.orders, omega, x - static, v, phase)
     masses = (0,) * size
     n, at_rest = len(clearance), float(oscillator.contact @ static)
@@ -147,7 +148,7 @@ def first_impacts(
         for lane in range(count):
             start_lane(group, lane, problem, stops[low + lane], u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
-        _run_halves(masses, model, group, 2 * periods, used, scratch, work)
+        _run_halves(masses, shared_model(model), group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, ROWS]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

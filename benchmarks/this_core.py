@@ -14,7 +14,7 @@ from benchmarks.work import Floats, Integers, Start
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.tolerances import LANE_DEGREE

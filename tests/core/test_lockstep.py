@@ -13,7 +13,7 @@ from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.settling import Settling
 from grazemap_core.model.oscillator import Oscillator

@@ -14,13 +14,15 @@ from thorough import KERNELS_FIRST
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
-from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
+from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables, shared_model
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
 from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.settling import impulse_blocks
 from grazemap_core.maps.tolerances import ERROR_SAFETY
 from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import forced_oscillator, initial_state
 from grazemap_core.simulation.start import start as begin
@@ -40,16 +42,18 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     begun = begin(forced, initial_state(forced, None, None, 0.0))
     problem, held, start = begun.problem, begun.held, begun.u
     group, work = lanes(size, 50 * HALVES), workspace(size, 50 * HALVES)
-    tangents = lane_tangents(problem.decay, problem.frequency_squared, 0)
+    tangents = lane_tangents(size, 0)
     start_lane(group, 0, problem, forced.stops, start.copy())
     forget_error(tangents.errors, 0)
     begin_error(problem.frequency, tangents.errors, 0)
-    model, u, widths = LaneModel(problem, held, lane_tables(problem, held.viscous_term)), start.copy(), []
+    blocks = impulse_blocks(modal_model(oscillator), False)
+    models = shared_model(LaneModel(problem, held, lane_tables(problem, held.viscous_term), blocks))
+    u, widths = start.copy(), []
     for half in range(HALVES):
         save_lane_starts(group, tangents, LANE_BLOCK)
-        run_half((0,) * size, model, group, half, LANE_BLOCK, u, work)
+        run_half((0,) * size, models, group, half, LANE_BLOCK, u, work)
         count_impacts(group, tangents, LANE_BLOCK)
-        carry_changes(model, group, tangents, half, 0, LANE_BLOCK)
+        carry_changes(models, group, tangents, half, 0, LANE_BLOCK)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0

@@ -27,9 +27,8 @@ from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
-from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
-from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents, tangents_of
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables, shared_model
+from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lockstep import lanes
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
@@ -119,7 +118,7 @@ class Settler:
         size = oscillator.size
         self._models = trajectory_models(oscillator)
         free = self._models.free
-        self._blocks = _impulse_blocks(free, task.early)
+        self._blocks = impulse_blocks(free, task.early)
         self._task = task
         self._equilibrium = equilibrium(oscillator)
         direction = np.concatenate([self._models.constrained.profile, np.zeros(size)])
@@ -133,7 +132,7 @@ class Settler:
             self._scratch = {
                 "group": lanes(size, events),
                 "history": stroboscopic_history(size, task.max_period, LANES),
-                "tangents": lane_tangents(free.decay, free.frequency_squared, self._growth_halves),
+                "tangents": lane_tangents(size, self._growth_halves),
                 "records": lane_records(),
                 "returns": return_search(),
                 "work": workspace(size, events),
@@ -142,8 +141,7 @@ class Settler:
                 "final_state": np.zeros((size, 2)),
             }
         else:
-            tangents = tangents_of(before._scratch["tangents"], free.decay, free.frequency_squared)
-            self._scratch = {**before._scratch, "tangents": tangents}
+            self._scratch = before._scratch
 
     @property
     def oscillator(self) -> Oscillator:
@@ -195,11 +193,12 @@ class Settler:
         given = conditions if isinstance(conditions, Conditions) else Conditions.of(self._models.oscillator, conditions)
         column = self._column(omega, steady, given, states, scaled, phase, inherits)
         settle_column(self._masses, column, classify_lane.address(column))
-        problem, stops, results = column.model.problem, column.task.stops, column.results
-        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], column.task.base)
+        model, stops, results = column.models.shared, column.task.stops, column.results
+        problem = model.problem
+        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], column.task.base[0])
         shape, figures = (len(stops), len(scaled)), results.figures
         if self._task.observed is not None:
-            parts = problem, column.model.held
+            parts = problem, model.held
             more = figures_of_column(self._task.observed, self._models, parts, steady, stops, results)
             figures = np.concatenate([figures, more], axis=1)
         codes, figures = results.codes.reshape(*shape, -1), figures.reshape(*shape, -1)
@@ -249,12 +248,13 @@ class Settler:
             figures=np.empty((count, lane_state.FIGURES)),
             final=final_states(count if self._task.observed is not None else 0, free.size),
         )
+        base = free_state(free, steady, problem.orders, omega, start[0], start[1], phase)
         task = ColumnTask(
             stops=stops,
-            base=free_state(free, steady, problem.orders, omega, start[0], start[1], phase),
+            base=np.repeat(base[None], len(gaps), axis=0),
             directions=_in_blocks(free, scaled),
             offset=offset,
-            aside=self._aside,
+            aside=np.repeat(self._aside[None], len(gaps), axis=0),
             on_stop=on_stop,
             max_periods=self._task.max_periods,
             max_period=self._task.max_period,
@@ -264,8 +264,8 @@ class Settler:
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
             inherits=inherits,
         )
-        model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
-        return Column(model, self._blocks, task, results, **self._scratch)
+        model = LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks)
+        return Column(shared_model(model), task, results, **self._scratch)
 
     def final_state(self, omega: float, steady: Complexes, conditions: Conditions) -> Floats | None:
         """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
@@ -366,8 +366,11 @@ def _between_stops(conditions: Conditions, unit: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(both), both, one))
 
 
-def _impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
-    """Return the blocks, with the response of the contact to an impulse on it: 0 of those that it does not see."""
+def impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
+    """Return the blocks as verification takes them; `wanted`: motions are to be verified.
+
+    The response of the contact to an impulse on it is 0 for blocks that it does not see.
+    """
     response, unit_impulse = impulse_response(model), np.zeros((len(model.decay), 2))
     unit_impulse[response.seen] = np.stack([response.value, response.slope], axis=1)
     return ImpulseBlocks(

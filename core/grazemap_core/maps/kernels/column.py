@@ -1,4 +1,4 @@
-"""One column of a map: the model, the task, the results and the scratch that its kernels share."""
+"""One column of a map: the models, the task, the results and the scratch that its kernels share."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.maps.kernels.lane_state import ColumnTask, LaneRecords, TrajectoryResults
-from grazemap_core.maps.kernels.lane_tables import LaneModel
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModels
 from grazemap_core.maps.kernels.lane_tangents import LaneTangents
-from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import Lanes
-from grazemap_core.orbits.kernels.verification import ImpulseBlocks, VerificationScratch
+from grazemap_core.orbits.kernels.verification import VerificationScratch
 from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory
 
 
@@ -22,9 +21,7 @@ class Column(NamedTuple):
 
     Attributes
     ----------
-    model : LaneModel
-    blocks : ImpulseBlocks
-        The oscillator as `verification` takes it.
+    models : LaneModels
     task : ColumnTask
     results : TrajectoryResults
         Receives the motions.
@@ -44,8 +41,7 @@ class Column(NamedTuple):
         Scratch, and the state in which the last trajectory of a sweep ended.
     """
 
-    model: LaneModel
-    blocks: ImpulseBlocks
+    models: LaneModels
     task: ColumnTask
     results: TrajectoryResults
     group: Lanes

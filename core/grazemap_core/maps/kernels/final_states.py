@@ -11,7 +11,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lockstep import RESTING, Lanes
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.orbits.kernels.verification import Verification, VerificationScratch, unit_of_speeds

@@ -25,6 +25,7 @@ from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_state
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import begin_record, stops_in_row
+from grazemap_core.maps.kernels.lane_tables import LANES, OF_GROUP, begin_own
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_changes,
@@ -32,7 +33,7 @@ from grazemap_core.maps.kernels.lane_tangents import (
     move_tangents,
     save_lane_starts,
 )
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import (
     RESTING,
     Lanes,
@@ -44,6 +45,7 @@ from grazemap_core.maps.kernels.lockstep import (
     start_lane_on_stop,
 )
 from grazemap_core.maps.tolerances import SETTLING_IMPACTS
+from grazemap_core.numerics.jit.by_lane import record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, nearest_returns
@@ -63,7 +65,7 @@ def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., i
     masses : tuple of length N
         Only its length matters.
     column : Column
-        All but model, blocks and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
+        All but models and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
     classify_lane : callable
         The address of `classification.classify_lane`.
@@ -129,6 +131,8 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
             row, inherits = queued // starts, task.inherits and queued == 0
             stops = stops_in_row(task.stops, row)
+            begin_own(column.models, lane, queued)
+            model = record_of(column.models, lane)
             if task.follow and queued > 0:
                 copy_matrix(u, column.final_state)
                 _start_at_final_state(column, lane, stops, rested)
@@ -136,18 +140,18 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
-                        u[j, c] = task.base[j, c] + stops.unit * task.directions[queued % starts, j, c]
-                        u[j, c] += task.offset[row] * task.aside[j, c]
+                        u[j, c] = task.base[row, j, c] + stops.unit * task.directions[queued % starts, j, c]
+                        u[j, c] += task.offset[row] * task.aside[row, j, c]
                 if task.on_stop[row] != 0:
-                    start_lane_on_stop(column.group, lane, column.model.problem, stops, u, task.on_stop[row])
+                    start_lane_on_stop(column.group, lane, model.problem, stops, u, task.on_stop[row])
                 else:
-                    start_lane(column.group, lane, column.model.problem, stops, u)
-            if column.blocks.verifiable:
+                    start_lane(column.group, lane, model.problem, stops, u)
+            if model.blocks.verifiable:
                 if not inherits:
                     forget_error(column.tangents.errors, lane)
-                begin_error(column.model.problem.frequency, column.tangents.errors, lane)
+                begin_error(model.problem.frequency, column.tangents.errors, lane)
                 watch_passages(column.group, column.tangents.errors, lane)
-            begin_record(column.records, lane, queued, k, task, column.blocks.verifiable)
+            begin_record(column.records, lane, queued, k, task, model.blocks.verifiable)
             queued += 1
             used = max(used, (lane + LANE_BLOCK) // LANE_BLOCK * LANE_BLOCK)
     return queued, used
@@ -168,7 +172,7 @@ def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool)
     The contact bounces off that stop at once if it moves into it, or rests on it if it was at rest (`rested`). u is
     overwritten.
     """
-    problem, group, u = column.model.problem, column.group, column.u
+    problem, group, u = record_of(column.models, lane).problem, column.group, column.u
     stop = put_between_stops(problem, stops, u, rested)
     if stop == 0:
         start_lane(group, lane, problem, stops, u)
@@ -183,13 +187,13 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     empty_full_events(column, k, used)
     if column.task.growth_halves > 0:
         start_growth(column, k, used)
-    carries = column.blocks.verifiable or column.task.growth_halves > 0
+    carries = column.task.early or column.task.growth_halves > 0
     if carries:
         save_lane_starts(group, column.tangents, used)
-    run_half(masses, column.model, group, k, used, column.u, column.work)
+    run_half(masses, column.models, group, k, used, column.u, column.work)
     if carries:
         count_impacts(group, column.tangents, used)
-        carry_changes(column.model, group, column.tangents, k, column.task.growth_skipped, used)
+        carry_changes(column.models, group, column.tangents, k, column.task.growth_skipped, used)
     sizes, tally = records.sizes, group.tally
     for lane in range(used):
         sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
@@ -242,7 +246,8 @@ def _find_returns(column: Column, k: int, used: int) -> None:
         relevant[lane] = CLOSING_GOAL * unit[lane]
         mirrored[lane] = column.group.symmetric[lane]
         known[lane] = k - counts[lane, lane_state.STARTED]
-    nearest_returns(column.model.problem, column.history, k, 2 * column.task.max_period, column.returns, used)
+    scale = table_of(column.models, OF_GROUP).displacement_scale
+    nearest_returns(scale, column.history, k, 2 * column.task.max_period, column.returns, used)
 
 
 @kernel
@@ -254,7 +259,8 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
     if counts[lane, lane_state.STATE] != lane_state.SETTLING and counts[lane, lane_state.STATE] != lane_state.GROWING:
         return False
     returns = check and column.returns.length[lane] > 0.0
-    free = column.task.early and group.reach[lane] < free_reach(column.model.problem, lane_stops(group, lane))
+    problem = record_of(column.models, lane).problem
+    free = column.task.early and group.reach[lane] < free_reach(problem, lane_stops(group, lane))
     budget_spent: bool = column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS
     return returns or free or budget_spent
 
@@ -264,7 +270,7 @@ def _keep_final_state(column: Column, lane: int) -> bool:
     """Keep the state in which a trajectory of a sweep ended. Returns whether the contact rests on a stop there."""
     group, final = column.group, column.final_state
     if group.status[lane] != workspace.OK:
-        copy_matrix(final, column.task.base)
+        copy_matrix(final, column.task.base[0])
         forget_error(column.tangents.errors, lane)
         return False
     for j in range(final.shape[0]):
@@ -300,6 +306,7 @@ def _move_to_first_lanes(column: Column, k: int, used: int) -> None:
             source -= 1
         if target >= source:
             break
+        begin_own(column.models, target, counts[source, lane_state.TRAJECTORY])
         _move_lane(column.group, source, target)
         _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
         clear_lane(column.group, source)

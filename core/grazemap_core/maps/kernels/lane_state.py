@@ -12,7 +12,7 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.kernels.final_states import FinalStates
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.tolerances import APPROACH
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
@@ -86,10 +86,10 @@ class ColumnTask(NamedTuple):
     Attributes
     ----------
     stops : (n, fields of Stops)
-    base, directions : (N, 2), (s, N, 2)
+    base, directions : (n, N, 2), (s, N, 2)
         Trajectory i has the stops number i // s, with the unit b, and starts at base + b * directions[i % s], from
         where it is moved by `offset`.
-    offset, aside : (n,), (N, 2)
+    offset, aside : (n,), (n, N, 2)
         A multiple of `aside` that is added to the start, for every stops.
     on_stop : (n,)
         Stop on which trajectories start without moving into it, +1 A or -1 C; 0: they start between the stops.

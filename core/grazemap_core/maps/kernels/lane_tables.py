@@ -1,4 +1,4 @@
-"""Tables of one oscillator at one forcing frequency for the lockstep kernels: polynomials over a cell.
+"""Tables of an oscillator at a forcing frequency for the lockstep kernels: polynomials over a cell.
 
 Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: q, given the state at the start of the cell,
 and the change of the state at the end of the cell by an impulse on the contact at z. Expanded about the middle of the
@@ -13,53 +13,72 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
-from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.by_lane import put, record_of, table_of
+from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.orbits.kernels.verification import ImpulseBlocks
 
 TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
 
+LANES = 128
+"""Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
+
 RESPONSE_PARTS = 4
 """Parts of a cell, in steps of which the responses of the blocks are tabulated."""
+
+FLOW_DEGREE = 7
+"""Degree of the series of a flow over half a part of a cell, with exponents up to CELL_REACH / (2 RESPONSE_PARTS) =
+1/8. The omitted term is 2^-24/8! = 1.5e-12, and growth is not known to more than three digits."""
+
+BLOCK = 4
+"""Numbers of a block in `LaneTables.block`."""
 
 HERMITE_DIVISOR = 384.0
 """A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |q''''|."""
 
 # entries of `scalars`
-STEP, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6
+STEP, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH = 0, 1, 2, 3, 4, 5
 """Length h of a cell; the viscous term of `sticking_flow.HeldProblem`; bounds of the reference motion, and of h^4/384
-times its fourth derivative; contributions of a unit of velocity given to q to the bounds of |q| and of h^4/384 |q''''|;
-round-off of a gap relative to the sum of its terms."""
-SCALARS = 7
+times its fourth derivative; contributions of a unit of velocity given to q to the bounds of |q| and of h^4/384
+|q''''|."""
+SCALARS = 6
 
 
 class LaneTables(NamedTuple):
-    """Tables that all lanes of a group share.
+    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`by_lane`).
 
     Attributes
     ----------
-    flow, output_row : (N, 4)
+    flow, output_row : (N * 4,)
         As in `cells.CellProblem`.
-    steady_table : (cells + 1, 2)
+    steady_table : ((cells + 1) * 2,)
         Reference motion of q at the cell boundaries, at the ends of cells: position and velocity.
-    bound : (N, 3)
+    bound : (N * 3,)
         Frequency of a block, and contributions of a unit of its envelope to the bounds of |q| and of h^4/384 |q''''|.
-    series : (TERMS, 2 N)
+    series : (TERMS * 2 N,)
         Coefficients in z of q over a cell, per component of the state at the start of the cell.
-    forcing : (cells, TERMS)
+    forcing : (cells * TERMS,)
         Coefficients in z of the reference motion of q over each cell.
-    unit_impulse : (2 N, TERMS)
+    unit_impulse : (2 N * TERMS,)
         Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to q at z.
     response : (TERMS,)
         Coefficients of q in s, the time in half cells since a unit of velocity was given to it.
     block_response : (RESPONSE_PARTS * cells + 1, 2 N)
         (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where
-        `CellProblem.flow_table` has not all cells of a period.
+        `CellProblem.flow_table` has not all cells of a period, or every lane has its own.
+    change_series : (2 * N * FLOW_DEGREE,)
+        Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
+        the derivative, from the constant on.
+    block : (N * BLOCK,)
+        Of every block decay, frequency_squared, and both numbers of `CellProblem.unit_impulse`.
+    displacement_scale : (N * 2,)
+        As in `cells.CellProblem`.
     scalars : (SCALARS,)
     """
 
@@ -72,15 +91,50 @@ class LaneTables(NamedTuple):
     unit_impulse: Floats
     response: Floats
     block_response: Floats
+    change_series: Floats
+    block: Floats
+    displacement_scale: Floats
     scalars: Floats
 
 
 class LaneModel(NamedTuple):
-    """One oscillator at one forcing frequency: free, with the contact at rest on a stop, and in lanes."""
+    """One oscillator at one forcing frequency: free, with the contact at rest on a stop, in lanes, and in orbits."""
 
     problem: CellProblem
     held: HeldProblem
     tables: LaneTables
+    blocks: ImpulseBlocks
+
+
+OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
+"""Tables of the lanes of a group, of a batch in the first and in the second pass over a cell, and in a batch of
+`tangent_batches`."""
+
+
+class LaneModels(NamedTuple):
+    """What all trajectories share, or what each of them has for itself: `by_lane.record_of` and `table_of`.
+
+    Attributes
+    ----------
+    shared : LaneModel
+        Of all, or of one of them; all have the same number of cells in a period.
+    addresses : (LANES,) or (0,)
+        Where the model of every lane is in memory.
+    own : tuple of LaneTables
+        OF_GROUP to OF_CHANGES; empty where they are shared.
+    of_trajectories : (n,) or (0,)
+        Where the model of every trajectory is in memory.
+    """
+
+    shared: LaneModel
+    addresses: Integers
+    own: tuple[LaneTables, ...]
+    of_trajectories: Integers
+
+
+def shared_model(model: LaneModel) -> LaneModels:
+    """Return a model that all trajectories share."""
+    return LaneModels(model, np.zeros(0, dtype=np.uintp), (), np.zeros(0, dtype=np.uintp))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -109,7 +163,7 @@ def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
             problem.steady_table[cell, 1],
             problem.omega * problem.steady_table[cell, 0],
         )
-    return forcing, steady_table
+    return forcing.reshape(-1), steady_table.reshape(-1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -128,6 +182,20 @@ def _block_response(problem: CellProblem) -> Floats:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _change_series(problem: CellProblem) -> Floats:
+    """Return `LaneTables.change_series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
+    blocks = problem.decay.shape[0]
+    series = np.empty((2, blocks, FLOW_DEGREE))
+    for j in range(blocks):
+        before, term = 0.0, 1.0
+        for power in range(1, FLOW_DEGREE + 1):
+            series[0, j, power - 1], series[1, j, power - 1] = term, power * term
+            following = -(2.0 * problem.decay[j] * power * term + problem.frequency_squared[j] * before)
+            before, term = term, following / (power * (power + 1.0))
+    return series.reshape(-1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     """Return the tables of an oscillator at one forcing frequency; `viscous_term` is that of `HeldProblem`."""
     blocks = problem.decay.shape[0]
@@ -136,7 +204,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     series = np.empty((TERMS, 2 * blocks))
     unit_impulse = np.empty((2 * blocks, TERMS))
     response = np.zeros(TERMS)
-    bound = np.empty((blocks, 3))
+    bound, block = np.empty((blocks, 3)), np.empty((blocks, BLOCK))
     impulse_reach, impulse_fourth = 0.0, 0.0
     for j in range(blocks):
         decay, square = problem.decay[j], problem.frequency_squared[j]
@@ -160,6 +228,8 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
         bound[j, 0] = problem.frequency[j]
         bound[j, 1] = problem.reach[j]
         bound[j, 2] = problem.fourth[j] * quartic
+        block[j, 0], block[j, 1] = decay, square
+        block[j, 2], block[j, 3] = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         impulse_reach += bound[j, 1] * envelope
         impulse_fourth += bound[j, 2] * envelope
     # expanded half a cell after the impulse, where TERMS suffice up to a whole cell; then about the impulse itself
@@ -174,16 +244,91 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     scalars[STEADY_FOURTH] = problem.steady_fourth * quartic
     scalars[IMPULSE_REACH] = impulse_reach
     scalars[IMPULSE_FOURTH] = impulse_fourth
-    scalars[MARGIN] = CONTACT_ROUNDING
     return LaneTables(
-        problem.cell_flow,
-        problem.output_row,
+        problem.cell_flow.copy().reshape(-1),
+        problem.output_row.copy().reshape(-1),
         steady_table,
-        bound,
-        series,
+        bound.reshape(-1),
+        series.reshape(-1),
         forcing,
-        unit_impulse,
+        unit_impulse.reshape(-1),
         response,
         _block_response(problem),
+        _change_series(problem),
+        block.reshape(-1),
+        problem.displacement_scale.copy().reshape(-1),
         scalars,
     )
+
+
+def own_tables(size: int, cells: int, pitch: int) -> LaneTables:
+    """Return empty tables of so many lanes, each of which has its own, for an oscillator with so many blocks."""
+    places = LaneTables(
+        4 * size,
+        4 * size,
+        2 * (cells + 1),
+        3 * size,
+        2 * size * TERMS,
+        cells * TERMS,
+        2 * size * TERMS,
+        TERMS,
+        0,
+        2 * size * FLOW_DEGREE,
+        BLOCK * size,
+        2 * size,
+        SCALARS,
+    )
+    empty = LaneTables(*(aligned(np.zeros(count * pitch)).reshape(count, pitch) for count in places))
+    return empty._replace(block_response=np.zeros(0))
+
+
+@inlined
+def _copy(target: Floats, pitch: int, lane: int, source: Floats, first: int, count: int) -> None:
+    """Copy numbers that all lanes share to the first places of a lane of its own."""
+    for place in range(count):
+        put(target, place, pitch, lane, source[first + place])
+
+
+@kernel
+def begin_own(models: LaneModels, lane: int, trajectory: int) -> None:
+    """Give a lane the model of a trajectory, if each has its own."""
+    if models.addresses.shape[0] > 0:
+        models.addresses[lane] = models.of_trajectories[trajectory]
+        tables, group = record_of(models, lane).tables, table_of(models, OF_GROUP)
+        _copy(group.flow, LANES, lane, tables.flow, 0, tables.flow.shape[0])
+        _copy(group.output_row, LANES, lane, tables.output_row, 0, tables.output_row.shape[0])
+        _copy(group.steady_table, LANES, lane, tables.steady_table, 0, tables.steady_table.shape[0])
+        _copy(group.bound, LANES, lane, tables.bound, 0, tables.bound.shape[0])
+        count = tables.displacement_scale.shape[0]
+        _copy(group.displacement_scale, LANES, lane, tables.displacement_scale, 0, count)
+        _copy(group.scalars, LANES, lane, tables.scalars, 0, SCALARS)
+
+
+@inlined
+def put_in_pass(batch: LaneTables, pitch: int, k: int, tables: LaneTables, cell: int) -> None:
+    """Copy a lane's tables for a cell to a batch, where every lane has its own."""
+    _copy(batch.flow, pitch, k, tables.flow, 0, tables.flow.shape[0])
+    _copy(batch.output_row, pitch, k, tables.output_row, 0, tables.output_row.shape[0])
+    _copy(batch.bound, pitch, k, tables.bound, 0, tables.bound.shape[0])
+    _copy(batch.series, pitch, k, tables.series, 0, tables.series.shape[0])
+    _copy(batch.unit_impulse, pitch, k, tables.unit_impulse, 0, tables.unit_impulse.shape[0])
+    _copy(batch.response, pitch, k, tables.response, 0, TERMS)
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALARS)
+    _copy(batch.steady_table, pitch, k, tables.steady_table, 2 * cell, 4)
+    _copy(batch.forcing, pitch, k, tables.forcing, cell * TERMS, TERMS)
+
+
+@inlined
+def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) -> None:
+    """Copy what `tangent_batches` needs of a lane's tables to a batch, where every lane has its own."""
+    _copy(batch.output_row, pitch, k, tables.output_row, 0, tables.output_row.shape[0])
+    _copy(batch.bound, pitch, k, tables.bound, 0, tables.bound.shape[0])
+    _copy(batch.change_series, pitch, k, tables.change_series, 0, tables.change_series.shape[0])
+    _copy(batch.block, pitch, k, tables.block, 0, tables.block.shape[0])
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALARS)
+
+
+@kernel
+def cell_of_pass(models: LaneModels, cell: int) -> int:
+    """Return where a batch has the tables of a cell: where every lane has its own, they are those of one cell."""
+    return cell if models.addresses.shape[0] == 0 else 0

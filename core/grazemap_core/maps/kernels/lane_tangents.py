@@ -44,8 +44,7 @@ from grazemap_core.maps.kernels.lane_errors import (
     shorten_change,
     steepest_impact,
 )
-from grazemap_core.maps.kernels.lane_tables import LaneModel, LaneTables
-from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
 from grazemap_core.maps.kernels.tangent_batches import (
     REST,
@@ -55,10 +54,10 @@ from grazemap_core.maps.kernels.tangent_batches import (
     WIDTH,
     TangentBatch,
     carry_batch,
-    flow_series,
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
+from grazemap_core.numerics.jit.by_lane import record_of
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.simulation.kernels import lyapunov
@@ -130,9 +129,8 @@ class LaneTangents(NamedTuple):
     work: Workspace
 
 
-def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> LaneTangents:
+def lane_tangents(masses: int, halves: int) -> LaneTangents:
     """Return arrays for changes along lanes, none of which has any, and for growth over `halves` half periods."""
-    masses = len(decay)
     size = 2 * masses
     return LaneTangents(
         carried=np.zeros(LANES, dtype=np.int64),
@@ -151,17 +149,11 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
-        batch=tangent_batch(decay, frequency_squared),
+        batch=tangent_batch(masses),
         state=np.zeros((masses, 2)),
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_EVENTS),
     )
-
-
-def tangents_of(tangents: LaneTangents, decay: Floats, frequency_squared: Floats) -> LaneTangents:
-    """Return the same arrays for a structure with other blocks."""
-    batch = tangents.batch._replace(series=flow_series(decay, frequency_squared))
-    return tangents._replace(batch=batch)
 
 
 @kernel
@@ -268,13 +260,13 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
 
 
 @kernel
-def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, changes: int, used: int) -> int:
+def _sort_by_impacts(models: LaneModels, tangents: LaneTangents, changes: int, used: int) -> int:
     """Write the lanes with `changes` changes that can be carried in batches to `tangents.sorted`, by number of impacts.
 
     Returns their number.
     """
     wanted, impacts, places, ready = tangents.wanted, tangents.impacts, tangents.places, tangents.sorted
-    if tables.block_response.shape[0] == 0:
+    if models.shared.tables.block_response.shape[0] == 0:
         return 0
     last = places.shape[0] - 1
     for place in range(last + 1):
@@ -345,7 +337,7 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None
 
 
 @kernel
-def carry_changes(model: LaneModel, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int) -> None:
+def carry_changes(models: LaneModels, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int) -> None:
     """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
     Parameters
@@ -361,8 +353,10 @@ def carry_changes(model: LaneModel, group: Lanes, tangents: LaneTangents, half: 
             carried[lane], errors.carried[lane] = NOTHING, 0
         if (carried[lane] == FIRST or carried[lane] == PAIR) and tangents.grown[lane] == tangents.growth.shape[1]:
             carried[lane] = NOTHING
-        if carried[lane] == ALL and _carry_alone(model, group, tangents, lane, half, tangents.full[lane], 0.0) != OK:
-            carried[lane] = LOST
+        if carried[lane] == ALL:
+            model = record_of(models, lane)
+            if _carry_alone(model, group, tangents, lane, half, tangents.full[lane], 0.0) != OK:
+                carried[lane] = LOST
     wanted, singles, pairs = tangents.wanted, 0, 0
     for lane in range(used):
         if carried[lane] == PAIR:
@@ -374,15 +368,15 @@ def carry_changes(model: LaneModel, group: Lanes, tangents: LaneTangents, half: 
         else:
             wanted[lane] = 0
     if pairs > 0:
-        _carry_lanes((0, 0), model, group, tangents, half, skipped, used)
+        _carry_lanes((0, 0), models, group, tangents, half, skipped, used)
     if singles > 0:
-        _carry_lanes((0,), model, group, tangents, half, skipped, used)
+        _carry_lanes((0,), models, group, tangents, half, skipped, used)
 
 
 @kernel
 def _carry_lanes(
     columns: tuple[int, ...],
-    model: LaneModel,
+    models: LaneModels,
     group: Lanes,
     tangents: LaneTangents,
     half: int,
@@ -391,19 +385,20 @@ def _carry_lanes(
 ) -> None:
     """Propagate the changes of the lanes that want as many of them as `columns` has entries."""
     carried, errors, wanted, batch = tangents.carried, tangents.errors, tangents.wanted, tangents.batch
-    farthest, count = largest_reach(model.problem), _sort_by_impacts(model.tables, tangents, len(columns), used)
+    count = _sort_by_impacts(models, tangents, len(columns), used)
     for lane in range(used):
         if wanted[lane] == len(columns) and (count == 0 or tangents.impacts[lane] == NOT_ALL):
-            _carry_by_itself(model, group, tangents, lane, half, skipped)
+            _carry_by_itself(record_of(models, lane), group, tangents, lane, half, skipped)
     begin = int(np.int64(0))
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, model)
+        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, models)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
+            problem = record_of(models, lane).problem
             if not square > 0.0:
-                square = _make_orthonormal(model.problem.frequency, tangents, lane)
+                square = _make_orthonormal(problem.frequency, tangents, lane)
             elif carried[lane] == FIRST or carried[lane] == PAIR:
                 entry = tangents.growth[lane, tangents.grown[lane]]
                 entry[0] = 0.5 * math.log(square)
@@ -411,8 +406,8 @@ def _carry_lanes(
                     entry[1] = 0.5 * math.log(rest) if rest > 0.0 else -np.inf
             if errors.carried[lane] != 0:
                 sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
-                carry_error(group, errors, lane, square, sharpest / farthest, steepest)
-            _enter_growth(model.problem, group, tangents, lane, half, skipped)
+                carry_error(group, errors, lane, square, sharpest / largest_reach(problem), steepest)
+            _enter_growth(problem, group, tangents, lane, half, skipped)
 
 
 @kernel

@@ -17,16 +17,15 @@ import numpy as np
 from llvmlite import binding
 
 from grazemap_core.arrays import Floats, Integers, aligned
-from grazemap_core.contact.tolerances import ANCHORED_GAP
+from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps import tolerances
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, TERMS, LaneTables
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, TERMS, LaneTables
+from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
 
 Masses = tuple[int, ...]
 
-LANES = 128
-"""Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
 VECTOR = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 """Numbers in the longest vector of this processor; lanes with an impact are solved in blocks of this size."""
 LANE_BLOCK = 16
@@ -93,6 +92,23 @@ def lane_batch(masses: int, pitch: int = PITCH, rows: int = BATCH_ROWS) -> LaneB
 
 
 @fused_inlined
+def four_of_lanes(table: Floats, j: int, pitch: int) -> tuple[float, float, float, float]:
+    """Return the four numbers of a block as `of_lanes` does."""
+    return (
+        of_lanes(table, 4 * j, pitch),
+        of_lanes(table, 4 * j + 1, pitch),
+        of_lanes(table, 4 * j + 2, pitch),
+        of_lanes(table, 4 * j + 3, pitch),
+    )
+
+
+@fused_inlined
+def three_of_lanes(table: Floats, j: int, pitch: int) -> tuple[float, float, float]:
+    """Return the three numbers of a block as `of_lanes` does."""
+    return of_lanes(table, 3 * j, pitch), of_lanes(table, 3 * j + 1, pitch), of_lanes(table, 3 * j + 2, pitch)
+
+
+@fused_inlined
 def _advance_fused(
     masses: Masses,
     tables: LaneTables,
@@ -105,20 +121,23 @@ def _advance_fused(
 ) -> int:
     flow, output_row = tables.flow, tables.output_row
     right, left = limit[:LANES], limit[LANES : 2 * LANES]
-    steady_x, steady_v = tables.steady_table[end, 0], tables.steady_table[end, 1]
-    third = tables.scalars[lane_tables.STEP] / 3.0
+    steady_x = of_lanes(tables.steady_table, 2 * end, LANES)
+    steady_v = of_lanes(tables.steady_table, 2 * end + 1, LANES)
+    step = of_lanes(tables.scalars, lane_tables.STEP, LANES)
     flagged = 0
     at_x, at_v = 2 * len(masses) * LANES, (2 * len(masses) + 1) * LANES
     for lane in range(min(used, LANES)):
-        x, v = steady_x, steady_v
+        x, v, third = at(steady_x, lane), at(steady_v, lane), at(step, lane) / 3.0
         for j in range(len(masses)):
             first, second = here[2 * j * LANES + lane], here[(2 * j + 1) * LANES + lane]
-            a = flow[j, 0] * first + flow[j, 1] * second
-            b = flow[j, 2] * first + flow[j, 3] * second
+            a = at(of_lanes(flow, 4 * j, LANES), lane) * first + at(of_lanes(flow, 4 * j + 1, LANES), lane) * second
+            b = at(of_lanes(flow, 4 * j + 2, LANES), lane) * first + at(of_lanes(flow, 4 * j + 3, LANES), lane) * second
             there[2 * j * LANES + lane] = a
             there[(2 * j + 1) * LANES + lane] = b
-            x += output_row[j, 0] * a + output_row[j, 1] * b
-            v += output_row[j, 2] * a + output_row[j, 3] * b
+            r0, r1 = of_lanes(output_row, 4 * j, LANES), of_lanes(output_row, 4 * j + 1, LANES)
+            r2, r3 = of_lanes(output_row, 4 * j + 2, LANES), of_lanes(output_row, 4 * j + 3, LANES)
+            x += at(r0, lane) * a + at(r1, lane) * b
+            v += at(r2, lane) * a + at(r3, lane) * b
         x0, v0 = here[at_x + lane], here[at_v + lane]
         early, late = x0 + third * v0, x - third * v
         highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
@@ -141,31 +160,32 @@ def _advance_by_block(
     flags: Integers,
     used: int,
 ) -> int:
-    steady_x, steady_v, output_row = tables.steady_table[end, 0], tables.steady_table[end, 1], tables.output_row
-    third = tables.scalars[lane_tables.STEP] / 3.0
+    steady_x = of_lanes(tables.steady_table, 2 * end, LANES)
+    steady_v = of_lanes(tables.steady_table, 2 * end + 1, LANES)
+    step = of_lanes(tables.scalars, lane_tables.STEP, LANES)
     right, left = limit[:LANES], limit[LANES : 2 * LANES]
     used = min(used, LANES)
     start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     after = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     for lane in range(used):
-        after[lane] = steady_x
-        after[LANES + lane] = steady_v
+        after[lane] = at(steady_x, lane)
+        after[LANES + lane] = at(steady_v, lane)
     for j in range(blocks):
-        f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
-        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
+        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, LANES)
+        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, LANES)
         block, moved = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(used):
             first, second = block[lane], block[LANES + lane]
-            a = f0 * first + f1 * second
-            b = f2 * first + f3 * second
+            a = at(f0, lane) * first + at(f1, lane) * second
+            b = at(f2, lane) * first + at(f3, lane) * second
             moved[lane] = a
             moved[LANES + lane] = b
-            after[lane] += r0 * a + r1 * b
-            after[LANES + lane] += r2 * a + r3 * b
+            after[lane] += at(r0, lane) * a + at(r1, lane) * b
+            after[LANES + lane] += at(r2, lane) * a + at(r3, lane) * b
     flagged = 0
     for lane in range(used):
         x, v = after[lane], after[LANES + lane]
-        x0, v0 = start[lane], start[LANES + lane]
+        x0, v0, third = start[lane], start[LANES + lane], at(step, lane) / 3.0
         early, late = x0 + third * v0, x - third * v
         highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
         flag = 0 if (highest < right[lane]) & (-lowest < left[lane]) else 1
@@ -225,78 +245,77 @@ def update_limits(
 
     `gap` and `limit` (2 * LANES,) have the right stop of every lane, then the left one.
     """
-    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
-    margin, right, left = tables.scalars[lane_tables.MARGIN], limit[:LANES], limit[LANES : 2 * LANES]
+    steady = of_lanes(tables.scalars, lane_tables.STEADY, LANES)
+    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, LANES)
+    right, left = limit[:LANES], limit[LANES : 2 * LANES]
     for lane in range(min(used, LANES)):
-        reach[lane] = steady
-        right[lane] = fourth
+        reach[lane] = at(steady, lane)
+        right[lane] = at(fourth, lane)
     for j in range(blocks):
-        frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
+        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, LANES)
         block = state[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(min(used, LANES)):
-            envelope = frequency * abs(block[lane]) + abs(block[LANES + lane])
-            reach[lane] += of_reach * envelope
-            right[lane] += of_fourth * envelope
+            envelope = at(frequency, lane) * abs(block[lane]) + abs(block[LANES + lane])
+            reach[lane] += at(of_reach, lane) * envelope
+            right[lane] += at(of_fourth, lane) * envelope
     for lane in range(min(used, LANES)):
-        loss = margin * reach[lane] + right[lane] + close[lane]
-        right[lane] = (1.0 - margin) * gap[lane] - loss
-        left[lane] = (1.0 - margin) * gap[LANES + lane] - loss
+        loss = CONTACT_ROUNDING * reach[lane] + right[lane] + close[lane]
+        right[lane] = (1.0 - CONTACT_ROUNDING) * gap[lane] - loss
+        left[lane] = (1.0 - CONTACT_ROUNDING) * gap[LANES + lane] - loss
 
 
 @fused_inlined
-def _coefficient(masses: Masses, row: Floats, start: Floats, forcing: float, k: int) -> float:
-    """Return one coefficient of q in z for lane k of a batch."""
-    total = forcing
+def _coefficient(masses: Masses, series: Floats, start: Floats, forcing: float, n: int, k: int) -> float:
+    """Return the coefficient n of q in z for lane k of a batch."""
+    total = at(forcing, k)
     for c in range(2 * len(masses)):
-        total += row[c] * start[c * PITCH + k]
+        total += at(of_lanes(series, 2 * len(masses) * n + c, PITCH), k) * start[c * PITCH + k]
     return total
 
 
 @fused_inlined
-def _expand_positions(
-    masses: Masses, table: Floats, forcing: Floats, start: Floats, series: Floats, count: int
-) -> None:
+def _expand_positions(masses: Masses, tables: LaneTables, cell: int, start: Floats, series: Floats, count: int) -> None:
     """Write the coefficients of q in z, three at a time, as three rows of the table fit in registers."""
-    count = min(count, LANES)
+    count, table = min(count, LANES), tables.series
     for n in range(0, TERMS, 3):
-        f0, f1, f2 = forcing[n], forcing[n + 1], forcing[n + 2]
-        t0, t1, t2 = table[n], table[n + 1], table[n + 2]
+        f0, f1, f2 = three_of_lanes(tables.forcing, 5 * cell + n // 3, PITCH)
         out = series[n * PITCH : (n + 3) * PITCH]
         for k in range(count):
-            out[k] = _coefficient(masses, t0, start, f0, k)
-            out[PITCH + k] = _coefficient(masses, t1, start, f1, k)
-            out[2 * PITCH + k] = _coefficient(masses, t2, start, f2, k)
+            out[k] = _coefficient(masses, table, start, f0, n, k)
+            out[PITCH + k] = _coefficient(masses, table, start, f1, n + 1, k)
+            out[2 * PITCH + k] = _coefficient(masses, table, start, f2, n + 2, k)
 
 
 @fused_inlined
 def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, count: int) -> None:
     """Write the state, q and q' at the end of the cell without the impact, and the bounds without it."""
     count = min(count, LANES)
-    rows, output_row = batch.rows, tables.output_row
-    x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
-    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
+    rows = batch.rows
+    x, v = of_lanes(tables.steady_table, 2 * end, PITCH), of_lanes(tables.steady_table, 2 * end + 1, PITCH)
+    steady = of_lanes(tables.scalars, lane_tables.STEADY, PITCH)
+    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
     for k in range(count):
-        rows[END_X * PITCH + k] = x
-        rows[END_V * PITCH + k] = v
-        rows[REACH * PITCH + k] = steady
-        rows[FOURTH * PITCH + k] = fourth
+        rows[END_X * PITCH + k] = at(x, k)
+        rows[END_V * PITCH + k] = at(v, k)
+        rows[REACH * PITCH + k] = at(steady, k)
+        rows[FOURTH * PITCH + k] = at(fourth, k)
     for j in range(blocks):
-        f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
-        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
-        frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
+        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, PITCH)
+        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, PITCH)
+        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, PITCH)
         block = batch.start[2 * j * PITCH : (2 * j + 2) * PITCH]
         moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
             first, second = block[k], block[PITCH + k]
-            a = f0 * first + f1 * second
-            b = f2 * first + f3 * second
+            a = at(f0, k) * first + at(f1, k) * second
+            b = at(f2, k) * first + at(f3, k) * second
             moved[k] = a
             moved[PITCH + k] = b
-            rows[END_X * PITCH + k] += r0 * a + r1 * b
-            rows[END_V * PITCH + k] += r2 * a + r3 * b
-            envelope = frequency * abs(first) + abs(second)
-            rows[REACH * PITCH + k] += of_reach * envelope
-            rows[FOURTH * PITCH + k] += of_fourth * envelope
+            rows[END_X * PITCH + k] += at(r0, k) * a + at(r1, k) * b
+            rows[END_V * PITCH + k] += at(r2, k) * a + at(r3, k) * b
+            envelope = at(frequency, k) * abs(first) + abs(second)
+            rows[REACH * PITCH + k] += at(of_reach, k) * envelope
+            rows[FOURTH * PITCH + k] += at(of_fourth, k) * envelope
 
 
 @fused_inlined
@@ -348,7 +367,7 @@ def lower_bound(g0: float, d0: float, g1: float, d1: float, quartic: float) -> f
 
 
 @fused_inlined
-def _approximate_impact(step: float, margin: float, batch: LaneBatch, count: int) -> None:
+def _approximate_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Approximate z of the contact with the stop that q is closer to, or certify that there is no contact.
 
     The approximation is the root, to about five digits, of the polynomial of degree five through positions and
@@ -356,8 +375,9 @@ def _approximate_impact(step: float, margin: float, batch: LaneBatch, count: int
     with the second derivative of the cubic through both ends. The certificate is sharper than that of `advance`.
     """
     count = min(count, LANES)
-    rows, series = batch.rows, batch.series
+    rows, series, steps = batch.rows, batch.series, of_lanes(tables.scalars, lane_tables.STEP, PITCH)
     for k in range(count):
+        step = at(steps, k)
         x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
         x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
         right, left = rows[RIGHT * PITCH + k], rows[LEFT * PITCH + k]
@@ -378,11 +398,12 @@ def _approximate_impact(step: float, margin: float, batch: LaneBatch, count: int
         quartic = QUARTIC_TO_HERMITE * rows[FOURTH * PITCH + k]
         both = right + left
         here, there = lower_bound(g0, d0, g1, d1, quartic), lower_bound(both - g0, -d0, both - g1, -d1, quartic)
-        none = min(here, there) > margin * (rows[REACH * PITCH + k] + rows[UNIT * PITCH + k])
+        none = min(here, there) > CONTACT_ROUNDING * (rows[REACH * PITCH + k] + rows[UNIT * PITCH + k])
         turns, turns_there = (d0 <= 0.0) & (d1 >= 0.0), (d0 >= 0.0) & (d1 <= 0.0)
         rows[LEAST_GAP * PITCH + k] = min(here if turns else both, there if turns_there else both)
         rows[OUTCOME * PITCH + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
+        step = at(steps, k)
         x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
         x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
         gap, side, t = rows[GAP * PITCH + k], rows[SIDE * PITCH + k], rows[IMPACT_Z * PITCH + k]
@@ -407,7 +428,7 @@ def _approximate_impact(step: float, margin: float, batch: LaneBatch, count: int
 
 
 @fused_inlined
-def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBatch, count: int) -> None:
+def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Find z of the first contact with the stop that q is closer to, and bound the gap before it.
 
     Two steps of Halley's method with the whole series, from the approximation, converge to round-off. The contact is
@@ -416,10 +437,10 @@ def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBat
     interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed max|q''''| tau_i^4 / 162.
     """
     count = min(count, LANES)
-    _approximate_impact(step, margin, batch, count)
+    _approximate_impact(tables, batch, count)
     rows, series = batch.rows, batch.series
-    per_step = 2.0 / step
-    per_square = 2.0 * per_step * per_step
+    steps = of_lanes(tables.scalars, lane_tables.STEP, PITCH)
+    viscous_term = of_lanes(tables.scalars, lane_tables.VISCOUS_TERM, PITCH)
     for k in range(count):
         z, e = rows[IMPACT_Z * PITCH + k], rows[CONTACT_ACCELERATION * PITCH + k]
         f, d = _value_and_slope(series, k, z)
@@ -431,6 +452,9 @@ def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBat
         f = side * gap - f
         change = f * d / (d * d + f * e)
         z += change
+        step = at(steps, k)
+        per_step = 2.0 / step
+        per_square = 2.0 * per_step * per_step
         v = (d + 2.0 * e * change) * per_step
         jump = -(1.0 + rows[RESTITUTION * PITCH + k]) * v
         speed = side * v
@@ -441,7 +465,7 @@ def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBat
         rows[IMPACT_Z * PITCH + k] = z
         rows[JUMP * PITCH + k] = jump
         rows[SPEED * PITCH + k] = speed
-        rows[CONTACT_ACCELERATION * PITCH + k] = side * (e * per_square - viscous_term * jump)
+        rows[CONTACT_ACCELERATION * PITCH + k] = side * (e * per_square - at(viscous_term, k) * jump)
         rows[MINIMUM_BEFORE * PITCH + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * PITCH + k]
         rows[MAXIMUM_BEFORE * PITCH + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         converged = (abs(change) < tolerances.ROOT_CHANGE) & (abs(e * change) < tolerances.ROOT_SLOPE_CHANGE * abs(d))
@@ -451,17 +475,23 @@ def _find_impact(step: float, viscous_term: float, margin: float, batch: LaneBat
 
 
 @fused_inlined
-def horner(table: Floats, z: float) -> float:
-    """Return the polynomial of degree 14 with these coefficients."""
-    square = z * z
-    even, odd = table[14], table[13]
-    even, odd = even * square + table[12], odd * square + table[11]
-    even, odd = even * square + table[10], odd * square + table[9]
-    even, odd = even * square + table[8], odd * square + table[7]
-    even, odd = even * square + table[6], odd * square + table[5]
-    even, odd = even * square + table[4], odd * square + table[3]
-    even, odd = even * square + table[2], odd * square + table[1]
-    value: float = odd * z + (even * square + table[0])
+def horner(table: Floats, c: int, pitch: int, k: int, z: float) -> float:
+    """Return the polynomial of degree 14 with the coefficients in row c of a table."""
+    square, n = z * z, TERMS * c
+    even, odd = at(of_lanes(table, n + 14, pitch), k), at(of_lanes(table, n + 13, pitch), k)
+    even = even * square + at(of_lanes(table, n + 12, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 11, pitch), k)
+    even = even * square + at(of_lanes(table, n + 10, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 9, pitch), k)
+    even = even * square + at(of_lanes(table, n + 8, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 7, pitch), k)
+    even = even * square + at(of_lanes(table, n + 6, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 5, pitch), k)
+    even = even * square + at(of_lanes(table, n + 4, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 3, pitch), k)
+    even = even * square + at(of_lanes(table, n + 2, pitch), k)
+    odd = odd * square + at(of_lanes(table, n + 1, pitch), k)
+    value: float = odd * z + (even * square + at(of_lanes(table, n, pitch), k))
     return value
 
 
@@ -469,28 +499,28 @@ def horner(table: Floats, z: float) -> float:
 def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, count: int) -> None:
     """Add the effect of the impact to the state at the end of the cell; write q, q' and END_LOSS there."""
     count = min(count, LANES)
-    rows, output_row = batch.rows, tables.output_row
-    x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
-    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
-    margin = tables.scalars[lane_tables.MARGIN]
+    rows, unit_impulse = batch.rows, tables.unit_impulse
+    x, v = of_lanes(tables.steady_table, 2 * end, PITCH), of_lanes(tables.steady_table, 2 * end + 1, PITCH)
+    steady = of_lanes(tables.scalars, lane_tables.STEADY, PITCH)
+    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
     for k in range(count):
-        rows[END_X * PITCH + k] = x
-        rows[END_V * PITCH + k] = v
-        rows[END_LOSS * PITCH + k] = margin * steady + fourth
+        rows[END_X * PITCH + k] = at(x, k)
+        rows[END_V * PITCH + k] = at(v, k)
+        rows[END_LOSS * PITCH + k] = CONTACT_ROUNDING * at(steady, k) + at(fourth, k)
     for j in range(blocks):
-        first_table, second_table = tables.unit_impulse[2 * j], tables.unit_impulse[2 * j + 1]
-        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
-        frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
+        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, PITCH)
+        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, PITCH)
         moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
             z, jump = rows[IMPACT_Z * PITCH + k], rows[JUMP * PITCH + k]
-            a = moved[k] + jump * horner(first_table, z)
-            b = moved[PITCH + k] + jump * horner(second_table, z)
+            a = moved[k] + jump * horner(unit_impulse, 2 * j, PITCH, k, z)
+            b = moved[PITCH + k] + jump * horner(unit_impulse, 2 * j + 1, PITCH, k, z)
             moved[k] = a
             moved[PITCH + k] = b
-            rows[END_X * PITCH + k] += r0 * a + r1 * b
-            rows[END_V * PITCH + k] += r2 * a + r3 * b
-            rows[END_LOSS * PITCH + k] += weight * (frequency * abs(a) + abs(b))
+            rows[END_X * PITCH + k] += at(r0, k) * a + at(r1, k) * b
+            rows[END_V * PITCH + k] += at(r2, k) * a + at(r3, k) * b
+            weight = CONTACT_ROUNDING * at(of_reach, k) + at(of_fourth, k)
+            rows[END_LOSS * PITCH + k] += weight * (at(frequency, k) * abs(a) + abs(b))
 
 
 @fused_inlined
@@ -504,10 +534,11 @@ def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """
     count = min(count, LANES)
     rows = batch.rows
-    step = tables.scalars[lane_tables.STEP]
-    impulse_reach = tables.scalars[lane_tables.IMPULSE_REACH]
-    impulse_fourth = tables.scalars[lane_tables.IMPULSE_FOURTH]
+    steps = of_lanes(tables.scalars, lane_tables.STEP, PITCH)
+    impulse_reach = of_lanes(tables.scalars, lane_tables.IMPULSE_REACH, PITCH)
+    impulse_fourth = of_lanes(tables.scalars, lane_tables.IMPULSE_FOURTH, PITCH)
     for k in range(count):
+        step = at(steps, k)
         side, unit, restitution = rows[SIDE * PITCH + k], rows[UNIT * PITCH + k], rows[RESTITUTION * PITCH + k]
         at_rest = tolerances.LANE_REST_SHARE * (1.0 - restitution) * step
         jump = abs(rows[JUMP * PITCH + k])
@@ -515,8 +546,8 @@ def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         time = left * step
         leaving = restitution * rows[SPEED * PITCH + k]
         gap, rate = rows[GAP * PITCH + k] - side * rows[END_X * PITCH + k], -side * rows[END_V * PITCH + k]
-        reach = rows[REACH * PITCH + k] + impulse_reach * jump
-        fourth = rows[FOURTH * PITCH + k] + impulse_fourth * jump
+        reach = rows[REACH * PITCH + k] + at(impulse_reach, k) * jump
+        fourth = rows[FOURTH * PITCH + k] + at(impulse_fourth, k) * jump
         square = left * left
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
         margin = tolerances.LANE_SURE * (reach + unit)
@@ -545,7 +576,7 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatc
     Parameters
     ----------
     cell : int
-        Index in the forcing period.
+        Index in the forcing period, or where the tables have it.
     batch : LaneBatch
         Input: `start` and the rows START_X to UNIT; all else is output. The cell has exactly one impact where
         OUTCOME is SINGLE_IMPACT, one at IMPACT_Z and possibly others after it where it is FIRST_IMPACT, and none where
@@ -554,11 +585,8 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatc
         Lanes in the batch, a multiple of VECTOR.
     """
     end = cell + 1
-    scalars = tables.scalars
-    _expand_positions(masses, tables.series, tables.forcing[cell], batch.start, batch.series, count)
+    _expand_positions(masses, tables, cell, batch.start, batch.series, count)
     _end_without_impact(len(masses), tables, end, batch, count)
-    _find_impact(
-        scalars[lane_tables.STEP], scalars[lane_tables.VISCOUS_TERM], scalars[lane_tables.MARGIN], batch, count
-    )
+    _find_impact(tables, batch, count)
     _add_impulse(len(masses), tables, end, batch, count)
     _certify_impact(tables, batch, count)

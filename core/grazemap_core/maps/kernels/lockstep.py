@@ -1,6 +1,7 @@
-"""Trajectories of one oscillator at one forcing frequency in lockstep, cell after cell.
+"""Trajectories in lockstep, cell after cell.
 
-All lanes are in the same cell of the same half period; each has its own stops, state and regime. Cells without a
+All lanes are in the same cell of the same half period; each has its own stops, state and regime. They share an
+oscillator and a forcing frequency, or each has its own (`LaneModels`). Cells without a
 contact, and cells with one impact that can be certified, are computed for all lanes at once (`lanes`). Lanes with
 several impacts on one stop, a slow rebound or a close passage go through a second pass together (`multi_impact_cell`).
 All others (rest on a stop, a graze to within round-off, both stops in one cell) go through the cell one by one, as a
@@ -38,9 +39,18 @@ from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
 from grazemap_core.maps.kernels import multi_impact_cell as second
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LaneModel
-from grazemap_core.maps.kernels.lanes import (
+from grazemap_core.maps.kernels.lane_tables import (
+    HERMITE_DIVISOR,
     LANES,
+    OF_FIRST_PASS,
+    OF_GROUP,
+    OF_SECOND_PASS,
+    LaneModel,
+    LaneModels,
+    cell_of_pass,
+    put_in_pass,
+)
+from grazemap_core.maps.kernels.lanes import (
     PITCH,
     VECTOR,
     LaneBatch,
@@ -52,6 +62,7 @@ from grazemap_core.maps.kernels.lanes import (
 )
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE
+from grazemap_core.numerics.jit.by_lane import record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
@@ -367,21 +378,24 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
 
 @kernel
 def _run_second_pass(
-    masses: Masses, model: LaneModel, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
+    masses: Masses, models: LaneModels, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
 ) -> int:
     """Carry the first `count` lanes of the second pass, whose input is complete, to the end of the cell.
 
     Returns how many lanes are deferred now; `deferred` were before.
     """
-    tables, batch, active, at = model.tables, group.second_pass, group.active, group.second_pass.rows
+    tables, cell = table_of(models, OF_SECOND_PASS), cell_of_pass(models, step.cell)
+    batch, active, at = group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
         active[k] = 1 if k < count else 0
         if k >= count:
             at[second.JUMP * WIDTH + k] = 0.0
+        else:
+            put_in_pass(tables, WIDTH, k, record_of(models, group.lane_of[k]).tables, step.cell)
     computed = (count + VECTOR - 1) // VECTOR * VECTOR
-    second.begin_second_pass(masses, tables, step.cell, batch, computed)
+    second.begin_second_pass(masses, tables, cell, batch, computed)
     while True:
-        deferred = _enter_impacts_of_round(model.problem, group, step, count, u, deferred)
+        deferred = _enter_impacts_of_round(models, group, step, count, u, deferred)
         second.certify_clear(tables, batch, computed)
         uncertain = 0
         for k in range(count):
@@ -396,26 +410,27 @@ def _run_second_pass(
             elif at[second.OUTCOME * WIDTH + k] == second.CONTACT:
                 contacts += 1
             else:
-                deferred = _leave_second_pass(model.problem, group, step, k, u, deferred)
+                deferred = _leave_second_pass(models, group, step, k, u, deferred)
         if contacts == 0:
             break
-        second.apply_impacts(tables, batch, computed)
-    second.end_second_pass(tables, step.cell, batch, computed)
+        second.apply_impacts(masses, tables, batch, computed)
+    second.end_second_pass(masses, tables, cell, batch, computed)
     _write_second_pass(group, step, count, 2 * len(masses))
     return deferred
 
 
 @kernel
 def _enter_impacts_of_round(
-    problem: CellProblem, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
+    models: LaneModels, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
 ) -> int:
     """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
     at, lane_of, active = group.second_pass.rows, group.lane_of, group.active
-    tally, cursor, events = group.tally, group.cursor, group.events
-    length, half = problem.step, step.half
-    half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
+    tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     for k in range(count):
         if active[k] != 0 and at[second.JUMP * WIDTH + k] != 0.0:
+            problem = record_of(models, lane_of[k]).problem
+            length = problem.step
+            half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
             _enter_passage(tally, lane_of[k], at[second.LEAST_GAP * WIDTH + k])
             speed, contact_acceleration = at[second.SPEED * WIDTH + k], at[second.CONTACT_ACCELERATION * WIDTH + k]
             after, side = half_cell * (1.0 + at[second.ORIGIN * WIDTH + k]), at[second.SIDE * WIDTH + k]
@@ -429,13 +444,13 @@ def _enter_impacts_of_round(
 
 
 @kernel
-def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: int, u: Floats, deferred: int) -> int:
+def _leave_second_pass(models: LaneModels, group: Lanes, step: CellStep, k: int, u: Floats, deferred: int) -> int:
     """Remove lane k from the second pass: at the end of the cell if that is clear, otherwise deferred.
 
     Returns how many lanes are deferred now.
     """
     at, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
-    on_stop = at[second.ON_STOP * WIDTH + k] > 0.0
+    problem, on_stop = record_of(models, lane).problem, at[second.ON_STOP * WIDTH + k] > 0.0
     group.active[k] = 0
     if at[second.OUTCOME * WIDTH + k] != second.CLEAR:
         if on_stop:
@@ -483,17 +498,15 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
 
 
 @kernel
-def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
+def _solve_flagged(masses: Masses, models: LaneModels, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
     gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
     here, there = step.here, step.there
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
-    length = model.problem.step
-    half_cell, cell_start = 0.5 * length, length * (step.cell % (model.problem.cells // 2))
-    states = 2 * len(masses)
-    free, others = _solve_free(masses, model, group, step, used)
+    states, place = 2 * len(masses), step.cell % (models.shared.problem.cells // 2)
+    free, others = _solve_free(masses, models, group, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
     deferred = int(np.int64(0))
@@ -510,15 +523,16 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
                 there[states * LANES + lane] = at[first.END_X * PITCH + i]
                 there[(states + 1) * LANES + lane] = at[first.END_V * PITCH + i]
                 set_limits(limit, gap, lane, at[first.END_LOSS * PITCH + i] + close[lane])
-                _enter_impact(tally, cursor, events, lane, half, _impact(at, i, cell_start, half_cell))
+                length = record_of(models, lane).problem.step
+                _enter_impact(tally, cursor, events, lane, half, _impact(at, i, length * place, 0.5 * length))
                 continue
-            _put_free_lane(at, on, outcome, i, filled, half_cell)
+            _put_free_lane(at, on, outcome, i, filled, 0.5 * record_of(models, lane).problem.step)
         else:
             lane = not_free[i - free]
             if regime[lane] == RESTING:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            _put_near_lane(cursor, group.near, on, lane, filled, half_cell)
+            _put_near_lane(cursor, group.near, on, lane, filled, 0.5 * record_of(models, lane).problem.step)
         lane_of[filled] = lane
         on[second.UNIT * WIDTH + filled] = unit[lane]
         on[second.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
@@ -528,15 +542,15 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
             start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
         if filled == WIDTH:
-            deferred = _run_second_pass(masses, model, group, step, filled, u, deferred)
+            deferred = _run_second_pass(masses, models, group, step, filled, u, deferred)
             filled = int(np.int64(0))
     if filled > 0:
-        deferred = _run_second_pass(masses, model, group, step, filled, u, deferred)
+        deferred = _run_second_pass(masses, models, group, step, filled, u, deferred)
     return deferred
 
 
 @kernel
-def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int) -> tuple[int, int]:
+def _solve_free(masses: Masses, models: LaneModels, group: Lanes, step: CellStep, used: int) -> tuple[int, int]:
     """Find the impacts of the flagged lanes that are FREE.
 
     Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
@@ -545,7 +559,7 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
     start, at, here = group.first_pass.start, group.first_pass.rows, step.here
     gap, restitution, unit = group.gap, group.restitution, group.unit
-    states = 2 * len(masses)
+    states, tables = 2 * len(masses), table_of(models, OF_FIRST_PASS)
     count = 0
     for lane in range(used):
         flagged[count] = lane
@@ -567,9 +581,11 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
         at[first.RESTITUTION_RIGHT * PITCH + free] = restitution[lane]
         at[first.RESTITUTION_LEFT * PITCH + free] = restitution[LANES + lane]
         at[first.UNIT * PITCH + free] = unit[lane]
+        put_in_pass(tables, PITCH, free, record_of(models, lane).tables, step.cell)
         free += 1
     if free > 0:
-        solve_impacts(masses, model.tables, step.cell, group.first_pass, (free + VECTOR - 1) // VECTOR * VECTOR)
+        computed = (free + VECTOR - 1) // VECTOR * VECTOR
+        solve_impacts(masses, tables, cell_of_pass(models, step.cell), group.first_pass, computed)
     return free, others
 
 
@@ -701,7 +717,9 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
 
 
 @kernel
-def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: int, u: Floats, work: Workspace) -> None:
+def run_half(
+    masses: Masses, models: LaneModels, group: Lanes, half: int, used: int, u: Floats, work: Workspace
+) -> None:
     """Carry the first `used` lanes over half a forcing period.
 
     Parameters
@@ -715,8 +733,8 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
     u, work
         Scratch, (N, 2), and with the lanes' capacity for events; overwritten.
     """
-    tables = model.tables
-    cells = model.problem.cells // 2
+    tables = table_of(models, OF_GROUP)
+    cells = models.shared.problem.cells // 2
     first = (half % 2) * cells
     here, there, mixed = group.even, group.odd, group.mixed
     for lane in range(used):
@@ -724,29 +742,33 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
     for cell in range(first, first + cells):
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
-            for i in range(_solve_flagged(masses, model, group, step, used, u)):
-                _run_by_itself(model, group, group.deferred[i], step, u, work)
+            for i in range(_solve_flagged(masses, models, group, step, used, u)):
+                lane = group.deferred[i]
+                _run_by_itself(record_of(models, lane), group, lane, step, u, work)
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
-    _begin_half_period(model.problem, group, half + 1, used)
+    _begin_half_period(models, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             no_limits(group, lane)
-    if model.problem.reference_series.shape[0] > 0:
-        for lane in range(used):
-            for j in range(u.shape[0]):
-                u[j, 0] = group.even[2 * j * LANES + lane]
-                u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-            group.reach[lane] = reach_from(model.problem, lane_stops(group, lane), u, half + 1)
+    for lane in range(used):
+        problem = record_of(models, lane).problem
+        if problem.reference_series.shape[0] == 0:
+            continue
+        for j in range(u.shape[0]):
+            u[j, 0] = group.even[2 * j * LANES + lane]
+            u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+        group.reach[lane] = reach_from(problem, lane_stops(group, lane), u, half + 1)
 
 
 @kernel
-def _begin_half_period(problem: CellProblem, group: Lanes, half: int, used: int) -> None:
+def _begin_half_period(models: LaneModels, group: Lanes, half: int, used: int) -> None:
     """Convert the states of all lanes to the reference motion of a half period, as `cells.begin_half_period`."""
     even, ended = group.even, (half + 1) % 2
-    for j in range(problem.half_jump.shape[1]):
-        for c in range(2):
-            for lane in range(used):
-                even[(2 * j + c) * LANES + lane] += problem.half_jump[ended, j, c]
+    for lane in range(used):
+        half_jump = record_of(models, lane).problem.half_jump
+        for j in range(half_jump.shape[1]):
+            for c in range(2):
+                even[(2 * j + c) * LANES + lane] += half_jump[ended, j, c]

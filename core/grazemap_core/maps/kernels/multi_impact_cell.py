@@ -15,18 +15,22 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.maps.kernels.lanes import (
     PARABOLA_DIVISOR,
     LaneBatch,
     Masses,
+    four_of_lanes,
     horner,
     horner_step,
     lane_batch,
     lower_bound,
+    three_of_lanes,
 )
 from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
+from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, plain
 
 Five = tuple[float, float, float, float, float]
@@ -148,24 +152,25 @@ def _shift_series(series: Floats, rows: Floats, by: int, count: int) -> None:
 
 
 @fused_inlined
-def _add_impulse(table: Floats, rows: Floats, out: Floats, count: int) -> None:
-    """Add the effect of every lane's impulse at the end of the cell to `out` (WIDTH,), one component of the states."""
+def _add_impulse(table: Floats, c: int, rows: Floats, out: Floats, count: int) -> None:
+    """Add the effect of every lane's impulse at the end of the cell to `out` (WIDTH,), component c of the states."""
     for k in range(min(count, WIDTH)):
-        out[k] += rows[JUMP * WIDTH + k] * horner(table, rows[ORIGIN * WIDTH + k])
+        out[k] += rows[JUMP * WIDTH + k] * horner(table, c, WIDTH, k, rows[ORIGIN * WIDTH + k])
 
 
 @fused_inlined
-def _expand_after_impacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
+def _expand_after_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Expand the gap after an impact at the expansion point in every lane with a JUMP (0 elsewhere)."""
-    rows, series = batch.rows, batch.series
-    half = 0.5 * tables.scalars[lane_tables.STEP]
-    per_square = 2.0 / (half * half)
+    rows, series, unit_impulse = batch.rows, batch.series, tables.unit_impulse
+    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
     for n in range(2, TERMS):
-        response = tables.response[n]
+        response = of_lanes(tables.response, n, WIDTH)
         row = series[n * WIDTH : (n + 1) * WIDTH]
         for k in range(min(count, WIDTH)):
-            row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * response
+            row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * at(response, k)
     for k in range(min(count, WIDTH)):
+        half = 0.5 * at(step, k)
+        per_square = 2.0 / (half * half)
         struck = rows[JUMP * WIDTH + k] != 0.0
         on, gap, rate = rows[ON_STOP * WIDTH + k], rows[GAP * WIDTH + k], rows[RATE * WIDTH + k]
         leaving = rows[RESTITUTION * WIDTH + k] * rows[SPEED * WIDTH + k] * half
@@ -177,8 +182,8 @@ def _expand_after_impacts(tables: LaneTables, batch: LaneBatch, count: int) -> N
         series[k] = gap
         series[WIDTH + k] = rate
         rows[CONTACT_ACCELERATION * WIDTH + k] = -per_square * series[2 * WIDTH + k]
-    for c in range(2 * tables.flow.shape[0]):
-        _add_impulse(tables.unit_impulse[c], rows, batch.end[c * WIDTH : (c + 1) * WIDTH], count)
+    for c in range(2 * len(masses)):
+        _add_impulse(unit_impulse, c, rows, batch.end[c * WIDTH : (c + 1) * WIDTH], count)
 
 
 @fused_kernel
@@ -187,27 +192,25 @@ def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: Lane
 
     A lane without an impact (JUMP 0) starts at ORIGIN with the gap and the rate given.
     """
-    rows, series, start = batch.rows, batch.series, batch.start
-    forcing = tables.forcing[cell]
+    rows, series, start, table = batch.rows, batch.series, batch.start, tables.series
     for n in range(TERMS):
         row = series[n * WIDTH : (n + 1) * WIDTH]
-        table = tables.series[n]
-        steady = forcing[n]
+        steady = of_lanes(tables.forcing, TERMS * cell + n, WIDTH)
         for k in range(min(count, WIDTH)):
-            total = steady
+            total = at(steady, k)
             for c in range(2 * len(masses)):
-                total += table[c] * start[c * WIDTH + k]
+                total += at(of_lanes(table, 2 * len(masses) * n + c, WIDTH), k) * start[c * WIDTH + k]
             row[k] = -rows[SIDE * WIDTH + k] * total
     _shift_series(series, rows, plain(ORIGIN), count)
-    for j in range(tables.flow.shape[0]):
-        f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
+    for j in range(len(masses)):
+        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, WIDTH)
         block, moved = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):
-            moved[k] = f0 * block[k] + f1 * block[WIDTH + k]
-            moved[WIDTH + k] = f2 * block[k] + f3 * block[WIDTH + k]
+            moved[k] = at(f0, k) * block[k] + at(f1, k) * block[WIDTH + k]
+            moved[WIDTH + k] = at(f2, k) * block[k] + at(f3, k) * block[WIDTH + k]
     for k in range(min(count, WIDTH)):
         rows[ON_STOP * WIDTH + k] = 0.0
-    _expand_after_impacts(tables, batch, count)
+    _expand_after_impacts(masses, tables, batch, count)
 
 
 @fused_inlined
@@ -293,9 +296,9 @@ def certify_clear(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     the series itself.
     """
     rows, series = batch.rows, batch.series
-    half = 0.5 * tables.scalars[lane_tables.STEP]
-    margin = tables.scalars[lane_tables.MARGIN]
+    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
     for k in range(min(count, WIDTH)):
+        half = 0.5 * at(step, k)
         on = rows[ON_STOP * WIDTH + k] > 0.0
         a = _gap_series(series, k, on)
         left = 1.0 - rows[ORIGIN * WIDTH + k]
@@ -316,7 +319,7 @@ def certify_clear(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         u = 1.0 - t
         first = lower_bound(a[0], d0 * t, gm, dm * t, quartic * ((t * t) * (t * t)))
         second = lower_bound(gm, dm * u, g1, d1 * u, quartic * ((u * u) * (u * u)))
-        rounding = margin * size
+        rounding = CONTACT_ROUNDING * size
         travel = size * (left if on else 1.0)
         other_clear = travel + rounding < OTHER_STOP_SHARE * rows[BOTH * WIDTH + k]
         least = min(first, second)
@@ -342,9 +345,9 @@ def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     with the fourth derivative bounded by the series itself.
     """
     rows, series = batch.rows, batch.series
-    half = 0.5 * tables.scalars[lane_tables.STEP]
-    margin = tables.scalars[lane_tables.MARGIN]
+    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
     for k in range(min(count, WIDTH)):
+        half = 0.5 * at(step, k)
         on = rows[ON_STOP * WIDTH + k] > 0.0
         a = _gap_series(series, k, on)
         left = 1.0 - rows[ORIGIN * WIDTH + k]
@@ -376,7 +379,7 @@ def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         converged = (abs(change) < ROOT_CHANGE * s) & (abs(e * change) < ROOT_SLOPE_CHANGE * abs(d))
         converged &= (s > 0.0) & (s < left)
         # the first term is exact to its own precision; the others have the round-off of the whole cell
-        within = LANE_SURE * part * left > margin * size * s
+        within = LANE_SURE * part * left > CONTACT_ROUNDING * size * s
         contact = (sure > 0.0) & converged & within & (rows[OTHER_CLEAR * WIDTH + k] > 0.0)
         clear = (rows[OUTCOME * WIDTH + k] == CLEAR) & (not contact)
         speed = -slope * (s if on else 1.0) / half
@@ -391,32 +394,33 @@ def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
 
 
 @fused_kernel
-def apply_impacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
+def apply_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Move the expansion point to the contact, after the impact, in every lane with a contact."""
     rows = batch.rows
     _shift_series(batch.series, rows, plain(CONTACT_S), count)
     for k in range(min(count, WIDTH)):
         rows[ORIGIN * WIDTH + k] += rows[CONTACT_S * WIDTH + k]
-    _expand_after_impacts(tables, batch, count)
+    _expand_after_impacts(masses, tables, batch, count)
 
 
 @fused_kernel
-def end_second_pass(tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+def end_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
     """Write q, q' and END_LOSS at the end of the cell."""
-    rows, output_row = batch.rows, tables.output_row
-    x, v = tables.steady_table[cell + 1, 0], tables.steady_table[cell + 1, 1]
-    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
-    margin = tables.scalars[lane_tables.MARGIN]
+    rows, place = batch.rows, 2 * (cell + 1)
+    x, v = of_lanes(tables.steady_table, place, WIDTH), of_lanes(tables.steady_table, place + 1, WIDTH)
+    steady = of_lanes(tables.scalars, lane_tables.STEADY, WIDTH)
+    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, WIDTH)
     for k in range(min(count, WIDTH)):
-        rows[END_X * WIDTH + k] = x
-        rows[END_V * WIDTH + k] = v
-        rows[END_LOSS * WIDTH + k] = margin * steady + fourth
-    for j in range(tables.flow.shape[0]):
-        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
-        frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
+        rows[END_X * WIDTH + k] = at(x, k)
+        rows[END_V * WIDTH + k] = at(v, k)
+        rows[END_LOSS * WIDTH + k] = CONTACT_ROUNDING * at(steady, k) + at(fourth, k)
+    for j in range(len(masses)):
+        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, WIDTH)
+        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, WIDTH)
         end = batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):
             a, b = end[k], end[WIDTH + k]
-            rows[END_X * WIDTH + k] += r0 * a + r1 * b
-            rows[END_V * WIDTH + k] += r2 * a + r3 * b
-            rows[END_LOSS * WIDTH + k] += weight * (frequency * abs(a) + abs(b))
+            rows[END_X * WIDTH + k] += at(r0, k) * a + at(r1, k) * b
+            rows[END_V * WIDTH + k] += at(r2, k) * a + at(r3, k) * b
+            weight = CONTACT_ROUNDING * at(of_reach, k) + at(of_fourth, k)
+            rows[END_LOSS * WIDTH + k] += weight * (at(frequency, k) * abs(a) + abs(b))

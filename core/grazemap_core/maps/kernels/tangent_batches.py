@@ -19,21 +19,27 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
-from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
-from grazemap_core.maps.kernels.lane_tables import RESPONSE_PARTS, LaneModel
-from grazemap_core.maps.kernels.lanes import LANES, VECTOR
+from grazemap_core.maps.kernels import lane_tables
+from grazemap_core.maps.kernels.lane_tables import (
+    BLOCK,
+    FLOW_DEGREE,
+    LANES,
+    OF_CHANGES,
+    RESPONSE_PARTS,
+    LaneModels,
+    LaneTables,
+    put_in_changes,
+)
+from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
+from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
 from grazemap_core.simulation.tolerances import RANK_ROUNDING
 
 WIDTH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
-
-FLOW_DEGREE = 7
-"""Degree of the series of a flow over half a part of a cell, with exponents up to CELL_REACH / (2 RESPONSE_PARTS) =
-1/8. The omitted term is 2^-24/8! = 1.5e-12, and growth is not known to more than three digits."""
 
 # rows of `TangentBatch.rows`
 SHORT, PASSED, TARGET, PART = 0, 1, 2, 3
@@ -53,7 +59,9 @@ VELOCITY_AT, ACCELERATION_AT = 18, 19
 """Velocity and acceleration at the impact; 1 and 0 without one."""
 DRAG = 20
 """The viscous term times FACTOR."""
-ROWS = 21
+END = 21
+"""The end of the half period."""
+ROWS = 22
 
 Columns = tuple[int, ...]
 Places = tuple[int, int, int]
@@ -73,9 +81,6 @@ class TangentBatch(NamedTuple):
     flow : (2 N * WIDTH,)
         Of every block, u and u' after whole parts of a cell from a unit velocity.
     rows : (ROWS * WIDTH,)
-    series : (2, N, FLOW_DEGREE)
-        Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
-        the derivative, from the constant on.
     """
 
     lanes: Integers
@@ -84,12 +89,10 @@ class TangentBatch(NamedTuple):
     changes: Floats
     flow: Floats
     rows: Floats
-    series: Floats
 
 
-def tangent_batch(decay: Floats, frequency_squared: Floats) -> TangentBatch:
-    """Return an empty batch for a chain's blocks."""
-    masses = len(decay)
+def tangent_batch(masses: int) -> TangentBatch:
+    """Return an empty batch for an oscillator."""
     return TangentBatch(
         lanes=np.zeros(WIDTH, dtype=np.int64),
         first=np.zeros(WIDTH, dtype=np.int64),
@@ -97,42 +100,30 @@ def tangent_batch(decay: Floats, frequency_squared: Floats) -> TangentBatch:
         changes=aligned(np.zeros(4 * masses * WIDTH)),
         flow=aligned(np.zeros(2 * masses * WIDTH)),
         rows=aligned(np.zeros(ROWS * WIDTH)),
-        series=flow_series(decay, frequency_squared),
     )
 
 
-def flow_series(decay: Floats, frequency_squared: Floats) -> Floats:
-    """Return `TangentBatch.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
-    series = np.zeros((2, len(decay), FLOW_DEGREE))
-    before, term = np.zeros(len(decay)), np.ones(len(decay))
-    for power in range(1, FLOW_DEGREE + 1):
-        series[0, :, power - 1], series[1, :, power - 1] = term, power * term
-        following = -(2.0 * decay * power * term + frequency_squared * before) / (power * (power + 1.0))
-        before, term = term, following
-    return series
-
-
 @fused_inlined
-def _series(s: Floats, t: float) -> float:
-    """Return the polynomial of degree 6 with these coefficients."""
-    value: float = s[6]
-    value = value * t + s[5]
-    value = value * t + s[4]
-    value = value * t + s[3]
-    value = value * t + s[2]
-    value = value * t + s[1]
-    value = value * t + s[0]
+def _series(s: Floats, row: int, k: int, t: float) -> float:
+    """Return the polynomial of degree 6 with the coefficients in a row of `LaneTables.change_series`."""
+    n = FLOW_DEGREE * row
+    value: float = at(of_lanes(s, n + 6, WIDTH), k)
+    value = value * t + at(of_lanes(s, n + 5, WIDTH), k)
+    value = value * t + at(of_lanes(s, n + 4, WIDTH), k)
+    value = value * t + at(of_lanes(s, n + 3, WIDTH), k)
+    value = value * t + at(of_lanes(s, n + 2, WIDTH), k)
+    value = value * t + at(of_lanes(s, n + 1, WIDTH), k)
+    value = value * t + at(of_lanes(s, n, WIDTH), k)
     return value
 
 
 @fused_inlined
 def _set_targets(
-    batch: TangentBatch, filled: int, width: int, index: int, events: Floats, restitution: Floats, model: LaneModel
+    batch: TangentBatch, filled: int, width: int, index: int, events: Floats, restitution: Floats, models: LaneModels
 ) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
-    problem, responses = model.problem, model.tables.block_response
-    end, part = problem.step * (problem.cells // 2), problem.step / RESPONSE_PARTS
-    per_part, viscous, rows, flow = 1.0 / part, model.held.viscous_term, batch.rows, batch.flow
+    scalars, rows, flow = table_of(models, OF_CHANGES).scalars, batch.rows, batch.flow
+    steps, viscous = of_lanes(scalars, lane_tables.STEP, WIDTH), of_lanes(scalars, lane_tables.VISCOUS_TERM, WIDTH)
     for k in range(filled):
         time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
@@ -140,24 +131,25 @@ def _set_targets(
             time, velocity, acceleration = event[TIME], event[VELOCITY], event[CONTACT_ACCELERATION]
             jump = 1.0 + restitution[batch.lanes[k] + (0 if event[STOP] > 0.0 else LANES)]
         elif batch.impacts[k] == 0:
-            time = end
+            time = rows[END * WIDTH + k]
         rows[TARGET * WIDTH + k] = time
         rows[FACTOR * WIDTH + k] = jump
-        rows[DRAG * WIDTH + k] = viscous * jump
+        rows[DRAG * WIDTH + k] = at(viscous, k) * jump
         rows[VELOCITY_AT * WIDTH + k] = velocity
         rows[ACCELERATION_AT * WIDTH + k] = acceleration
     for k in range(width):
         time, speed = rows[TARGET * WIDTH + k], abs(rows[VELOCITY_AT * WIDTH + k])
         ratio, away = rows[ACCELERATION_AT * WIDTH + k] / speed, time - rows[PASSED * WIDTH + k]
-        parts = np.floor(away * per_part + 0.5)
+        part = at(steps, k) / RESPONSE_PARTS
+        parts = np.floor(away * (1.0 / part) + 0.5)
         rows[PART * WIDTH + k] = parts
         rows[SHORT * WIDTH + k] = away - parts * part
         rows[PASSED * WIDTH + k] = time
         rows[RATIO * WIDTH + k] = ratio - rows[DRAG * WIDTH + k]
         rows[STEEPNESS * WIDTH + k] = 2.0 * abs(ratio) / speed
     for k in range(filled):
-        response = responses[int(rows[PART * WIDTH + k])]
-        for j in range(problem.decay.shape[0]):
+        response = record_of(models, batch.lanes[k]).tables.block_response[int(rows[PART * WIDTH + k])]
+        for j in range(response.shape[0] // 2):
             flow[2 * j * WIDTH + k] = response[2 * j]
             flow[(2 * j + 1) * WIDTH + k] = response[2 * j + 1]
 
@@ -175,26 +167,27 @@ def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, out
 
 
 @fused_inlined
-def _flow_changes(columns: Columns, batch: TangentBatch, width: int, problem: CellProblem) -> None:
+def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
     """Carry all changes over whole parts of a cell and the short time; write position and velocity of the contact."""
-    rows, flow, changes, series = batch.rows, batch.flow, batch.changes, batch.series
-    frequency_squared, decay, output_row = problem.frequency_squared, problem.decay, problem.output_row
+    rows, flow, changes, series = batch.rows, batch.flow, batch.changes, tables.change_series
     count = len(columns)
     for k in range(width):
         rows[POSITION * WIDTH + k], rows[SPEED * WIDTH + k] = 0.0, 0.0
         if count == 2:
             rows[(POSITION + 1) * WIDTH + k], rows[(SPEED + 1) * WIDTH + k] = 0.0, 0.0
-    for j in range(decay.shape[0]):
-        square, twice, answers, slopes = frequency_squared[j], 2.0 * decay[j], series[0, j], series[1, j]
-        output = (output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3])
+    for j in range(blocks):
+        decays, squares = of_lanes(tables.block, BLOCK * j, WIDTH), of_lanes(tables.block, BLOCK * j + 1, WIDTH)
+        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, WIDTH)
         over = flow[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
             short = rows[SHORT * WIDTH + k]
-            y, rate = _series(answers, short) * short, _series(slopes, short)
+            square, twice = at(squares, k), 2.0 * at(decays, k)
+            y, rate = _series(series, j, k, short) * short, _series(series, blocks + j, k, short)
             whole, whole_rate = over[k], over[WIDTH + k]
             y, rate = (rate + twice * y) * whole + y * whole_rate, rate * whole_rate - square * y * whole
             to_impact = (rate + twice * y, y, -square * y, rate)
+            output = (at(r0, k), at(r1, k), at(r2, k), at(r3, k))
             _flow_change(rows, block, (k, 0, count), to_impact, output)
             if count == 2:
                 _flow_change(rows, block, (k, 1, count), to_impact, output)
@@ -210,10 +203,9 @@ def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers
 
 
 @fused_inlined
-def _strike_changes(columns: Columns, batch: TangentBatch, width: int, problem: CellProblem) -> None:
+def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
     """Carry all changes through an impact; those with FACTOR 0 do not change."""
-    rows, changes, frequency_squared, decay = batch.rows, batch.changes, problem.frequency_squared, problem.decay
-    unit_impulse, count = problem.unit_impulse, len(columns)
+    rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
         steepness, factor, ratio = rows[STEEPNESS * WIDTH + k], rows[FACTOR * WIDTH + k], rows[RATIO * WIDTH + k]
         x = rows[POSITION * WIDTH + k]
@@ -227,27 +219,29 @@ def _strike_changes(columns: Columns, batch: TangentBatch, width: int, problem: 
             y = rows[(POSITION + 1) * WIDTH + k]
             rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
             rows[(POSITION + 1) * WIDTH + k] = -factor * y
-    for j in range(decay.shape[0]):
-        displacement, velocity = unit_impulse[j, 0], unit_impulse[j, 1]
-        curvature = frequency_squared[j] * displacement + 2.0 * decay[j] * velocity
-        impulse = (displacement, velocity, curvature, 0.0)
+    for j in range(blocks):
+        decay, square, first, second = four_of_lanes(tables.block, j, WIDTH)
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
+            displacement, velocity = at(first, k), at(second, k)
+            curvature = at(square, k) * displacement + 2.0 * at(decay, k) * velocity
+            impulse = (displacement, velocity, curvature, 0.0)
             _strike_change(rows, block, (k, 0, count), impulse)
             if count == 2:
                 _strike_change(rows, block, (k, 1, count), impulse)
 
 
 @fused_inlined
-def _products(columns: Columns, batch: TangentBatch, width: int, frequency: Floats) -> None:
+def _products(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
     """Write SQUARE, and of two changes OVERLAP and WHOLE."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
         rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k], rows[WHOLE * WIDTH + k] = 0.0, 0.0, 0.0
-    for j in range(frequency.shape[0]):
-        stiffness = frequency[j] * frequency[j]
+    for j in range(blocks):
+        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
+            stiffness = at(frequency, k) * at(frequency, k)
             u, du = block[k], block[count * WIDTH + k]
             rows[SQUARE * WIDTH + k] += stiffness * (u * u) + du * du
             if count == 2:
@@ -257,16 +251,17 @@ def _products(columns: Columns, batch: TangentBatch, width: int, frequency: Floa
 
 
 @fused_inlined
-def _subtract_first(batch: TangentBatch, width: int, frequency: Floats) -> None:
+def _subtract_first(batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
     """Subtract from the second change its share of the first, and write REST."""
     rows, changes = batch.rows, batch.changes
     for k in range(width):
         rows[REST * WIDTH + k] = 0.0
         rows[SCALE * WIDTH + k] = rows[OVERLAP * WIDTH + k] / rows[SQUARE * WIDTH + k]
-    for j in range(frequency.shape[0]):
-        stiffness = frequency[j] * frequency[j]
+    for j in range(blocks):
+        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
         block = changes[4 * j * WIDTH : 4 * (j + 1) * WIDTH]
         for k in range(width):
+            stiffness = at(frequency, k) * at(frequency, k)
             share = rows[SCALE * WIDTH + k]
             w = block[WIDTH + k] - share * block[k]
             dw = block[3 * WIDTH + k] - share * block[2 * WIDTH + k]
@@ -299,24 +294,26 @@ def is_safe(square: float) -> bool:
 
 
 @fused_inlined
-def _orthonormalise(columns: Columns, batch: TangentBatch, filled: int, width: int, frequency: Floats) -> None:
+def _orthonormalise(
+    columns: Columns, batch: TangentBatch, filled: int, width: int, tables: LaneTables, blocks: int
+) -> None:
     """Make the changes of every lane orthonormal; SQUARE and REST become -1 where products have lost digits.
 
     Those lanes keep their changes as they are.
     """
     rows, count = batch.rows, len(columns)
-    _products(columns, batch, width, frequency)
+    _products(columns, batch, width, tables, blocks)
     for k in range(width):
         square, whole = rows[SQUARE * WIDTH + k], rows[WHOLE * WIDTH + k]
         if k >= filled or not is_safe(square) or (count == 2 and not is_safe(whole)):
             rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k] = -1.0, 0.0
     if count == 2:
-        _subtract_first(batch, width, frequency)
+        _subtract_first(batch, width, tables, blocks)
         for k in range(width):
             rest, whole = rows[REST * WIDTH + k], rows[WHOLE * WIDTH + k]
             left = rest if rest > RANK_ROUNDING * RANK_ROUNDING * whole else 0.0
             rows[REST * WIDTH + k] = left if rows[SQUARE * WIDTH + k] > 0.0 else -1.0
-    _shorten(columns, batch, width, frequency.shape[0])
+    _shorten(columns, batch, width, blocks)
 
 
 @fused_kernel
@@ -328,7 +325,7 @@ def carry_batch(
     changes: Floats,
     elapsed: Floats,
     restitution: Floats,
-    model: LaneModel,
+    models: LaneModels,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
@@ -346,10 +343,11 @@ def carry_batch(
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
     restitution : (2 * LANES,)
         As in `lockstep.Lanes`.
-    model : LaneModel
-        Its block_response must not be empty.
+    models : LaneModels
+        Whose block_response is not empty.
     """
-    rows, beside, count, most, problem = batch.rows, batch.changes, len(columns), 0, model.problem
+    rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
+    tables, blocks = table_of(models, OF_CHANGES), models.shared.problem.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
     for k in range(width):
         rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
@@ -358,22 +356,24 @@ def carry_batch(
     for k in range(filled):
         most = max(most, batch.impacts[k])
         rows[PASSED * WIDTH + k] = -elapsed[batch.lanes[k]]
+        model = record_of(models, batch.lanes[k])
+        rows[END * WIDTH + k] = model.problem.step * (model.problem.cells // 2)
+        put_in_changes(tables, WIDTH, k, model.tables)
         one = changes[batch.lanes[k]]
-        for j in range(problem.decay.shape[0]):
+        for j in range(blocks):
             for c in range(count):
                 beside[(2 * count * j + c) * WIDTH + k] = one[2 * j, c]
                 beside[(2 * count * j + count + c) * WIDTH + k] = one[2 * j + 1, c]
     for index in range(max(most, 1)):
-        _set_targets(batch, filled, width, index, events, restitution, model)
-        _flow_changes(columns, batch, width, problem)
+        _set_targets(batch, filled, width, index, events, restitution, models)
+        _flow_changes(columns, batch, width, tables, blocks)
         if index < most:
-            _strike_changes(columns, batch, width, problem)
-    _orthonormalise(columns, batch, filled, width, problem.frequency)
-    end = problem.step * (problem.cells // 2)
+            _strike_changes(columns, batch, width, tables, blocks)
+    _orthonormalise(columns, batch, filled, width, tables, blocks)
     for k in range(filled):
-        elapsed[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
+        elapsed[batch.lanes[k]] = rows[END * WIDTH + k] - rows[PASSED * WIDTH + k]
         one = changes[batch.lanes[k]]
-        for j in range(problem.decay.shape[0]):
+        for j in range(blocks):
             for c in range(count):
                 one[2 * j, c] = beside[(2 * count * j + c) * WIDTH + k]
                 one[2 * j + 1, c] = beside[(2 * count * j + count + c) * WIDTH + k]

@@ -1,0 +1,204 @@
+"""Numbers and records that lanes share, or that every lane has for itself, behind one interface.
+
+The numbers of a table are those of all lanes, (places,), or every lane's own, (places, pitch). Which it is is known
+from the type of the table, so a kernel is compiled for each, and costs nothing where they are shared. The pitch is a
+constant to the compiler, which would not use vector instructions otherwise.
+
+    row = of_lanes(table, place, pitch)     before a loop over lanes
+    at(row, lane)                           in the loop
+
+`record_of` and `table_of` look up what belongs to a lane in a named tuple, or a reference to one, with the fields
+
+    shared      a named tuple, of all lanes or an example of a lane's
+    addresses   where every lane's is in memory (`store`); an empty array where it is shared
+    own         tables of every lane; the empty tuple where they are shared: then they are the field `tables` of shared
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import lower_builtin, type_callable
+
+from grazemap_core.arrays import Floats
+from grazemap_core.numerics.jit.by_reference import Reference
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def of_lanes(table: Floats, place: int, pitch: int) -> float:
+    """Return what `at` takes: the number at a place of a table, or in a kernel where the lanes' own begin."""
+    number: float = table[place]
+    return number
+
+
+@type_callable(of_lanes)
+def _type_of_lanes(_: Any) -> Any:
+    return lambda table, place, pitch: table.dtype if table.ndim == 1 else types.CPointer(table.dtype)
+
+
+@lower_builtin(of_lanes, types.Array, types.Integer, types.Integer)
+def _look_up_place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    table, place, pitch = signature.args
+    data = context.make_array(table)(context, builder, arguments[0]).data
+    index = context.cast(builder, arguments[1], place, types.intp)
+    if table.ndim == 1:
+        return context.unpack_value(builder, table.dtype, builder.gep(data, [index], inbounds=True))
+    index = builder.mul(index, context.cast(builder, arguments[2], pitch, types.intp))
+    return builder.gep(data, [index], inbounds=True)
+
+
+def at(row: float, lane: int) -> float:
+    """Return a lane's number of a row from `of_lanes`."""
+    return row
+
+
+@type_callable(at)
+def _type_of_number(_: Any) -> Any:
+    return lambda row, lane: row.dtype if isinstance(row, types.CPointer) else row
+
+
+@lower_builtin(at, types.Float, types.Integer)
+def _shared_number(_: Any, __: Any, ___: Any, arguments: Any) -> Any:
+    return arguments[0]
+
+
+@lower_builtin(at, types.CPointer, types.Integer)
+def _own_number(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    row, lane = signature.args
+    index = context.cast(builder, arguments[1], lane, types.intp)
+    return context.unpack_value(builder, row.dtype, builder.gep(arguments[0], [index], inbounds=True))
+
+
+def put(table: Floats, place: int, pitch: int, lane: int, number: float) -> None:
+    """Write a lane's own number; nothing where numbers are shared."""
+
+
+@type_callable(put)
+def _type_of_put(_: Any) -> Any:
+    return lambda table, place, pitch, lane, number: types.none
+
+
+@lower_builtin(put, types.Array, types.Integer, types.Integer, types.Integer, types.Float)
+def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    table, *kinds, _ = signature.args
+    if table.ndim > 1:
+        place, pitch, lane = (
+            context.cast(builder, value, kind, types.intp) for value, kind in zip(arguments[1:4], kinds, strict=True)
+        )
+        data = context.make_array(table)(context, builder, arguments[0]).data
+        index = builder.add(builder.mul(place, pitch), lane)
+        context.pack_value(builder, table.dtype, arguments[4], builder.gep(data, [index], inbounds=True))
+    return context.get_dummy_value()
+
+
+class _Records:
+    """The named tuple in which a lane's record is looked up, or a reference to it, and numba's types of its fields."""
+
+    def __init__(self, kind: Any) -> None:
+        self.target = kind.target if isinstance(kind, Reference) else kind
+        self.by_reference = isinstance(kind, Reference)
+
+    def kind(self, name: str) -> Any:
+        return self.target.types[self.target.fields.index(name)]
+
+    @property
+    def are_shared(self) -> bool:
+        return len(self.kind("own")) == 0
+
+    def place(self, builder: Any, value: Any, name: str) -> Any:
+        pointer = value if self.by_reference else cgutils.alloca_once_value(builder, value)
+        return cgutils.gep_inbounds(builder, pointer, 0, self.target.fields.index(name))
+
+
+def record_of(records: Any, lane: int) -> Any:
+    """Return a reference to a lane's record."""
+    return records.shared
+
+
+@type_callable(record_of)
+def _type_of_record(_: Any) -> Any:
+    return lambda records, lane: Reference(_Records(records).kind("shared"))
+
+
+@lower_builtin(record_of, types.Any, types.Integer)
+def _look_up_record(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    records, lane = _Records(signature.args[0]), signature.args[1]
+    if records.are_shared:
+        return records.place(builder, arguments[0], "shared")
+    of_lanes = builder.load(records.place(builder, arguments[0], "addresses"))
+    addresses = context.make_array(records.kind("addresses"))(context, builder, of_lanes)
+    index = context.cast(builder, arguments[1], lane, types.intp)
+    address = builder.load(builder.gep(addresses.data, [index], inbounds=True))
+    return builder.inttoptr(address, context.get_value_type(signature.return_type))
+
+
+def table_of(records: Any, which: int) -> Any:
+    """Return a reference to the tables number `which`, a constant."""
+    return records.shared.tables
+
+
+@type_callable(table_of)
+def _type_of_table(_: Any) -> Any:
+    def found(records: Any, which: Any) -> Any:
+        kinds = _Records(records)
+        shared = kinds.kind("shared")
+        return Reference(shared.types[shared.fields.index("tables")] if kinds.are_shared else kinds.kind("own")[0])
+
+    return found
+
+
+@lower_builtin(table_of, types.Any, types.Integer)
+def _look_up_table(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    records = _Records(signature.args[0])
+    if records.are_shared:
+        pointer = records.place(builder, arguments[0], "shared")
+        return cgutils.gep_inbounds(builder, pointer, 0, records.kind("shared").fields.index("tables"))
+    own = records.place(builder, arguments[0], "own")
+    zero, index = ir.Constant(ir.IntType(32), 0), context.cast(builder, arguments[1], signature.args[1], types.intp)
+    return builder.gep(own, [zero, index], inbounds=True)
+
+
+def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return a value whose arrays are not those of Python, which counts references to them."""
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for i, one in enumerate(kind.types):
+            part = _detached(context, builder, one, builder.extract_value(value, i))
+            value = builder.insert_value(value, part, i)
+    return value
+
+
+def _write(record: Any, address: int) -> int:
+    """Write a named tuple to memory, if there is any, and return its size in bytes."""
+    raise NotImplementedError  # in kernels only
+
+
+@type_callable(_write)
+def _type_of_write(_: Any) -> Any:
+    return lambda record, address: types.intp
+
+
+@lower_builtin(_write, types.NamedTuple, types.Integer)
+def _write_record(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind = context.get_value_type(signature.args[0])
+    with builder.if_then(builder.icmp_unsigned("!=", arguments[1], arguments[1].type(0))):
+        pointer = builder.inttoptr(arguments[1], kind.as_pointer())
+        builder.store(_detached(context, builder, signature.args[0], arguments[0]), pointer)
+    return context.get_constant(types.intp, context.get_abi_sizeof(kind))
+
+
+@njit(nogil=True)
+def store(record: Any, address: int) -> int:
+    """Write a named tuple of arrays to memory, unless the address is 0, and return its size in bytes.
+
+    The memory is valid as long as the arrays are.
+    """
+    return _write(record, address)
