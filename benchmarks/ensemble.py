@@ -30,7 +30,15 @@ from grazemap_core.contact.kernels.workspace import (
     workspace,
 )
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels, lane_tables, shared_model
+from grazemap_core.maps.kernels.lane_tables import (
+    LANES,
+    SHARED_TABLES,
+    LaneModel,
+    LaneModels,
+    OwnTables,
+    lane_tables,
+    shared_model,
+)
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
 from grazemap_core.maps.settling import impulse_blocks
@@ -45,12 +53,12 @@ Floats = NDArray[np.float64]
 
 @kernel
 def _run_halves(
-    masses: Masses, models: LaneModels, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
+    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
 ) -> None:
     """Carry lanes that have just started over several half periods; parameters as `lockstep.run_half`."""
-    models, group, work = reference(models), reference(group), reference(work)
+    models, own, group, work = reference(models), reference(own), reference(group), reference(work)
     for half in range(halves):
-        run_half(masses, models, group, half, used, u, work)
+        run_half(masses, models, own, group, half, used, u, work)
 
 
 class Ensemble(NamedTuple):
@@ -148,7 +156,7 @@ def first_impacts(
         for lane in range(count):
             start_lane(group, lane, problem, stops[low + lane], u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
-        _run_halves(masses, shared_model(model), group, 2 * periods, used, scratch, work)
+        _run_halves(masses, shared_model(model), SHARED_TABLES, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, ROWS]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

@@ -14,7 +14,7 @@ from thorough import KERNELS_FIRST
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
-from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables, shared_model
+from grazemap_core.maps.kernels.lane_tables import SHARED_TABLES, LaneModel, lane_tables, shared_model
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
@@ -51,9 +51,9 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     u, widths = start.copy(), []
     for half in range(HALVES):
         save_lane_starts(group, tangents, LANE_BLOCK)
-        run_half((0,) * size, models, group, half, LANE_BLOCK, u, work)
+        run_half((0,) * size, models, SHARED_TABLES, group, half, LANE_BLOCK, u, work)
         count_impacts(group, tangents, LANE_BLOCK)
-        carry_changes(models, group, tangents, half, 0, LANE_BLOCK)
+        carry_changes(models, SHARED_TABLES, group, tangents, half, 0, LANE_BLOCK)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0

@@ -30,11 +30,13 @@ from grazemap_core.continuation.parameters import (
 )
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.settling import Conditions, Settler, Settling
+from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, Settler, Settling, run_apart
 from grazemap_core.model.oscillator import Oscillator
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
+_MOST_APART: Final = 1024
+"""Number of trajectories with tables of their own that wait for a lane at a time; a table is a few tens of kB."""
 _LAST_SETTLERS: Final = 8
 """Number of structures for which scratch is kept."""
 
@@ -236,9 +238,23 @@ class PlaneSettler:
         more = 0 if self._task.observed is None else self._task.observed.count
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
+        if self._runs_apart:
+            order = np.concatenate([*self.groups(rows, columns)])  # a structure after the other
+            for group in np.array_split(order, -(-len(order) // _MOST_APART)):
+                parts = [conditions.part(slice(i, i + 1)) for i in group.tolist()]
+                settlers = [self._settler(rows[i], columns[i]) for i in group.tolist()]
+                apart = [Apart(*one, part) for one, part in zip(settlers, parts, strict=True)]
+                codes[group], figures[group] = run_apart(apart)
+            return codes, figures
         for group in self.groups(rows, columns):
             codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
         return codes, figures
+
+    @property
+    def _runs_apart(self) -> bool:
+        """Whether no two points share their tables, so that every trajectory has its own."""
+        plain = self._task.starts is None and self._task.observed is None
+        return CAN_RUN_APART and plain and all(name == "omega" or name not in PARAMETERS for name in self.plane.names)
 
     def groups(self, rows: Indices, columns: Indices) -> Iterator[Indices]:
         """Yield the positions of points (k,) whose trajectories are simulated side by side."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -27,9 +28,22 @@ from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables, shared_model
+from grazemap_core.maps.kernels.lane_tables import (
+    LANES,
+    SHARED_TABLES,
+    LaneModel,
+    LaneModels,
+    OwnModels,
+    OwnTables,
+    lane_tables,
+    own_tables,
+    shared_model,
+)
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
+from grazemap_core.maps.kernels.lanes import PITCH
 from grazemap_core.maps.kernels.lockstep import lanes
+from grazemap_core.maps.kernels.multi_impact_cell import WIDTH as SECOND_PASS
+from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
 from grazemap_core.model.equilibrium import equilibrium
@@ -39,6 +53,7 @@ from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.compiled import compile_for
+from grazemap_core.numerics.jit.inlining import PART_COMPILER
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 from grazemap_core.simulation.observables import Observables
@@ -101,9 +116,34 @@ class Conditions(NamedTuple):
         restitution = [oscillator.restitution_of(1) * ones, oscillator.restitution_of(-1) * ones]
         return cls(both, np.stack(restitution, axis=1), ones, ones)
 
-    def part(self, which: Integers) -> Conditions:
+    def part(self, which: Integers | slice) -> Conditions:
         """Return the conditions of some of the trajectories."""
         return Conditions(*(values[which] for values in self))
+
+
+class _Begun(NamedTuple):
+    """Trajectories where they begin: the fields of `ColumnTask`, their model and what their results need.
+
+    `forcing` (n,) are the factors of the forces, and `steady_bound` (n,) bounds of the steady motions.
+    """
+
+    model: LaneModel
+    stops: Floats
+    base: Floats
+    offset: Floats
+    aside: Floats
+    on_stop: Integers
+    forcing: Floats
+    steady_bound: Floats
+
+
+class Apart(NamedTuple):
+    """A trajectory that shares its structure and frequency with no other: arguments of `Settler.run`."""
+
+    settler: Settler
+    omega: float
+    steady: Complexes
+    conditions: Conditions
 
 
 class Settler:
@@ -142,6 +182,7 @@ class Settler:
             }
         else:
             self._scratch = before._scratch
+        self._own: dict[int, OwnTables] = {} if before is None else before._own
 
     @property
     def oscillator(self) -> Oscillator:
@@ -191,24 +232,16 @@ class Settler:
         codes, figures : (n, s, CODES) and (n, s, FIGURES), with further columns for what is observed
         """
         given = conditions if isinstance(conditions, Conditions) else Conditions.of(self._models.oscillator, conditions)
-        column = self._column(omega, steady, given, states, scaled, phase, inherits)
-        settle_column(self._masses, column, classify_lane.address(column))
-        model, stops, results = column.models.shared, column.task.stops, column.results
-        problem = model.problem
-        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], column.task.base[0])
-        shape, figures = (len(stops), len(scaled)), results.figures
+        begun = self._begun(omega, steady, given, states, phase)
+        column = self._column(shared_model(begun.model), begun, _in_blocks(self._models.free, scaled), inherits)
+        settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
+        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], begun.base[0])
+        figures = column.results.figures
         if self._task.observed is not None:
-            parts = problem, model.held
-            more = figures_of_column(self._task.observed, self._models, parts, steady, stops, results)
+            parts = begun.model.problem, begun.model.held
+            more = figures_of_column(self._task.observed, self._models, parts, steady, begun.stops, column.results)
             figures = np.concatenate([figures, more], axis=1)
-        codes, figures = results.codes.reshape(*shape, -1), figures.reshape(*shape, -1)
-        figures[:, :, lane_state.LEAST_VELOCITY] *= given.forcing[:, None]
-        hidden = hidden_by_rounding(problem.steady_bound, stops[:, UNIT])
-        if np.any(hidden):
-            codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
-            codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-            codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
-        return codes, figures
+        return _named(begun, column.results.codes, figures)
 
     def compile(self, *, lockstep: bool) -> None:
         """Compile, or load, the kernel that carries lanes, with all that goes before it, or the one that names motions.
@@ -216,24 +249,15 @@ class Settler:
         Nothing is run. The first is for a number of masses, the second for all.
         """
         given = Conditions.of(self._models.oscillator, np.ones(1))
-        states = np.zeros((1, 2, len(self._masses)))
-        column = self._column(1.0, self.steady(np.ones(1))[0], given, None, states, 0.0, inherits=False)
+        begun = self._begun(1.0, self.steady(np.ones(1))[0], given, None, 0.0)
+        column = self._column(shared_model(begun.model), begun, np.zeros((1, len(self._masses), 2)), inherits=False)
         if lockstep:
-            compile_for(settle_column, self._masses, column, classify_lane.address(column))
+            compile_for(settle_column, self._masses, column, SHARED_TABLES, classify_lane.address(column))
         else:
             classify_lane.compile(column)
 
-    def _column(
-        self,
-        omega: float,
-        steady: Complexes,
-        given: Conditions,
-        states: Floats | None,
-        scaled: Floats,
-        phase: float,
-        inherits: bool,
-    ) -> Column:
-        """Return what the kernels take for trajectories as those of `run`."""
+    def _begun(self, omega: float, steady: Complexes, given: Conditions, states: Floats | None, phase: float) -> _Begun:
+        """Return trajectories as those of `run` where they begin."""
         free = self._models.free
         problem, held = cell_problem(self._models, steady, omega, phase)
         gaps = self._gaps(given)
@@ -242,30 +266,42 @@ class Settler:
         if self._task.starts is not None:
             offset = _between_stops(given, stops[:, UNIT])
         start, on_stop = self._begin(given, states, on_stop)
-        count = len(gaps) * len(scaled)
+        base = free_state(free, steady, problem.orders, omega, start[0], start[1], phase)
+        return _Begun(
+            LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks),
+            stops,
+            np.repeat(base[None], len(gaps), axis=0),
+            offset,
+            np.repeat(self._aside[None], len(gaps), axis=0),
+            on_stop,
+            given.forcing,
+            np.full(len(gaps), problem.steady_bound),
+        )
+
+    def _column(self, models: LaneModels, begun: _Begun, directions: Floats, inherits: bool) -> Column:
+        """Return what the kernels take."""
+        count, task = len(begun.stops) * len(directions), self._task
         results = TrajectoryResults(
             codes=np.empty((count, lane_state.CODES), dtype=np.int64),
             figures=np.empty((count, lane_state.FIGURES)),
-            final=final_states(count if self._task.observed is not None else 0, free.size),
+            final=final_states(count if task.observed is not None else 0, len(self._masses)),
         )
-        base = free_state(free, steady, problem.orders, omega, start[0], start[1], phase)
-        task = ColumnTask(
-            stops=stops,
-            base=np.repeat(base[None], len(gaps), axis=0),
-            directions=_in_blocks(free, scaled),
-            offset=offset,
-            aside=np.repeat(self._aside[None], len(gaps), axis=0),
-            on_stop=on_stop,
-            max_periods=self._task.max_periods,
-            max_period=self._task.max_period,
-            early=self._task.early,
-            follow=self._task.follow,
+        of_column = ColumnTask(
+            stops=begun.stops,
+            base=begun.base,
+            directions=directions,
+            offset=begun.offset,
+            aside=begun.aside,
+            on_stop=begun.on_stop,
+            max_periods=task.max_periods,
+            max_period=task.max_period,
+            early=task.early,
+            follow=task.follow,
             growth_halves=self._growth_halves,
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
             inherits=inherits,
         )
-        model = LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks)
-        return Column(shared_model(model), task, results, **self._scratch)
+        return Column(models, of_column, results, **self._scratch)
 
     def final_state(self, omega: float, steady: Complexes, conditions: Conditions) -> Floats | None:
         """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
@@ -290,6 +326,14 @@ class Settler:
         """Return a state (2, N) with the contact moved onto the stop that it is beyond."""
         right, left = conditions.clearance[0].tolist()
         return np.stack([self._models.oscillator.between(state[0], (right, left)), state[1]])
+
+    def _own_tables(self, cells: int) -> OwnTables:
+        """Return scratch for lanes that have their own tables, with so many cells in a period."""
+        size = len(self._masses)
+        if cells not in self._own:
+            batches = [own_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
+            self._own[cells] = OwnTables(1 + len(batches), (own_tables(size, LANES, cells), *batches))
+        return self._own[cells]
 
     @property
     def origin(self) -> Floats | None:
@@ -352,6 +396,49 @@ class Settler:
         only = np.array([both_clearances(clearance)])
         codes, figures = self.run(omega, steady, only, states, nothing, start.phase, inherits)
         return codes[0, 0], figures[0, 0]
+
+
+CAN_RUN_APART: Final = PART_COMPILER is not None
+"""Whether lanes may have tables of their own; else trajectories that share none run one after the other."""
+
+
+def run_apart(trajectories: Sequence[Apart]) -> tuple[Integers, Floats]:
+    """Run trajectories from rest, side by side, each with an oscillator and a frequency of its own.
+
+    The settlers have the same task, without initial states, sweeps and observables, and share their scratch.
+
+    Returns
+    -------
+    codes, figures : (n, 1, CODES) and (n, 1, FIGURES)
+    """
+    begun = [one.settler._begun(one.omega, one.steady, one.conditions, None, 0.0) for one in trajectories]
+    first = trajectories[0].settler
+    codes = np.empty((len(begun), 1, lane_state.CODES), dtype=np.int64)
+    figures = np.empty((len(begun), 1, lane_state.FIGURES))
+    cells = np.array([one.model.problem.cells for one in begun])
+    for number in np.unique(cells).tolist():
+        which = np.flatnonzero(cells == number)
+        parts = [begun[i] for i in which.tolist()]
+        together = _Begun(
+            parts[0].model, *(np.concatenate(arrays) for arrays in zip(*(p[1:] for p in parts), strict=True))
+        )
+        own = OwnModels([part.model for part in parts])
+        column = first._column(own.models, together, np.zeros((1, len(first._masses), 2)), inherits=False)
+        settle_column(first._masses, column, first._own_tables(number), classify_lane.address(column))
+        codes[which], figures[which] = _named(together, column.results.codes, column.results.figures)
+    return codes, figures
+
+
+def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
+    """Return the results of trajectories, (n, s, ..), in the unit of the oscillator."""
+    codes, figures = (found.reshape(len(begun.stops), -1, found.shape[1]) for found in (codes, figures))
+    figures[:, :, lane_state.LEAST_VELOCITY] *= begun.forcing[:, None]
+    hidden = hidden_by_rounding(begun.steady_bound, begun.stops[:, UNIT])
+    if np.any(hidden):
+        codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
+        codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
+        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
+    return codes, figures
 
 
 def _between_stops(conditions: Conditions, unit: Floats) -> Floats:

@@ -25,7 +25,7 @@ from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_state
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import begin_record, stops_in_row
-from grazemap_core.maps.kernels.lane_tables import LANES, OF_GROUP, begin_own
+from grazemap_core.maps.kernels.lane_tables import LANES, OF_GROUP, OwnTables, begin_own
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_changes,
@@ -57,7 +57,7 @@ trajectories start both at a search and with a forcing period."""
 
 
 @kernel
-def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., int]) -> None:
+def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane: Callable[..., int]) -> None:
     """Run all trajectories of a column and write their motions to column.results.
 
     Parameters
@@ -67,10 +67,12 @@ def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., i
     column : Column
         All but models and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
+    own : OwnTables
+        If every trajectory has its own; there is one for each stops then.
     classify_lane : callable
         The address of `classification.classify_lane`.
     """
-    column = reference(column)
+    column, own = reference(column), reference(own)
     task, counts, returns = column.task, column.records.counts, column.returns
     for lane in range(LANES):
         _vacate(column, lane)
@@ -83,12 +85,12 @@ def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., i
     rested = used > 0
     while done < n:
         if k % HALVES_BETWEEN_CHECKS == 0 and queued < n:
-            queued, used = _start_trajectories(column, k, queued, used, rested)
-        _run_half(masses, column, k, used)
+            queued, used = _start_trajectories(column, own, k, queued, used, rested)
+        _run_half(masses, column, own, k, used)
         k += 1
         check = task.early and k % HALVES_BETWEEN_CHECKS == 0
         if check:
-            _find_returns(column, k, used)
+            _find_returns(column, own, k, used)
         for lane in range(used):
             if counts[lane, lane_state.TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
                 continue
@@ -104,7 +106,7 @@ def settle_column(masses: Masses, column: Column, classify_lane: Callable[..., i
                 k = int(np.int64(0))  # the next one starts at once
         needed = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         if queued == n and used > needed > 0:
-            _move_to_first_lanes(column, k, used)
+            _move_to_first_lanes(column, own, k, used)
             used = needed
 
 
@@ -119,7 +121,9 @@ def _vacate(column: Column, lane: int) -> None:
 
 
 @kernel
-def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: bool) -> tuple[int, int]:
+def _start_trajectories(
+    column: Column, own: OwnTables, k: int, queued: int, used: int, rested: bool
+) -> tuple[int, int]:
     """Start trajectories in the lanes that are out of use, after k half periods.
 
     Returns how many have been started by now, and how many lanes are in use.
@@ -131,7 +135,7 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
             row, inherits = queued // starts, task.inherits and queued == 0
             stops = stops_in_row(task.stops, row)
-            begin_own(column.models, lane, queued)
+            begin_own(column.models, own, lane, row)
             model = record_of(column.models, lane)
             if task.follow and queued > 0:
                 copy_matrix(u, column.final_state)
@@ -181,7 +185,7 @@ def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool)
 
 
 @kernel
-def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
+def _run_half(masses: Masses, column: Column, own: OwnTables, k: int, used: int) -> None:
     """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
     group, records = column.group, column.records
     empty_full_events(column, k, used)
@@ -190,10 +194,10 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     carries = column.task.early or column.task.growth_halves > 0
     if carries:
         save_lane_starts(group, column.tangents, used)
-    run_half(masses, column.models, group, k, used, column.u, column.work)
+    run_half(masses, column.models, own, group, k, used, column.u, column.work)
     if carries:
         count_impacts(group, column.tangents, used)
-        carry_changes(column.models, group, column.tangents, k, column.task.growth_skipped, used)
+        carry_changes(column.models, own, group, column.tangents, k, column.task.growth_skipped, used)
     sizes, tally = records.sizes, group.tally
     for lane in range(used):
         sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
@@ -231,7 +235,7 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
 
 
 @kernel
-def _find_returns(column: Column, k: int, used: int) -> None:
+def _find_returns(column: Column, own: OwnTables, k: int, used: int) -> None:
     """Find the minimum number of half periods after which every lane has returned, in column.returns."""
     counts, sizes, unit = column.records.counts, column.records.sizes, column.group.unit
     bound, relevant, known, mirrored = (
@@ -246,7 +250,7 @@ def _find_returns(column: Column, k: int, used: int) -> None:
         relevant[lane] = CLOSING_GOAL * unit[lane]
         mirrored[lane] = column.group.symmetric[lane]
         known[lane] = k - counts[lane, lane_state.STARTED]
-    scale = table_of(column.models, OF_GROUP).displacement_scale
+    scale = table_of(own, OF_GROUP, column.models).displacement_scale
     nearest_returns(scale, column.history, k, 2 * column.task.max_period, column.returns, used)
 
 
@@ -292,7 +296,7 @@ def _finish(column: Column, lane: int, k: int) -> None:
 
 
 @kernel
-def _move_to_first_lanes(column: Column, k: int, used: int) -> None:
+def _move_to_first_lanes(column: Column, own: OwnTables, k: int, used: int) -> None:
     """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use.
 
     k half periods are done.
@@ -306,7 +310,7 @@ def _move_to_first_lanes(column: Column, k: int, used: int) -> None:
             source -= 1
         if target >= source:
             break
-        begin_own(column.models, target, counts[source, lane_state.TRAJECTORY])
+        begin_own(column.models, own, target, counts[source, lane_state.TRAJECTORY])
         _move_lane(column.group, source, target)
         _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
         clear_lane(column.group, source)

@@ -8,6 +8,7 @@ block's amplitude.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.by_lane import put, record_of, table_of
+from grazemap_core.numerics.jit.by_lane import put, record_of, store, table_of
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks
@@ -112,29 +113,36 @@ OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
 
 
 class LaneModels(NamedTuple):
-    """What all trajectories share, or what each of them has for itself: `by_lane.record_of` and `table_of`.
+    """The model that all trajectories share, or that each of them has for itself (`by_lane.record_of`).
 
     Attributes
     ----------
     shared : LaneModel
         Of all, or of one of them; all have the same number of cells in a period.
-    addresses : (LANES,) or (0,)
-        Where the model of every lane is in memory.
-    own : tuple of LaneTables
-        OF_GROUP to OF_CHANGES; empty where they are shared.
+    addresses : (LANES,)
+        Where the model of every lane is in memory; 0 where it is shared.
     of_trajectories : (n,) or (0,)
         Where the model of every trajectory is in memory.
     """
 
     shared: LaneModel
     addresses: Integers
-    own: tuple[LaneTables, ...]
     of_trajectories: Integers
+
+
+class OwnTables(NamedTuple):
+    """Tables of lanes that have their own: so many, OF_GROUP to OF_CHANGES, or none where they are shared."""
+
+    count: int
+    tables: tuple[LaneTables, ...]
+
+
+SHARED_TABLES = OwnTables(0, ())
 
 
 def shared_model(model: LaneModel) -> LaneModels:
     """Return a model that all trajectories share."""
-    return LaneModels(model, np.zeros(0, dtype=np.uintp), (), np.zeros(0, dtype=np.uintp))
+    return LaneModels(model, np.zeros(LANES, dtype=np.uintp), np.zeros(0, dtype=np.uintp))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -261,25 +269,45 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     )
 
 
-def own_tables(size: int, cells: int, pitch: int) -> LaneTables:
-    """Return empty tables of so many lanes, each of which has its own, for an oscillator with so many blocks."""
+def own_tables(size: int, pitch: int, cells: int) -> LaneTables:
+    """Return empty tables of lanes that have their own, for so many blocks and cells; `forcing` is that of one cell."""
     places = LaneTables(
-        4 * size,
-        4 * size,
-        2 * (cells + 1),
-        3 * size,
-        2 * size * TERMS,
-        cells * TERMS,
-        2 * size * TERMS,
-        TERMS,
-        0,
-        2 * size * FLOW_DEGREE,
-        BLOCK * size,
-        2 * size,
-        SCALARS,
+        flow=4 * size,
+        output_row=4 * size,
+        steady_table=2 * (cells + 1),
+        bound=3 * size,
+        series=2 * size * TERMS,
+        forcing=TERMS,
+        unit_impulse=2 * size * TERMS,
+        response=TERMS,
+        block_response=0,
+        change_series=2 * size * FLOW_DEGREE,
+        block=BLOCK * size,
+        displacement_scale=2 * size,
+        scalars=SCALARS,
     )
     empty = LaneTables(*(aligned(np.zeros(count * pitch)).reshape(count, pitch) for count in places))
     return empty._replace(block_response=np.zeros(0))
+
+
+class OwnModels:
+    """Models of trajectories, each of which has its own.
+
+    They are where kernels expect them as long as this object exists.
+
+    Attributes
+    ----------
+    models : LaneModels
+    """
+
+    def __init__(self, models: Sequence[LaneModel]) -> None:
+        """Store models with the same number of cells in a period."""
+        size = store(models[0], 0)
+        self._kept = models, np.zeros(len(models) * size, dtype=np.uint8)
+        places = self._kept[1].ctypes.data + size * np.arange(len(models), dtype=np.uintp)
+        for model, place in zip(models, places.tolist(), strict=True):
+            store(model, place)
+        self.models = LaneModels(models[0], np.full(LANES, places[0]), places)
 
 
 @inlined
@@ -290,11 +318,11 @@ def _copy(target: Floats, pitch: int, lane: int, source: Floats, first: int, cou
 
 
 @kernel
-def begin_own(models: LaneModels, lane: int, trajectory: int) -> None:
+def begin_own(models: LaneModels, own: OwnTables, lane: int, trajectory: int) -> None:
     """Give a lane the model of a trajectory, if each has its own."""
-    if models.addresses.shape[0] > 0:
+    if own.count > 0:
         models.addresses[lane] = models.of_trajectories[trajectory]
-        tables, group = record_of(models, lane).tables, table_of(models, OF_GROUP)
+        tables, group = record_of(models, lane).tables, table_of(own, OF_GROUP, models)
         _copy(group.flow, LANES, lane, tables.flow, 0, tables.flow.shape[0])
         _copy(group.output_row, LANES, lane, tables.output_row, 0, tables.output_row.shape[0])
         _copy(group.steady_table, LANES, lane, tables.steady_table, 0, tables.steady_table.shape[0])
@@ -329,6 +357,6 @@ def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) ->
 
 
 @kernel
-def cell_of_pass(models: LaneModels, cell: int) -> int:
+def cell_of_pass(own: OwnTables, cell: int) -> int:
     """Return where a batch has the tables of a cell: where every lane has its own, they are those of one cell."""
-    return cell if models.addresses.shape[0] == 0 else 0
+    return cell if own.count == 0 else 0

@@ -44,7 +44,7 @@ from grazemap_core.maps.kernels.lane_errors import (
     shorten_change,
     steepest_impact,
 )
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels, OwnTables
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
 from grazemap_core.maps.kernels.tangent_batches import (
     REST,
@@ -337,7 +337,9 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None
 
 
 @kernel
-def carry_changes(models: LaneModels, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int) -> None:
+def carry_changes(
+    models: LaneModels, own: OwnTables, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int
+) -> None:
     """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
     Parameters
@@ -368,15 +370,16 @@ def carry_changes(models: LaneModels, group: Lanes, tangents: LaneTangents, half
         else:
             wanted[lane] = 0
     if pairs > 0:
-        _carry_lanes((0, 0), models, group, tangents, half, skipped, used)
+        _carry_lanes((0, 0), models, own, group, tangents, half, skipped, used)
     if singles > 0:
-        _carry_lanes((0,), models, group, tangents, half, skipped, used)
+        _carry_lanes((0,), models, own, group, tangents, half, skipped, used)
 
 
 @kernel
 def _carry_lanes(
     columns: tuple[int, ...],
     models: LaneModels,
+    own: OwnTables,
     group: Lanes,
     tangents: LaneTangents,
     half: int,
@@ -393,7 +396,9 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, models)
+        carry_batch(
+            columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, models, own
+        )
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             problem = record_of(models, lane).problem

@@ -47,6 +47,7 @@ from grazemap_core.maps.kernels.lane_tables import (
     OF_SECOND_PASS,
     LaneModel,
     LaneModels,
+    OwnTables,
     cell_of_pass,
     put_in_pass,
 )
@@ -378,13 +379,20 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
 
 @kernel
 def _run_second_pass(
-    masses: Masses, models: LaneModels, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
+    masses: Masses,
+    models: LaneModels,
+    own: OwnTables,
+    group: Lanes,
+    step: CellStep,
+    count: int,
+    u: Floats,
+    deferred: int,
 ) -> int:
     """Carry the first `count` lanes of the second pass, whose input is complete, to the end of the cell.
 
     Returns how many lanes are deferred now; `deferred` were before.
     """
-    tables, cell = table_of(models, OF_SECOND_PASS), cell_of_pass(models, step.cell)
+    tables, cell = table_of(own, OF_SECOND_PASS, models), cell_of_pass(own, step.cell)
     batch, active, at = group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
         active[k] = 1 if k < count else 0
@@ -498,7 +506,9 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
 
 
 @kernel
-def _solve_flagged(masses: Masses, models: LaneModels, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
+def _solve_flagged(
+    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, step: CellStep, used: int, u: Floats
+) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
     gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
@@ -506,7 +516,7 @@ def _solve_flagged(masses: Masses, models: LaneModels, group: Lanes, step: CellS
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
     states, place = 2 * len(masses), step.cell % (models.shared.problem.cells // 2)
-    free, others = _solve_free(masses, models, group, step, used)
+    free, others = _solve_free(masses, models, own, group, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
     deferred = int(np.int64(0))
@@ -542,15 +552,17 @@ def _solve_flagged(masses: Masses, models: LaneModels, group: Lanes, step: CellS
             start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
         if filled == WIDTH:
-            deferred = _run_second_pass(masses, models, group, step, filled, u, deferred)
+            deferred = _run_second_pass(masses, models, own, group, step, filled, u, deferred)
             filled = int(np.int64(0))
     if filled > 0:
-        deferred = _run_second_pass(masses, models, group, step, filled, u, deferred)
+        deferred = _run_second_pass(masses, models, own, group, step, filled, u, deferred)
     return deferred
 
 
 @kernel
-def _solve_free(masses: Masses, models: LaneModels, group: Lanes, step: CellStep, used: int) -> tuple[int, int]:
+def _solve_free(
+    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, step: CellStep, used: int
+) -> tuple[int, int]:
     """Find the impacts of the flagged lanes that are FREE.
 
     Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
@@ -559,7 +571,7 @@ def _solve_free(masses: Masses, models: LaneModels, group: Lanes, step: CellStep
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
     start, at, here = group.first_pass.start, group.first_pass.rows, step.here
     gap, restitution, unit = group.gap, group.restitution, group.unit
-    states, tables = 2 * len(masses), table_of(models, OF_FIRST_PASS)
+    states, tables = 2 * len(masses), table_of(own, OF_FIRST_PASS, models)
     count = 0
     for lane in range(used):
         flagged[count] = lane
@@ -585,7 +597,7 @@ def _solve_free(masses: Masses, models: LaneModels, group: Lanes, step: CellStep
         free += 1
     if free > 0:
         computed = (free + VECTOR - 1) // VECTOR * VECTOR
-        solve_impacts(masses, tables, cell_of_pass(models, step.cell), group.first_pass, computed)
+        solve_impacts(masses, tables, cell_of_pass(own, step.cell), group.first_pass, computed)
     return free, others
 
 
@@ -718,7 +730,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
 
 @kernel
 def run_half(
-    masses: Masses, models: LaneModels, group: Lanes, half: int, used: int, u: Floats, work: Workspace
+    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, half: int, used: int, u: Floats, work: Workspace
 ) -> None:
     """Carry the first `used` lanes over half a forcing period.
 
@@ -733,7 +745,7 @@ def run_half(
     u, work
         Scratch, (N, 2), and with the lanes' capacity for events; overwritten.
     """
-    tables = table_of(models, OF_GROUP)
+    tables = table_of(own, OF_GROUP, models)
     cells = models.shared.problem.cells // 2
     first = (half % 2) * cells
     here, there, mixed = group.even, group.odd, group.mixed
@@ -742,7 +754,7 @@ def run_half(
     for cell in range(first, first + cells):
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
-            for i in range(_solve_flagged(masses, models, group, step, used, u)):
+            for i in range(_solve_flagged(masses, models, own, group, step, used, u)):
                 lane = group.deferred[i]
                 _run_by_itself(record_of(models, lane), group, lane, step, u, work)
         here, there = there, here

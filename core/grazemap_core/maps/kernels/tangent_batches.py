@@ -29,6 +29,7 @@ from grazemap_core.maps.kernels.lane_tables import (
     RESPONSE_PARTS,
     LaneModels,
     LaneTables,
+    OwnTables,
     put_in_changes,
 )
 from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
@@ -119,10 +120,17 @@ def _series(s: Floats, row: int, k: int, t: float) -> float:
 
 @fused_inlined
 def _set_targets(
-    batch: TangentBatch, filled: int, width: int, index: int, events: Floats, restitution: Floats, models: LaneModels
+    batch: TangentBatch,
+    filled: int,
+    width: int,
+    index: int,
+    events: Floats,
+    restitution: Floats,
+    models: LaneModels,
+    scalars: Floats,
 ) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
-    scalars, rows, flow = table_of(models, OF_CHANGES).scalars, batch.rows, batch.flow
+    rows, flow = batch.rows, batch.flow
     steps, viscous = of_lanes(scalars, lane_tables.STEP, WIDTH), of_lanes(scalars, lane_tables.VISCOUS_TERM, WIDTH)
     for k in range(filled):
         time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
@@ -326,6 +334,7 @@ def carry_batch(
     elapsed: Floats,
     restitution: Floats,
     models: LaneModels,
+    own: OwnTables,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
@@ -345,9 +354,10 @@ def carry_batch(
         As in `lockstep.Lanes`.
     models : LaneModels
         Whose block_response is not empty.
+    own : OwnTables
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
-    tables, blocks = table_of(models, OF_CHANGES), models.shared.problem.decay.shape[0]
+    tables, blocks = table_of(own, OF_CHANGES, models), models.shared.problem.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
     for k in range(width):
         rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
@@ -365,7 +375,7 @@ def carry_batch(
                 beside[(2 * count * j + c) * WIDTH + k] = one[2 * j, c]
                 beside[(2 * count * j + count + c) * WIDTH + k] = one[2 * j + 1, c]
     for index in range(max(most, 1)):
-        _set_targets(batch, filled, width, index, events, restitution, models)
+        _set_targets(batch, filled, width, index, events, restitution, models, tables.scalars)
         _flow_changes(columns, batch, width, tables, blocks)
         if index < most:
             _strike_changes(columns, batch, width, tables, blocks)

@@ -7,11 +7,12 @@ constant to the compiler, which would not use vector instructions otherwise.
     row = of_lanes(table, place, pitch)     before a loop over lanes
     at(row, lane)                           in the loop
 
-`record_of` and `table_of` look up what belongs to a lane in a named tuple, or a reference to one, with the fields
+`record_of` looks up what belongs to a lane in a named tuple, or a reference to one, with the fields
 
     shared      a named tuple, of all lanes or an example of a lane's
-    addresses   where every lane's is in memory (`store`); an empty array where it is shared
-    own         tables of every lane; the empty tuple where they are shared: then they are the field `tables` of shared
+    addresses   where every lane's is in memory (`store`); 0 where it is shared
+
+and `table_of` looks up the tables of all lanes.
 """
 
 from __future__ import annotations
@@ -95,23 +96,17 @@ def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-class _Records:
-    """The named tuple in which a lane's record is looked up, or a reference to it, and numba's types of its fields."""
+def _target(kind: Any) -> Any:
+    return kind.target if isinstance(kind, Reference) else kind
 
-    def __init__(self, kind: Any) -> None:
-        self.target = kind.target if isinstance(kind, Reference) else kind
-        self.by_reference = isinstance(kind, Reference)
 
-    def kind(self, name: str) -> Any:
-        return self.target.types[self.target.fields.index(name)]
+def _field(kind: Any, name: str) -> Any:
+    return _target(kind).types[_target(kind).fields.index(name)]
 
-    @property
-    def are_shared(self) -> bool:
-        return len(self.kind("own")) == 0
 
-    def place(self, builder: Any, value: Any, name: str) -> Any:
-        pointer = value if self.by_reference else cgutils.alloca_once_value(builder, value)
-        return cgutils.gep_inbounds(builder, pointer, 0, self.target.fields.index(name))
+def _place(builder: Any, kind: Any, value: Any, name: str) -> Any:
+    pointer = value if isinstance(kind, Reference) else cgutils.alloca_once_value(builder, value)
+    return cgutils.gep_inbounds(builder, pointer, 0, _target(kind).fields.index(name))
 
 
 def record_of(records: Any, lane: int) -> Any:
@@ -121,45 +116,47 @@ def record_of(records: Any, lane: int) -> Any:
 
 @type_callable(record_of)
 def _type_of_record(_: Any) -> Any:
-    return lambda records, lane: Reference(_Records(records).kind("shared"))
+    return lambda records, lane: Reference(_field(records, "shared"))
 
 
 @lower_builtin(record_of, types.Any, types.Integer)
 def _look_up_record(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    records, lane = _Records(signature.args[0]), signature.args[1]
-    if records.are_shared:
-        return records.place(builder, arguments[0], "shared")
-    of_lanes = builder.load(records.place(builder, arguments[0], "addresses"))
-    addresses = context.make_array(records.kind("addresses"))(context, builder, of_lanes)
+    records, lane = signature.args
+    shared = _place(builder, records, arguments[0], "shared")
+    kind, place = _field(records, "addresses"), _place(builder, records, arguments[0], "addresses")
+    addresses = context.make_array(kind)(context, builder, builder.load(place))
     index = context.cast(builder, arguments[1], lane, types.intp)
     address = builder.load(builder.gep(addresses.data, [index], inbounds=True))
-    return builder.inttoptr(address, context.get_value_type(signature.return_type))
+    is_shared = builder.icmp_unsigned("==", address, address.type(0))
+    return builder.select(is_shared, shared, builder.inttoptr(address, shared.type))
 
 
-def table_of(records: Any, which: int) -> Any:
-    """Return a reference to the tables number `which`, a constant."""
+def table_of(own: Any, which: int, records: Any) -> Any:
+    """Return a reference to the tables of all lanes: those number `which`, a constant, of `own.tables`, if any.
+
+    Without any they are the field `tables` of what lanes share in `records`. `own` is a reference.
+    """
     return records.shared.tables
 
 
 @type_callable(table_of)
 def _type_of_table(_: Any) -> Any:
-    def found(records: Any, which: Any) -> Any:
-        kinds = _Records(records)
-        shared = kinds.kind("shared")
-        return Reference(shared.types[shared.fields.index("tables")] if kinds.are_shared else kinds.kind("own")[0])
+    def found(own: Any, which: Any, records: Any) -> Any:
+        return Reference(
+            _field(own, "tables")[0] if len(_field(own, "tables")) else _field(_field(records, "shared"), "tables")
+        )
 
     return found
 
 
-@lower_builtin(table_of, types.Any, types.Integer)
+@lower_builtin(table_of, Reference, types.Integer, types.Any)
 def _look_up_table(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    records = _Records(signature.args[0])
-    if records.are_shared:
-        pointer = records.place(builder, arguments[0], "shared")
-        return cgutils.gep_inbounds(builder, pointer, 0, records.kind("shared").fields.index("tables"))
-    own = records.place(builder, arguments[0], "own")
-    zero, index = ir.Constant(ir.IntType(32), 0), context.cast(builder, arguments[1], signature.args[1], types.intp)
-    return builder.gep(own, [zero, index], inbounds=True)
+    own, which, records = signature.args
+    if len(_field(own, "tables")) == 0:
+        shared, place = _field(records, "shared"), _place(builder, records, arguments[2], "shared")
+        return cgutils.gep_inbounds(builder, place, 0, shared.fields.index("tables"))
+    zero, index = ir.Constant(ir.IntType(32), 0), context.cast(builder, arguments[1], which, types.intp)
+    return builder.gep(_place(builder, own, arguments[0], "tables"), [zero, index], inbounds=True)
 
 
 def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -195,7 +192,7 @@ def _write_record(context: Any, builder: Any, signature: Any, arguments: Any) ->
     return context.get_constant(types.intp, context.get_abi_sizeof(kind))
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def store(record: Any, address: int) -> int:
     """Write a named tuple of arrays to memory, unless the address is 0, and return its size in bytes.
 
