@@ -144,7 +144,7 @@ def first_impacts(
     restitution = np.broadcast_to([oscillator.restitution_of(1), oscillator.restitution_of(-1)], gaps.shape)
     stops = [
         Stops(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] != 0.0)
-        for row in stops_table(oscillator, gaps, problem, restitution).tolist()
+        for row in stops_table(oscillator, gaps, restitution, problem.cells, problem.steady_bound).tolist()
     ]
     events = np.zeros((n, first, LANE_EVENT_COLUMNS))
     seen, status = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)

@@ -63,7 +63,7 @@ def stops_of(oscillator: Oscillator, clearance: Clearance, problem: CellProblem)
     """Return the stops as the kernels of trajectories take them. Raises as `stops_between`."""
     gaps = _gaps(oscillator, clearance)
     both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
-    (row,) = stops_table(oscillator, np.array([gaps]), problem, np.array([both]))
+    (row,) = stops_table(oscillator, np.array([gaps]), np.array([both]), problem.cells, problem.steady_bound)
     _require_length(row[UNIT])
     right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric = row.tolist()
     return Stops(right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric != 0.0)
@@ -114,17 +114,21 @@ def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
     return all(one.order % 2 == 1 for one in oscillator.forces)
 
 
-def stops_table(oscillator: Oscillator, gaps: Floats, problem: CellProblem, restitution: Floats) -> Floats:
+def stops_table(
+    oscillator: Oscillator, gaps: Floats, restitution: Floats, cells: int, amplitude: float | Floats
+) -> Floats:
     """Return the fields of `Stops`, (n, fields), for stops with gaps from the equilibrium and restitutions.
 
-    `gaps` and `restitution` (n, 2) are those of the right and of the left stop.
+    `gaps` and `restitution` (n, 2) are those of the right and of the left stop, `cells` are in a period, and
+    `amplitude`, or (n,), bounds the steady motion of q.
     """
-    values, places = np.unique(restitution, return_inverse=True)
-    chatter = np.array([followed_chatter_impacts(one, problem.cells) for one in values.tolist()])[places.reshape(-1, 2)]
+    numbers = restitution.ravel().tolist()
+    known = {one: followed_chatter_impacts(one, cells) for one in set(numbers)}
+    chatter = np.array([known[one] for one in numbers]).reshape(-1, 2)
     settling = np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0)
     right, left = gaps.T
     alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
-    unit = unit_of_stops(right, left, problem.steady_bound)
+    unit = unit_of_stops(right, left, amplitude)
     return np.column_stack([gaps, restitution, unit, chatter.sum(axis=1), settling.sum(axis=1), alike])
 
 

@@ -239,12 +239,8 @@ class PlaneSettler:
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
         if self._runs_apart:
-            order = np.concatenate([*self.groups(rows, columns)])  # a structure after the other
-            for group in np.array_split(order, -(-len(order) // _MOST_APART)):
-                parts = [conditions.part(slice(i, i + 1)) for i in group.tolist()]
-                settlers = [self._settler(rows[i], columns[i]) for i in group.tolist()]
-                apart = [Apart(*one, part) for one, part in zip(settlers, parts, strict=True)]
-                codes[group], figures[group] = run_apart(apart)
+            for group in np.array_split(np.arange(len(rows)), -(-len(rows) // _MOST_APART)):
+                codes[group], figures[group] = self._run_apart(rows[group], columns[group], conditions.part(group))
             return codes, figures
         for group in self.groups(rows, columns):
             codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
@@ -302,6 +298,17 @@ class PlaneSettler:
         scaled = self._starts * np.array([1.0, omega])[:, None]
         return settler.run(omega, steady, conditions, settler.origin, scaled)
 
+    def _run_apart(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
+        """Run the trajectories of points that share no tables, under the conditions there."""
+        groups, omega = [*self.plane.groups(rows, columns, ())], self.plane.values("omega", rows, columns)
+        structures = []
+        for group in groups:
+            settler, steady = self._structure(int(rows[group[0]]), int(columns[group[0]]))
+            of_group = np.stack([steady[one] for one in omega[group].tolist()])
+            structures.append(Apart(settler, omega[group], of_group, conditions.part(group)))
+        order, (codes, figures) = np.argsort(np.concatenate(groups)), run_apart(structures)
+        return codes[order], figures[order]
+
     def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
         """Return the conditions of points for the settler of their oscillator."""
         found = self.plane.conditions(rows, columns)
@@ -311,8 +318,8 @@ class PlaneSettler:
         """Return the oscillator of a point with what its conditions do not say."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
-    def _settler(self, row: int, column: int) -> tuple[Settler, float, Complexes]:
-        """Return the settler of a point's structure, the frequency and the reference motion there."""
+    def _structure(self, row: int, column: int) -> tuple[Settler, dict[float, Complexes]]:
+        """Return the settler of a point's structure, and the reference motions at the frequencies of the plane."""
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
         key = tuple(float(value) for (value,) in keys)
@@ -322,8 +329,12 @@ class PlaneSettler:
             settler = Settler(self._oscillator(row, column), self._task, self._last)
             self._last, omegas = settler, self.plane.omegas
             self._settlers[key] = settler, dict(zip(omegas.tolist(), settler.steady(omegas), strict=True))
-        settler, steady = self._settlers[key]
-        omega = float(self.plane.values("omega", *only)[0])
+        return self._settlers[key]
+
+    def _settler(self, row: int, column: int) -> tuple[Settler, float, Complexes]:
+        """Return the settler of a point's structure, the frequency and the reference motion there."""
+        settler, steady = self._structure(row, column)
+        omega = float(self.plane.values("omega", np.array([row]), np.array([column]))[0])
         return settler, omega, steady[omega]
 
 

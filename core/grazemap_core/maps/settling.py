@@ -19,6 +19,7 @@ from grazemap_core.contact.cell_problem import (
     reference_state,
     stops_table,
     trajectory_models,
+    unit_of_stops,
 )
 from grazemap_core.contact.kernels.workspace import workspace
 from grazemap_core.maps.kernels import lane_state
@@ -138,10 +139,19 @@ class _Begun(NamedTuple):
 
 
 class Apart(NamedTuple):
-    """A trajectory that shares its structure and frequency with no other: arguments of `Settler.run`."""
+    """Trajectories from rest of one structure, each at a frequency of its own.
+
+    Attributes
+    ----------
+    settler : Settler
+    omega : (k,)
+    steady : complex (k, H, 2, N + 1)
+        `Settler.steady` at omega.
+    conditions : Conditions
+    """
 
     settler: Settler
-    omega: float
+    omega: Floats
     steady: Complexes
     conditions: Conditions
 
@@ -258,17 +268,17 @@ class Settler:
 
     def _begun(self, omega: float, steady: Complexes, given: Conditions, states: Floats | None, phase: float) -> _Begun:
         """Return trajectories as those of `run` where they begin."""
-        free = self._models.free
-        problem, held = cell_problem(self._models, steady, omega, phase)
-        gaps = self._gaps(given)
-        stops = stops_table(self._models.oscillator, gaps, problem, given.restitution)
+        free, gaps = self._models.free, self._gaps(given)
+        model = self._model(omega, steady, phase)
+        problem = model.problem
+        stops = stops_table(self._models.oscillator, gaps, given.restitution, problem.cells, problem.steady_bound)
         offset, on_stop = self._preload(gaps, states)
         if self._task.starts is not None:
             offset = _between_stops(given, stops[:, UNIT])
         start, on_stop = self._begin(given, states, on_stop)
         base = free_state(free, steady, problem.orders, omega, start[0], start[1], phase)
         return _Begun(
-            LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks),
+            model,
             stops,
             np.repeat(base[None], len(gaps), axis=0),
             offset,
@@ -277,6 +287,16 @@ class Settler:
             given.forcing,
             np.full(len(gaps), problem.steady_bound),
         )
+
+    def _model(self, omega: float, steady: Complexes, phase: float) -> LaneModel:
+        """Return the oscillator at a frequency."""
+        problem, held = cell_problem(self._models, steady, omega, phase)
+        return LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks)
+
+    def _at_rest(self, omega: float, steady: Complexes) -> tuple[LaneModel, Floats]:
+        """Return the oscillator at a frequency, and its state in equilibrium at the phase 0."""
+        model, rest = self._model(omega, steady, 0.0), np.zeros(len(self._masses))
+        return model, free_state(self._models.free, steady, model.problem.orders, omega, rest, rest, 0.0)
 
     def _column(self, models: LaneModels, begun: _Begun, directions: Floats, inherits: bool) -> Column:
         """Return what the kernels take."""
@@ -344,7 +364,7 @@ class Settler:
         """Return the unit of the stops in which initial states are given, `Stops.unit`."""
         problem, _ = cell_problem(self._models, steady, omega, 0.0)
         given = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
-        return float(stops_table(self._models.oscillator, self._gaps(given), problem, given.restitution)[0, UNIT])
+        return float(unit_of_stops(*self._gaps(given)[0], problem.steady_bound))
 
     def _gaps(self, conditions: Conditions) -> Floats:
         """Return the gaps of the stops from the equilibrium, (k, 2), over the factors of the forces."""
@@ -402,8 +422,8 @@ CAN_RUN_APART: Final = PART_COMPILER is not None
 """Whether lanes may have tables of their own; else trajectories that share none run one after the other."""
 
 
-def run_apart(trajectories: Sequence[Apart]) -> tuple[Integers, Floats]:
-    """Run trajectories from rest, side by side, each with an oscillator and a frequency of its own.
+def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
+    """Run trajectories side by side, each of which has tables of its own.
 
     The settlers have the same task, without initial states, sweeps and observables, and share their scratch.
 
@@ -411,22 +431,45 @@ def run_apart(trajectories: Sequence[Apart]) -> tuple[Integers, Floats]:
     -------
     codes, figures : (n, 1, CODES) and (n, 1, FIGURES)
     """
-    begun = [one.settler._begun(one.omega, one.steady, one.conditions, None, 0.0) for one in trajectories]
-    first = trajectories[0].settler
-    codes = np.empty((len(begun), 1, lane_state.CODES), dtype=np.int64)
-    figures = np.empty((len(begun), 1, lane_state.FIGURES))
-    cells = np.array([one.model.problem.cells for one in begun])
-    for number in np.unique(cells).tolist():
+    models, bases = [], []
+    for settler, omegas, steadies, _ in structures:
+        for omega, steady in zip(omegas.tolist(), steadies, strict=True):
+            model, base = settler._at_rest(omega, steady)
+            models.append(model)
+            bases.append(base)
+    aside, gaps, offset, on_stop = (np.concatenate(found) for found in zip(*map(_rest_of, structures), strict=True))
+    restitution, forcing = (
+        np.concatenate([getattr(one.conditions, name) for one in structures]) for name in ("restitution", "forcing")
+    )
+    cells, amplitude = np.array([(one.problem.cells, one.problem.steady_bound) for one in models]).T
+    first = structures[0].settler
+    codes = np.empty((len(models), 1, lane_state.CODES), dtype=np.int64)
+    figures = np.empty((len(models), 1, lane_state.FIGURES))
+    for number in np.unique(cells).astype(np.int64).tolist():
         which = np.flatnonzero(cells == number)
-        parts = [begun[i] for i in which.tolist()]
-        together = _Begun(
-            parts[0].model, *(np.concatenate(arrays) for arrays in zip(*(p[1:] for p in parts), strict=True))
+        stops = stops_table(first.oscillator, gaps[which], restitution[which], number, amplitude[which])
+        own = OwnModels([models[i] for i in which.tolist()])
+        base = np.stack([bases[i] for i in which.tolist()])
+        begun = _Begun(
+            own.models.shared,
+            stops,
+            base,
+            offset[which],
+            aside[which],
+            on_stop[which],
+            forcing[which],
+            amplitude[which],
         )
-        own = OwnModels([part.model for part in parts])
-        column = first._column(own.models, together, np.zeros((1, len(first._masses), 2)), inherits=False)
+        column = first._column(own.models, begun, np.zeros((1, *base.shape[1:])), inherits=False)
         settle_column(first._masses, column, first._own_tables(number), classify_lane.address(column))
-        codes[which], figures[which] = _named(together, column.results.codes, column.results.figures)
+        codes[which], figures[which] = _named(begun, column.results.codes, column.results.figures)
     return codes, figures
+
+
+def _rest_of(one: Apart) -> tuple[Floats, Floats, Floats, Integers]:
+    """Return `aside`, the gaps, `offset` and `on_stop` of trajectories from rest."""
+    gaps = one.settler._gaps(one.conditions)
+    return np.repeat(one.settler._aside[None], len(gaps), axis=0), gaps, *one.settler._preload(gaps, None)
 
 
 def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
