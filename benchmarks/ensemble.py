@@ -37,11 +37,10 @@ from grazemap_core.maps.kernels.lane_tables import (
     LaneModels,
     OwnTables,
     lane_tables,
-    shared_model,
 )
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
-from grazemap_core.maps.settling import impulse_blocks
+from grazemap_core.maps.settling import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response

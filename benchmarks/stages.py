@@ -17,10 +17,9 @@ from benchmarks.core_peer import Core
 from benchmarks.result import Spread, Stage
 from benchmarks.work import reference_work
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
-from grazemap_core.maps.kernels.lane_tables import LaneTables, lane_tables
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneTables, lane_tables
 from grazemap_core.maps.kernels.lanes import (
     BATCH_ROWS,
-    LANES,
     LEFT,
     PITCH,
     RESTITUTION_LEFT,

@@ -2,7 +2,8 @@
 
 A step has all kernels that some computations need. It is made of *components*, which several steps may have in common.
 A component is compiled by running a small case, or for the types of one. The kernels that carry the lanes of maps have
-the number of masses as a constant, so there is a component for each number. What a component has in common with one
+the number of masses as a constant, so there is a component for each number; they are compiled once more (`apart`) for
+maps whose points share no tables. What a component has in common with one
 before is not compiled again, as the kernels are cached (`kernel_folder`); several processes can compile different
 components at the same time:
 
@@ -42,11 +43,15 @@ def _trajectories(oscillator: Oscillator) -> None:
 
 
 def _classification(oscillator: Oscillator) -> None:
-    _settler(oscillator).compile(lockstep=False)
+    _settler(oscillator).compile_classification()
 
 
 def _lockstep(oscillator: Oscillator) -> None:
-    _settler(oscillator).compile(lockstep=True)
+    _settler(oscillator).compile_lockstep()
+
+
+def _apart(oscillator: Oscillator) -> None:
+    _settler(oscillator).compile_lockstep(apart=True)
 
 
 def _settler(oscillator: Oscillator) -> Settler:
@@ -108,16 +113,19 @@ _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
     "trajectories": _trajectories,
     "classification": _classification,
     "lockstep": _lockstep,
+    "apart": _apart,
     "orbits": _orbits,
     "observables": _observables,
     "map_observables": _map_observables,
 }
+_OF_MASSES = frozenset({"lockstep", "apart"})
 _OF_ORBITS = ("curves", "trajectories", "orbits")
 _OF_MAPS = ("classification", "lockstep")
 _STEPS: dict[str, tuple[str, ...]] = {
     "curves": ("curves",),
     "trajectories": ("trajectories",),
     "maps": _OF_MAPS,
+    "apart_maps": (*_OF_MAPS, "apart"),
     "orbits": _OF_ORBITS,
     "diagrams": (*_OF_ORBITS, *_OF_MAPS),
     "observables": (*_OF_ORBITS, "observables"),
@@ -130,20 +138,20 @@ STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
 def masses_of(name: str) -> int | None:
     """Return the number of masses that a step or component is for; None if it is for all."""
     kind, _, masses = name.partition("-")
-    of_masses = "lockstep" in (kind, *_STEPS.get(kind, ()))
+    of_masses = not _OF_MASSES.isdisjoint((kind, *_STEPS.get(kind, ())))
     return int(masses) if of_masses and masses.isdigit() else None
 
 
 def is_step(name: str) -> bool:
     """Return whether a step has this name."""
     kind, dash, _ = name.partition("-")
-    return kind in _STEPS and (bool(masses_of(name)) or (not dash and "lockstep" not in _STEPS[kind]))
+    return kind in _STEPS and (bool(masses_of(name)) or (not dash and _OF_MASSES.isdisjoint(_STEPS[kind])))
 
 
 def components_of(step: str) -> tuple[str, ...]:
-    """Return the components of a step; that of the lanes is named with their number of masses."""
+    """Return the components of a step; those of lanes are named with the number of masses."""
     kind, _, masses = step.partition("-")
-    return tuple(f"{component}-{masses}" if component == "lockstep" else component for component in _STEPS[kind])
+    return tuple(f"{component}-{masses}" if component in _OF_MASSES else component for component in _STEPS[kind])
 
 
 def load(step: str) -> None:

@@ -103,7 +103,7 @@ def _require_length(unit: float) -> None:
         raise ParameterError("clearance", "of the only stop is 0, and the forces do not move the contact")
 
 
-def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float = 0.0) -> Floats:
+def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float | Floats = 0.0) -> Floats:
     """Return `Stops.unit` for gaps (n,) of both stops; `amplitude` is a bound of the steady motion of q."""
     of_nearer = np.maximum(np.abs(np.minimum(right, left)), amplitude)
     return np.minimum(0.5 * np.add(right, left), of_nearer)

@@ -38,7 +38,6 @@ from grazemap_core.maps.kernels.lane_tables import (
     OwnTables,
     lane_tables,
     own_tables,
-    shared_model,
 )
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import PITCH
@@ -253,18 +252,25 @@ class Settler:
             figures = np.concatenate([figures, more], axis=1)
         return _named(begun, column.results.codes, figures)
 
-    def compile(self, *, lockstep: bool) -> None:
-        """Compile, or load, the kernel that carries lanes, with all that goes before it, or the one that names motions.
+    def compile_classification(self) -> None:
+        """Compile, or load, the kernel that names motions, for all numbers of masses; nothing is run."""
+        classify_lane.compile(self._example()[0])
 
-        Nothing is run. The first is for a number of masses, the second for all.
+    def compile_lockstep(self, apart: bool = False) -> None:
+        """Compile, or load, the kernel that carries lanes, with all that goes before it; nothing is run.
+
+        It is that for this number of masses: of lanes that share their tables, or of lanes `apart`.
         """
+        column, cells = self._example()
+        own = self._own_tables(cells) if apart else SHARED_TABLES
+        compile_for(settle_column, self._masses, column, own, classify_lane.address(column))
+
+    def _example(self) -> tuple[Column, int]:
+        """Return what the kernels take, and the number of cells."""
         given = Conditions.of(self._models.oscillator, np.ones(1))
         begun = self._begun(1.0, self.steady(np.ones(1))[0], given, None, 0.0)
-        column = self._column(shared_model(begun.model), begun, np.zeros((1, len(self._masses), 2)), inherits=False)
-        if lockstep:
-            compile_for(settle_column, self._masses, column, SHARED_TABLES, classify_lane.address(column))
-        else:
-            classify_lane.compile(column)
+        directions = np.zeros((1, len(self._masses), 2))
+        return self._column(shared_model(begun.model), begun, directions, inherits=False), begun.model.problem.cells
 
     def _begun(self, omega: float, steady: Complexes, given: Conditions, states: Floats | None, phase: float) -> _Begun:
         """Return trajectories as those of `run` where they begin."""
@@ -364,7 +370,8 @@ class Settler:
         """Return the unit of the stops in which initial states are given, `Stops.unit`."""
         problem, _ = cell_problem(self._models, steady, omega, 0.0)
         given = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
-        return float(unit_of_stops(*self._gaps(given)[0], problem.steady_bound))
+        right, left = self._gaps(given)[0].tolist()
+        return float(unit_of_stops(right, left, problem.steady_bound))
 
     def _gaps(self, conditions: Conditions) -> Floats:
         """Return the gaps of the stops from the equilibrium, (k, 2), over the factors of the forces."""
@@ -474,7 +481,8 @@ def _rest_of(one: Apart) -> tuple[Floats, Floats, Floats, Integers]:
 
 def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
     """Return the results of trajectories, (n, s, ..), in the unit of the oscillator."""
-    codes, figures = (found.reshape(len(begun.stops), -1, found.shape[1]) for found in (codes, figures))
+    codes = codes.reshape(len(begun.stops), -1, codes.shape[1])
+    figures = figures.reshape(len(begun.stops), -1, figures.shape[1])
     figures[:, :, lane_state.LEAST_VELOCITY] *= begun.forcing[:, None]
     hidden = hidden_by_rounding(begun.steady_bound, begun.stops[:, UNIT])
     if np.any(hidden):
@@ -482,6 +490,11 @@ def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, F
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
         codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
     return codes, figures
+
+
+def shared_model(model: LaneModel) -> LaneModels:
+    """Return a model that all trajectories share, as kernels take it."""
+    return LaneModels(model, np.zeros(LANES, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
 def _between_stops(conditions: Conditions, unit: Floats) -> Floats:

@@ -124,6 +124,6 @@ def harmonic_amplitudes(oscillator: Oscillator, omega: Floats, harmonic: Harmoni
     return response
 
 
-def hidden_by_rounding(amplitude: float, clearance: Floats) -> Booleans:
+def hidden_by_rounding(amplitude: float | Floats, clearance: Floats) -> Booleans:
     """Return where round-off of the reference motion of q, of this amplitude, is too large against a clearance."""
     return EPSILON * amplitude > RESONANCE_ROUNDING * clearance

@@ -26,7 +26,8 @@ def kernels_of(process: str, request: ProcessRequest) -> str:
     planning, size = PLANNING[process], request.oscillator.size
     if isinstance(request, ObservedRequest) and request.observed:
         return f"map_observables-{size}" if planning.of_masses else "observables"
-    return f"{planning.kernels}-{size}" if planning.of_masses else planning.kernels
+    kernels = planning.kernels if isinstance(planning.kernels, str) else planning.kernels(request)
+    return f"{kernels}-{size}" if planning.of_masses else kernels
 
 
 __all__ = [

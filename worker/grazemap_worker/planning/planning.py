@@ -11,7 +11,7 @@ from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
 _COMPILING_SECONDS = {"curves": 5.0, "trajectories": 9.0, "orbits": 8.0, "maps": 40.0, "diagrams": 45.0}
-_COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0}
+_COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0, "apart_maps": 60.0}
 
 
 def compiling_seconds(kernels: str) -> float:
@@ -59,7 +59,7 @@ class Planning:
         The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
         it is checked before the plan is made, whose numbers could overflow.
     after : callable (request) -> list of Step
-    kernels : str
+    kernels : str, or callable (request) -> str
         The step of `grazemap_core.warmup` that compiles its kernels, without a number of masses.
     of_masses : bool
         Whether they are compiled for each number of masses.
@@ -69,7 +69,7 @@ class Planning:
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
     longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
-    kernels: str = "curves"
+    kernels: str | Callable[[Any], str] = "curves"
     of_masses: bool = False
 
 

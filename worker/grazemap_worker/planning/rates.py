@@ -97,8 +97,8 @@ REST_SHARE = 0.25
 MOST_PERIOD_IMPACTS = 1.0e5
 # Forcing periods in which a resonance without damping is taken to grow.
 GROWTH_PERIODS = 100.0
-# A trajectory of a map that shares its tables with no other one takes so many times as long.
-ALONE_SLOWER = 5.0
+# A trajectory of a map that shares its tables with no other one takes so many times as long (`make planes`).
+ALONE_SLOWER = 4.0
 # Number of omegas, and of clearances, of a grid at which the cost of a period is computed.
 SAMPLED_SIDE = 16
 # Seconds of a tile: short enough for a small map to keep all workers busy. A process that has worked so long takes no

@@ -28,7 +28,7 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     rows, columns = request.plane.shape
     samples, sweeps = Samples.of(request.plane), request.policy.startswith("sweep")
     # the trajectories of a sweep, one after another, never share a lockstep
-    cost = samples.mean_cost() * (1.0 if sweeps else _slower(request.plane))
+    cost = samples.mean_cost() * (rates.ALONE_SLOWER if _share_none(request.plane) and not sweeps else 1.0)
     settling = samples.settling(request.max_periods)
     rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
@@ -100,10 +100,14 @@ def _rows_share(plane: Plane) -> bool:
     return (is_scalar(across) and not is_scalar(up)) or (across == "omega" and is_structural(up))
 
 
-def _slower(plane: Plane) -> float:
-    """Return how much slower a trajectory is where those of a column or of a row do not share tables."""
-    alone = all(axis.vary == "omega" or not is_scalar(axis.vary) for axis in (plane.horizontal, plane.vertical))
-    return rates.ALONE_SLOWER if alone else 1.0
+def _share_none(plane: Plane) -> bool:
+    """Return whether no two points of a plane share their tables."""
+    return all(axis.vary == "omega" or is_structural(axis.vary) for axis in (plane.horizontal, plane.vertical))
+
+
+def _kernels(request: UnfoldingMapsRequest) -> str:
+    """Return the step that compiles the kernels; points that share no tables run side by side from rest."""
+    return "apart_maps" if request.policy == "rest" and _share_none(request.plane) else "maps"
 
 
 def grid_count(horizontal: Axis, vertical: Axis, names: tuple[str, str], limit: int) -> Count:
@@ -117,4 +121,4 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
     return [grid_count(request.plane.horizontal, request.plane.vertical, names, most)]
 
 
-PLANNING = Planning(plan, _counts, lambda request: longest_period(request.plane), kernels="maps", of_masses=True)
+PLANNING = Planning(plan, _counts, lambda request: longest_period(request.plane), kernels=_kernels, of_masses=True)

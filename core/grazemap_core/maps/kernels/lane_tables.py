@@ -133,16 +133,11 @@ class LaneModels(NamedTuple):
 class OwnTables(NamedTuple):
     """Tables of lanes that have their own: so many, OF_GROUP to OF_CHANGES, or none where they are shared."""
 
-    count: int
+    number: int
     tables: tuple[LaneTables, ...]
 
 
 SHARED_TABLES = OwnTables(0, ())
-
-
-def shared_model(model: LaneModel) -> LaneModels:
-    """Return a model that all trajectories share."""
-    return LaneModels(model, np.zeros(LANES, dtype=np.uintp), np.zeros(0, dtype=np.uintp))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -245,13 +240,8 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
         for n in range(TERMS - 2, i - 1, -1):
             response[n] -= response[n + 1]
     forcing, steady_table = _steady_tables(problem)
-    scalars = np.empty(SCALARS)
-    scalars[STEP] = problem.step
-    scalars[VISCOUS_TERM] = viscous_term
-    scalars[STEADY] = problem.steady_bound
-    scalars[STEADY_FOURTH] = problem.steady_fourth * quartic
-    scalars[IMPULSE_REACH] = impulse_reach
-    scalars[IMPULSE_FOURTH] = impulse_fourth
+    of_steady = problem.steady_bound, problem.steady_fourth * quartic
+    scalars = np.array([problem.step, viscous_term, of_steady[0], of_steady[1], impulse_reach, impulse_fourth])
     return LaneTables(
         problem.cell_flow.copy().reshape(-1),
         problem.output_row.copy().reshape(-1),
@@ -271,23 +261,22 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
 
 def own_tables(size: int, pitch: int, cells: int) -> LaneTables:
     """Return empty tables of lanes that have their own, for so many blocks and cells; `forcing` is that of one cell."""
-    places = LaneTables(
-        flow=4 * size,
-        output_row=4 * size,
-        steady_table=2 * (cells + 1),
-        bound=3 * size,
-        series=2 * size * TERMS,
-        forcing=TERMS,
-        unit_impulse=2 * size * TERMS,
-        response=TERMS,
-        block_response=0,
-        change_series=2 * size * FLOW_DEGREE,
-        block=BLOCK * size,
-        displacement_scale=2 * size,
-        scalars=SCALARS,
-    )
-    empty = LaneTables(*(aligned(np.zeros(count * pitch)).reshape(count, pitch) for count in places))
-    return empty._replace(block_response=np.zeros(0))
+    places = {
+        "flow": 4 * size,
+        "output_row": 4 * size,
+        "steady_table": 2 * (cells + 1),
+        "bound": 3 * size,
+        "series": 2 * size * TERMS,
+        "forcing": TERMS,
+        "unit_impulse": 2 * size * TERMS,
+        "response": TERMS,
+        "change_series": 2 * size * FLOW_DEGREE,
+        "block": BLOCK * size,
+        "displacement_scale": 2 * size,
+        "scalars": SCALARS,
+    }
+    empty = {name: aligned(np.zeros((count, pitch))) for name, count in places.items()}
+    return LaneTables(block_response=np.zeros(0), **empty)
 
 
 class OwnModels:
@@ -304,7 +293,7 @@ class OwnModels:
         """Store models with the same number of cells in a period."""
         size = store(models[0], 0)
         self._kept = models, np.zeros(len(models) * size, dtype=np.uint8)
-        places = self._kept[1].ctypes.data + size * np.arange(len(models), dtype=np.uintp)
+        places = self._kept[1].ctypes.data + size * np.arange(len(models), dtype=np.int64)
         for model, place in zip(models, places.tolist(), strict=True):
             store(model, place)
         self.models = LaneModels(models[0], np.full(LANES, places[0]), places)
@@ -320,7 +309,7 @@ def _copy(target: Floats, pitch: int, lane: int, source: Floats, first: int, cou
 @kernel
 def begin_own(models: LaneModels, own: OwnTables, lane: int, trajectory: int) -> None:
     """Give a lane the model of a trajectory, if each has its own."""
-    if own.count > 0:
+    if own.number > 0:
         models.addresses[lane] = models.of_trajectories[trajectory]
         tables, group = record_of(models, lane).tables, table_of(own, OF_GROUP, models)
         _copy(group.flow, LANES, lane, tables.flow, 0, tables.flow.shape[0])
@@ -359,4 +348,4 @@ def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) ->
 @kernel
 def cell_of_pass(own: OwnTables, cell: int) -> int:
     """Return where a batch has the tables of a cell: where every lane has its own, they are those of one cell."""
-    return cell if own.count == 0 else 0
+    return cell if own.number == 0 else 0

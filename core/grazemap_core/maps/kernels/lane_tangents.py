@@ -396,9 +396,7 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(
-            columns, batch, filled, group.events, errors.changes, errors.elapsed, group.restitution, models, own
-        )
+        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, own)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             problem = record_of(models, lane).problem

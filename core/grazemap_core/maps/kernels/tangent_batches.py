@@ -33,7 +33,7 @@ from grazemap_core.maps.kernels.lane_tables import (
     put_in_changes,
 )
 from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
-from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
+from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
 from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
@@ -329,10 +329,9 @@ def carry_batch(
     columns: Columns,
     batch: TangentBatch,
     filled: int,
-    events: Floats,
+    group: Lanes,
     changes: Floats,
     elapsed: Floats,
-    restitution: Floats,
     models: LaneModels,
     own: OwnTables,
 ) -> None:
@@ -345,18 +344,18 @@ def carry_batch(
     batch : TangentBatch
         Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REST (-1 for a
         lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
-    events : (LANES, capacity, LANE_EVENT_COLUMNS)
+    group : Lanes
+        Whose events and restitutions are read.
     changes : (LANES, 2 N, 2)
         Of a single change the first column is it.
     elapsed : (LANES,)
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
-    restitution : (2 * LANES,)
-        As in `lockstep.Lanes`.
     models : LaneModels
         Whose block_response is not empty.
     own : OwnTables
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
+    events, restitution = group.events, group.restitution
     tables, blocks = table_of(own, OF_CHANGES, models), models.shared.problem.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
     for k in range(width):

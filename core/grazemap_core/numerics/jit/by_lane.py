@@ -1,4 +1,4 @@
-"""Numbers and records that lanes share, or that every lane has for itself, behind one interface.
+"""Numbers and records that lanes share, or that every lane has for itself, looked up in the same way.
 
 The numbers of a table are those of all lanes, (places,), or every lane's own, (places, pitch). Which it is is known
 from the type of the table, so a kernel is compiled for each, and costs nothing where they are shared. The pitch is a
@@ -166,7 +166,7 @@ def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         array.meminfo = cgutils.get_null_value(array.meminfo.type)
         array.parent = cgutils.get_null_value(array.parent.type)
         return array._getvalue()
-    if isinstance(kind, types.BaseTuple):
+    if isinstance(kind, types.NamedTuple):
         for i, one in enumerate(kind.types):
             part = _detached(context, builder, one, builder.extract_value(value, i))
             value = builder.insert_value(value, part, i)
