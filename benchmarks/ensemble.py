@@ -30,16 +30,10 @@ from grazemap_core.contact.kernels.workspace import (
     workspace,
 )
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_tables import (
-    LANES,
-    SHARED_TABLES,
-    LaneModel,
-    LaneModels,
-    OwnTables,
-    lane_tables,
-)
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
+from grazemap_core.maps.kernels.own_tables import SHARED_TABLES, LaneModels, OwnTables
 from grazemap_core.maps.settling import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grazemap_core.codes import HIDDEN_BY_ROUNDING
 from grazemap_core.contact.cell_problem import UNIT, reference_state, trajectory_models
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps import settling
+from grazemap_core.maps import planes, settling
+from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.planes import Axis, Plane, PlaneSettler
 from grazemap_core.maps.settling import Settler, Settling
@@ -115,6 +117,35 @@ def test_the_transposed_plane_is_the_same_map(across, up):
     one, other = unfolding_map_tile(plane(across, up), PERIODS), unfolding_map_tile(plane(up, across), PERIODS)
     for name, array in one.items():
         np.testing.assert_array_equal(array, other[name].T, err_msg=name)
+
+
+RESONANT = float(trajectory_models(DEFAULT).free.frequency_squared[0] ** 0.5)
+APART = {
+    "more than lanes": (DEFAULT, 1.5, np.linspace(0.262, 0.298, 12), np.linspace(0.6, 1.4, 12)),
+    "chatter and rest": (DEFAULT, 0.15, OMEGA, AXES["damping"].values),
+    "one stop, hardly damped": (DEFAULT, (0.6, None), OMEGA, np.array([1e-3, 1.0])),
+    "resonance": (DEFAULT, 20.0, np.array([RESONANT, 1.01 * RESONANT]), np.array([1e-13, 1e-12])),
+    "bias and two harmonics": (biased(harmonics=True), 1.4, OMEGA, AXES["damping"].values),
+    "preloaded": (biased(), (-0.2, 1.0), OMEGA, AXES["damping"].values),
+    "hidden by rounding": (DEFAULT, 1e-14, OMEGA[:2], AXES["damping"].values),
+}
+
+
+@pytest.mark.parametrize("name", APART)
+def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
+    """A lane with tables of its own does what it does among lanes that share them, to the byte."""
+    oscillator, clearance, omega, damping = APART[name]
+    at = ParameterPoint.of(oscillator, 0.29, clearance)
+    found = PlaneSettler(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), Settling(PERIODS, 8))
+    codes, figures = found.grid()
+    monkeypatch.setattr(planes, "CAN_RUN_APART", False)
+    alone_codes, alone_figures = found.grid()
+    np.testing.assert_array_equal(codes, alone_codes)
+    np.testing.assert_array_equal(figures, alone_figures)
+    reasons, sticking = np.unique(codes[lane_state.REASON]), codes[lane_state.STICKING]
+    assert np.any(sticking) or name != "chatter and rest"
+    assert len(reasons) > 1 or name != "more than lanes"
+    assert np.all(reasons == HIDDEN_BY_ROUNDING) or name != "hidden by rounding"
 
 
 def test_a_map_over_the_forces_at_powers_of_two_is_that_over_the_clearance():
@@ -251,12 +282,12 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
     """Their contact coordinates fill the space between two stops, and begin at none of them."""
     seen = []
 
-    def kept(masses, column, classify_lane):
+    def kept(masses, column, own, classify_lane):
         task = column.task
         row = model.contact_row.ravel()
         for index in range(len(task.stops)):
             for direction in task.directions:
-                u = task.base + task.stops[index, UNIT] * direction + task.offset[index] * task.aside
+                u = task.base[index] + task.stops[index, UNIT] * direction + task.offset[index] * task.aside[index]
                 place = float(row @ u.ravel()) + steady
                 seen.append(place)
                 assert -task.stops[index, 1] < place < task.stops[index, 0]

@@ -14,10 +14,11 @@ from thorough import KERNELS_FIRST
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
-from grazemap_core.maps.kernels.lane_tables import SHARED_TABLES, LaneModel, lane_tables
+from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
+from grazemap_core.maps.kernels.own_tables import SHARED_TABLES
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import impulse_blocks, shared_model
 from grazemap_core.maps.tolerances import ERROR_SAFETY

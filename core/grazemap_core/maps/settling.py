@@ -29,20 +29,12 @@ from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
-from grazemap_core.maps.kernels.lane_tables import (
-    LANES,
-    SHARED_TABLES,
-    LaneModel,
-    LaneModels,
-    OwnModels,
-    OwnTables,
-    lane_tables,
-    own_tables,
-)
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import PITCH
 from grazemap_core.maps.kernels.lockstep import lanes
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH as SECOND_PASS
+from grazemap_core.maps.kernels.own_tables import SHARED_TABLES, LaneModels, OwnModels, OwnTables, own_tables
 from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS

@@ -9,9 +9,10 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.maps.kernels.lane_state import ColumnTask, LaneRecords, TrajectoryResults
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModels
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lane_tangents import LaneTangents
 from grazemap_core.maps.kernels.lockstep import Lanes
+from grazemap_core.maps.kernels.own_tables import LaneModels
 from grazemap_core.orbits.kernels.verification import VerificationScratch
 from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory
 

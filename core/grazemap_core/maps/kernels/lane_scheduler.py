@@ -25,7 +25,7 @@ from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_state
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import begin_record, stops_in_row
-from grazemap_core.maps.kernels.lane_tables import LANES, OF_GROUP, OwnTables, begin_own
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_changes,
@@ -44,6 +44,7 @@ from grazemap_core.maps.kernels.lockstep import (
     start_lane,
     start_lane_on_stop,
 )
+from grazemap_core.maps.kernels.own_tables import OF_GROUP, OwnTables, begin_own
 from grazemap_core.maps.tolerances import SETTLING_IMPACTS
 from grazemap_core.numerics.jit.by_lane import record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference

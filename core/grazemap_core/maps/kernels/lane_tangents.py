@@ -44,8 +44,9 @@ from grazemap_core.maps.kernels.lane_errors import (
     shorten_change,
     steepest_impact,
 )
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels, OwnTables
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
+from grazemap_core.maps.kernels.own_tables import LaneModels, OwnTables
 from grazemap_core.maps.kernels.tangent_batches import (
     REST,
     SHARPEST,

@@ -39,18 +39,7 @@ from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
 from grazemap_core.maps.kernels import multi_impact_cell as second
-from grazemap_core.maps.kernels.lane_tables import (
-    HERMITE_DIVISOR,
-    LANES,
-    OF_FIRST_PASS,
-    OF_GROUP,
-    OF_SECOND_PASS,
-    LaneModel,
-    LaneModels,
-    OwnTables,
-    cell_of_pass,
-    put_in_pass,
-)
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, LaneModel
 from grazemap_core.maps.kernels.lanes import (
     PITCH,
     VECTOR,
@@ -62,6 +51,15 @@ from grazemap_core.maps.kernels.lanes import (
     update_limits,
 )
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH
+from grazemap_core.maps.kernels.own_tables import (
+    OF_FIRST_PASS,
+    OF_GROUP,
+    OF_SECOND_PASS,
+    LaneModels,
+    OwnTables,
+    cell_of_pass,
+    put_in_pass,
+)
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE
 from grazemap_core.numerics.jit.by_lane import record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference

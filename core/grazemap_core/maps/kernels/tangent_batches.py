@@ -21,19 +21,10 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import (
-    BLOCK,
-    FLOW_DEGREE,
-    LANES,
-    OF_CHANGES,
-    RESPONSE_PARTS,
-    LaneModels,
-    LaneTables,
-    OwnTables,
-    put_in_changes,
-)
+from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
 from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
+from grazemap_core.maps.kernels.own_tables import OF_CHANGES, LaneModels, OwnTables, put_in_changes
 from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE

@@ -20,12 +20,13 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import lower_builtin, type_callable
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.by_reference import Reference
+from grazemap_core.numerics.jit.compiled import kernel
 
 Record = TypeVar("Record", bound=tuple[Any, ...])
 
@@ -192,7 +193,7 @@ def _write_record(context: Any, builder: Any, signature: Any, arguments: Any) ->
     return context.get_constant(types.intp, context.get_abi_sizeof(kind))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def store(record: Any, address: int) -> int:
     """Write a named tuple of arrays to memory, unless the address is 0, and return its size in bytes.
 
