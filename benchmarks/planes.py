@@ -7,8 +7,8 @@ The values of all parameters but omega are within 1e-7 of one another, so the mo
 times differ by the parameters alone. Maps are computed as a worker does, each in turn with that over omega and
 clearance; ratios of processor time are medians over ROUNDS, with their quartiles. A parameter of the stops, the bias or
 the forces costs nothing of its own; a parameter of the structure needs tables for each of its values, and beside omega
-or another one for each point: then a trajectory has no others beside it in the lockstep. The program fails if a ratio
-over the window is over its limit; two parameters of the structure, whose modes are found at each point, have none.
+or another one for each point: then every lane has tables of its own. The program fails if a ratio over the window is
+over its limit; two parameters of the structure, whose modes are found at each point, have none.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
 from grazemap_core.maps.kernels import multi_impact_cell as second
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, LaneModel
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP, LaneModel
 from grazemap_core.maps.kernels.lanes import (
     PITCH,
     VECTOR,
@@ -61,7 +61,8 @@ from grazemap_core.maps.kernels.own_tables import (
     put_in_pass,
 )
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE
-from grazemap_core.numerics.jit.by_lane import record_of, table_of
+from grazemap_core.numerics.jit.by_lane import at as of_lane
+from grazemap_core.numerics.jit.by_lane import of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
@@ -514,6 +515,7 @@ def _solve_flagged(
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
     states, place = 2 * len(masses), step.cell % (models.shared.problem.cells // 2)
+    steps = of_lanes(table_of(own, OF_GROUP, models).scalars, STEP, LANES)
     free, others = _solve_free(masses, models, own, group, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
@@ -531,16 +533,16 @@ def _solve_flagged(
                 there[states * LANES + lane] = at[first.END_X * PITCH + i]
                 there[(states + 1) * LANES + lane] = at[first.END_V * PITCH + i]
                 set_limits(limit, gap, lane, at[first.END_LOSS * PITCH + i] + close[lane])
-                length = record_of(models, lane).problem.step
+                length = of_lane(steps, lane)
                 _enter_impact(tally, cursor, events, lane, half, _impact(at, i, length * place, 0.5 * length))
                 continue
-            _put_free_lane(at, on, outcome, i, filled, 0.5 * record_of(models, lane).problem.step)
+            _put_free_lane(at, on, outcome, i, filled, 0.5 * of_lane(steps, lane))
         else:
             lane = not_free[i - free]
             if regime[lane] == RESTING:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            _put_near_lane(cursor, group.near, on, lane, filled, 0.5 * record_of(models, lane).problem.step)
+            _put_near_lane(cursor, group.near, on, lane, filled, 0.5 * of_lane(steps, lane))
         lane_of[filled] = lane
         on[second.UNIT * WIDTH + filled] = unit[lane]
         on[second.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
@@ -758,12 +760,14 @@ def run_half(
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
-    _begin_half_period(models, group, half + 1, used)
+    relative = own.number > 0 or models.shared.problem.reference_series.shape[0] > 0
+    if relative:  # the reference motion may not be the steady one
+        _begin_half_period(models, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             no_limits(group, lane)
-    for lane in range(used):
+    for lane in range(used if relative else 0):
         problem = record_of(models, lane).problem
         if problem.reference_series.shape[0] == 0:
             continue
