@@ -138,10 +138,11 @@ def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     at = ParameterPoint.of(oscillator, 0.29, clearance)
     found = PlaneSettler(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), Settling(PERIODS, 8))
     codes, figures = found.grid()
-    monkeypatch.setattr(planes, "CAN_RUN_APART", False)
-    alone_codes, alone_figures = found.grid()
-    np.testing.assert_array_equal(codes, alone_codes)
-    np.testing.assert_array_equal(figures, alone_figures)
+    for attribute in ("_BYTES_APART", "CAN_RUN_APART"):  # a lane for each trajectory, then one after the other
+        monkeypatch.setattr(planes, attribute, 0)
+        other_codes, other_figures = found.grid()
+        np.testing.assert_array_equal(codes, other_codes)
+        np.testing.assert_array_equal(figures, other_figures)
     reasons, sticking = np.unique(codes[lane_state.REASON]), codes[lane_state.STICKING]
     assert np.any(sticking) or name != "chatter and rest"
     assert len(reasons) > 1 or name != "more than lanes"

@@ -30,13 +30,16 @@ from grazemap_core.continuation.parameters import (
 )
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, Settler, Settling, run_apart
 from grazemap_core.model.oscillator import Oscillator
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
-_MOST_APART: Final = 1024
-"""Number of trajectories with tables of their own that wait for a lane at a time; a table is a few tens of kB."""
+_BYTES_APART: Final = 2**26
+"""Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
+_BYTES_OF_MASS: Final = 20_000
+"""Of a model, for each mass: what it takes where the flow over a period is tabulated, or less."""
 _LAST_SETTLERS: Final = 8
 """Number of structures for which scratch is kept."""
 
@@ -239,8 +242,10 @@ class PlaneSettler:
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
         if self._runs_apart:
-            for group in np.array_split(np.arange(len(rows)), -(-len(rows) // _MOST_APART)):
-                codes[group], figures[group] = self._run_apart(rows[group], columns[group], conditions.part(group))
+            most = max(LANES, _BYTES_APART // (_BYTES_OF_MASS * self.plane.oscillator.size))
+            for first in range(0, len(rows), most):
+                some = slice(first, first + most)
+                codes[some], figures[some] = self._run_apart(rows[some], columns[some], conditions.part(some))
             return codes, figures
         for group in self.groups(rows, columns):
             codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))

@@ -34,7 +34,7 @@ from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tang
 from grazemap_core.maps.kernels.lanes import PITCH
 from grazemap_core.maps.kernels.lockstep import lanes
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH as SECOND_PASS
-from grazemap_core.maps.kernels.own_tables import SHARED_TABLES, LaneModels, OwnModels, OwnTables, own_tables
+from grazemap_core.maps.kernels.own_tables import OF_GROUP, SHARED_TABLES, LaneModels, OwnModels, OwnTables, own_tables
 from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
@@ -183,7 +183,7 @@ class Settler:
             }
         else:
             self._scratch = before._scratch
-        self._own: dict[int, OwnTables] = {} if before is None else before._own
+        self._own: list[OwnTables] = [] if before is None else before._own  # one, where they were needed
 
     @property
     def oscillator(self) -> Oscillator:
@@ -346,12 +346,12 @@ class Settler:
         return np.stack([self._models.oscillator.between(state[0], (right, left)), state[1]])
 
     def _own_tables(self, cells: int) -> OwnTables:
-        """Return scratch for lanes that have their own tables, with so many cells in a period."""
-        size = len(self._masses)
-        if cells not in self._own:
+        """Return scratch for lanes that have their own tables, with so many cells in a period or fewer."""
+        size, known = len(self._masses), self._own
+        if not known or len(known[0].tables[OF_GROUP].steady_table) < 2 * (cells + 1):
             batches = [own_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
-            self._own[cells] = OwnTables(1 + len(batches), (own_tables(size, LANES, cells), *batches))
-        return self._own[cells]
+            known[:] = [OwnTables(1 + len(batches), (own_tables(size, LANES, cells), *batches))]
+        return known[0]
 
     @property
     def origin(self) -> Floats | None:
