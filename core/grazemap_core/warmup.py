@@ -125,12 +125,12 @@ _STEPS: dict[str, tuple[str, ...]] = {
     "curves": ("curves",),
     "trajectories": ("trajectories",),
     "maps": _OF_MAPS,
-    "apart_maps": (*_OF_MAPS, "apart"),
     "orbits": _OF_ORBITS,
     "diagrams": (*_OF_ORBITS, *_OF_MAPS),
     "observables": (*_OF_ORBITS, "observables"),
     "map_observables": (*_OF_ORBITS, *_OF_MAPS, "map_observables"),
 }
+_STEPS |= {f"apart_{name}": (*_STEPS[name], "apart") for name in ("maps", "diagrams", "map_observables")}
 STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
 """The steps of a first start, in their order: computations without observables, those with maps for three masses."""
 

@@ -26,6 +26,18 @@ BORDERS = {
     "clearance": {"start": 1.4, "stop": 1.7, "points": 6},
     "borders": True,
 }
+# no two of its points share tables, and some are chaotic
+APART = {
+    "horizontal": {"vary": "omega", "values": {"start": 0.295, "stop": 0.305, "points": 4}},
+    "vertical": {"vary": "damping", "values": {"start": 0.6, "stop": 0.9, "points": 4}},
+    "clearance": 1.5,
+}
+MORE = {
+    "unfolding-diagrams with borders": BORDERS,
+    "unfolding-maps apart": APART,
+    "unfolding-maps apart, observed": APART | {"observables": ["rms_displacement"]},
+    "unfolding-diagrams apart": APART,
+}
 
 
 def compute(process: str, request: Any) -> None:
@@ -52,7 +64,7 @@ def forked(run: Callable[[], None]) -> None:
 
 def main() -> None:
     requests = defaultdict(list)
-    for name, body in [*REQUESTS.items(), ("unfolding-diagrams with borders", BORDERS)]:
+    for name, body in [*REQUESTS.items(), *MORE.items()]:
         process = name.partition(" ")[0]
         request = parse_request(process, body)
         requests[kernels_of(process, request)].append((name, process, request))

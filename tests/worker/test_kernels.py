@@ -14,12 +14,14 @@ import numba
 import pytest
 from watching import until
 
+from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import progress
 from grazemap_worker.planning import compiling_seconds, kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
 from grazemap_worker.supervision.kernels import Kernels
 from tests.sdk.sdk_documents import REQUESTS
+from tests.worker.kernels_used import APART, MORE
 
 ROOT = Path(__file__).parents[2]
 USED = "tests.worker.kernels_used"
@@ -192,13 +194,31 @@ def running(pid: int) -> bool:
 
 
 def test_every_process_names_a_step() -> None:
-    from grazemap.wire import parse_request
-
     for name, body in REQUESTS.items():
         process = name.partition(" ")[0]
         step = kernels_of(process, parse_request(process, body))
         assert step in warmup.STEPS
         assert compiling_seconds(step) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("process", "more", "expected"),
+    [
+        ("unfolding-maps", {}, "apart_maps-3"),
+        ("unfolding-diagrams", {}, "apart_diagrams-3"),
+        ("unfolding-maps", {"observables": ["rms_displacement"]}, "apart_map_observables-3"),
+        ("unfolding-maps", {"policy": "ensemble"}, "maps-3"),
+        ("unfolding-maps", {"policy": "sweep-up"}, "maps-3"),
+    ],
+)
+def test_points_that_share_no_tables_need_a_step_of_their_own(
+    process: str, more: dict[str, object], expected: str
+) -> None:
+    step = kernels_of(process, parse_request(process, APART | more))
+    assert step == expected
+    assert warmup.is_step(step)
+    assert ("apart-3" in warmup.components_of(step)) is expected.startswith("apart")
+    assert compiling_seconds(step) >= compiling_seconds(step.removeprefix("apart_"))
 
 
 @pytest.mark.timeout(600)  # the kernels may have to be compiled
@@ -208,5 +228,5 @@ def test_a_step_has_all_that_its_processes_need() -> None:
     run = subprocess.run([sys.executable, "-m", USED], capture_output=True, text=True, check=False, cwd=ROOT)
     assert run.returncode == 0, run.stderr
     lines = [json.loads(line) for line in run.stdout.splitlines()]
-    assert len(lines) == len(REQUESTS) + 1, time.monotonic() - began
+    assert len(lines) == len(REQUESTS) + len(MORE), time.monotonic() - began
     assert [line for line in lines if line[2]] == []

@@ -440,11 +440,12 @@ def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
     restitution, forcing = (
         np.concatenate([getattr(one.conditions, name) for one in structures]) for name in ("restitution", "forcing")
     )
-    cells, amplitude = np.array([(one.problem.cells, one.problem.steady_bound) for one in models]).T
+    cells = np.array([one.problem.cells for one in models])
+    amplitude = np.array([one.problem.steady_bound for one in models])
     first = structures[0].settler
     codes = np.empty((len(models), 1, lane_state.CODES), dtype=np.int64)
     figures = np.empty((len(models), 1, lane_state.FIGURES))
-    for number in np.unique(cells).astype(np.int64).tolist():
+    for number in np.unique(cells).tolist():
         which = np.flatnonzero(cells == number)
         stops = stops_table(first.oscillator, gaps[which], restitution[which], number, amplitude[which])
         own = OwnModels([models[i] for i in which.tolist()])

@@ -23,10 +23,11 @@ PLANNING: Mapping[str, Planning] = {
 
 def kernels_of(process: str, request: ProcessRequest) -> str:
     """Return the name of the kernels that a request needs: those of maps depend on the number of masses."""
-    planning, size = PLANNING[process], request.oscillator.size
+    planning, size, kernels = PLANNING[process], request.oscillator.size, PLANNING[process].kernels
     if isinstance(request, ObservedRequest) and request.observed:
-        return f"map_observables-{size}" if planning.of_masses else "observables"
-    kernels = planning.kernels if isinstance(planning.kernels, str) else planning.kernels(request)
+        kernels = "map_observables" if planning.of_masses else "observables"
+    if planning.apart(request):
+        kernels = f"apart_{kernels}"
     return f"{kernels}-{size}" if planning.of_masses else kernels
 
 

@@ -11,12 +11,14 @@ from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
 _COMPILING_SECONDS = {"curves": 5.0, "trajectories": 9.0, "orbits": 8.0, "maps": 40.0, "diagrams": 45.0}
-_COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0, "apart_maps": 60.0}
+_COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0}
+_APART_SECONDS = 20.0
 
 
 def compiling_seconds(kernels: str) -> float:
     """Return the time in which one core of a server compiles kernels, roughly."""
-    return _COMPILING_SECONDS[kernels.partition("-")[0]]
+    name, apart = kernels.partition("-")[0], kernels.startswith("apart_")
+    return _COMPILING_SECONDS[name.removeprefix("apart_")] + (_APART_SECONDS if apart else 0.0)
 
 
 class Limits(NamedTuple):
@@ -59,8 +61,10 @@ class Planning:
         The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
         it is checked before the plan is made, whose numbers could overflow.
     after : callable (request) -> list of Step
-    kernels : str, or callable (request) -> str
+    kernels : str
         The step of `grazemap_core.warmup` that compiles its kernels, without a number of masses.
+    apart : callable (request) -> bool
+        Whether it has trajectories from rest that share no tables, for which more is compiled.
     of_masses : bool
         Whether they are compiled for each number of masses.
     """
@@ -69,7 +73,8 @@ class Planning:
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
     longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
-    kernels: str | Callable[[Any], str] = "curves"
+    kernels: str = "curves"
+    apart: Callable[[Any], bool] = lambda request: False
     of_masses: bool = False
 
 

@@ -65,5 +65,6 @@ PLANNING = Planning(
     lambda request: longest_period(request.plane),
     _after,
     kernels="diagrams",
+    apart=lambda request: unfolding_maps.apart(request.unfolding_map),
     of_masses=True,
 )

@@ -105,9 +105,9 @@ def _share_none(plane: Plane) -> bool:
     return all(axis.vary == "omega" or is_structural(axis.vary) for axis in (plane.horizontal, plane.vertical))
 
 
-def _kernels(request: UnfoldingMapsRequest) -> str:
-    """Return the step that compiles the kernels; points that share no tables run side by side from rest."""
-    return "apart_maps" if request.policy == "rest" and _share_none(request.plane) else "maps"
+def apart(request: UnfoldingMapsRequest) -> bool:
+    """Return whether trajectories from rest share no tables, and so run each with its own."""
+    return request.policy == "rest" and _share_none(request.plane)
 
 
 def grid_count(horizontal: Axis, vertical: Axis, names: tuple[str, str], limit: int) -> Count:
@@ -121,4 +121,6 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
     return [grid_count(request.plane.horizontal, request.plane.vertical, names, most)]
 
 
-PLANNING = Planning(plan, _counts, lambda request: longest_period(request.plane), kernels=_kernels, of_masses=True)
+PLANNING = Planning(
+    plan, _counts, lambda request: longest_period(request.plane), kernels="maps", apart=apart, of_masses=True
+)

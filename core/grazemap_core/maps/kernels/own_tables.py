@@ -40,7 +40,7 @@ class LaneModels(NamedTuple):
 
 
 class OwnTables(NamedTuple):
-    """Tables of lanes that have their own: so many, OF_GROUP to OF_CHANGES, or none where they are shared."""
+    """Tables of lanes that have their own: OF_GROUP to OF_CHANGES, or none where they are shared; and their number."""
 
     number: int
     tables: tuple[LaneTables, ...]

@@ -17,7 +17,7 @@ and `table_of` looks up the tables of all lanes.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -27,8 +27,6 @@ from numba.extending import lower_builtin, type_callable
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.by_reference import Reference
 from grazemap_core.numerics.jit.compiled import kernel
-
-Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
 def of_lanes(table: Floats, place: int, pitch: int) -> float:
