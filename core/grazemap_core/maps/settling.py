@@ -249,20 +249,22 @@ class Settler:
         classify_lane.compile(self._example()[0])
 
     def compile_lockstep(self, apart: bool = False) -> None:
-        """Compile, or load, the kernel that carries lanes, with all that goes before it; nothing is run.
+        """Compile, or load, the kernel that carries lanes, with all that goes before it; no trajectory is run.
 
         It is that for this number of masses: of lanes that share their tables, or of lanes `apart`.
         """
-        column, cells = self._example()
-        own = self._own_tables(cells) if apart else SHARED_TABLES
+        column, model = self._example()
+        own = self._own_tables(model.problem.cells) if apart else SHARED_TABLES
+        if apart:
+            OwnModels([model])
         compile_for(settle_column, self._masses, column, own, classify_lane.address(column))
 
-    def _example(self) -> tuple[Column, int]:
-        """Return what the kernels take, and the number of cells."""
+    def _example(self) -> tuple[Column, LaneModel]:
+        """Return what the kernels take, and the model of its trajectories."""
         given = Conditions.of(self._models.oscillator, np.ones(1))
         begun = self._begun(1.0, self.steady(np.ones(1))[0], given, None, 0.0)
         directions = np.zeros((1, len(self._masses), 2))
-        return self._column(shared_model(begun.model), begun, directions, inherits=False), begun.model.problem.cells
+        return self._column(shared_model(begun.model), begun, directions, inherits=False), begun.model
 
     def _begun(self, omega: float, steady: Complexes, given: Conditions, states: Floats | None, phase: float) -> _Begun:
         """Return trajectories as those of `run` where they begin."""
