@@ -6,15 +6,15 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from flint import arb, arb_mat, ctx
+from flint import arb, arb_mat
 
 from grazemap.checker.arithmetic import Refused, column, exact, identity
-from grazemap.checker.orbits import BoundaryProblem
-from grazemap.checker.system import System
+from grazemap.checker.orbits import BoundaryProblem, label
+from grazemap.checker.system import Inputs, System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
-from grazemap_core.proofs.orbits import halved, orbit_theorem
+from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals, exact_inputs, inputs
+from grazemap_core.proofs.orbits import as_admitted, orbit_theorem
 from grazemap_core.proofs.simulation import Impact, Simulation
 
 MAX_PERIOD = 32
@@ -22,7 +22,7 @@ MAX_PERIOD = 32
 REPEATED = 1e-3
 """Relative difference up to which impacts count as repeated."""
 FIRST_PERIODS = 16
-"""Forcing periods after which an orbit is first looked for; then after 1.5 times as many, again and again."""
+"""Periods of the forces after which an orbit is first looked for; then after 1.5 times as many, again and again."""
 SIZES = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
 BITS_PER_IMPACT = 2
@@ -35,42 +35,52 @@ SQUARINGS = 60
 """Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
 
 
-def prove_attraction(search: Search, statement: Document) -> Document:
-    """Return the theorem on the orbit that attracts the trajectory from the given state."""
-    given = inputs(search, statement["omega"], statement["clearance"])
-    with ctx.workprec(search.bits):
-        system = System(search.data, given)
-        period = 2.0 * math.pi / float(system.omega)
-        time = exact(statement["phase"]) / system.omega
-        start = system.from_equilibrium(statement["displacement"], statement["velocity"])
-        state = system.with_phase(start, time)
-        begin = float(time)
-    run = Simulation(search, system, state.mid(), time.mid(), search.bits)
-    periods = FIRST_PERIODS
+def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
+    """Yield the theorem on the orbit that attracts the trajectory from the given state.
+
+    It proves the statement, or, if that has another label, disproves it.
+    """
+    names = ("displacement", "velocity", "phase", "label")
+    statement = inputs(search, request) | {name: request[name] for name in names if name in request}
+    given = exact_inputs(statement)
+    system = System(search.machine, given)
+    start = system.from_equilibrium(request["displacement"], request["velocity"])
+    time = exact(request["phase"]) / system.omega
+    run = Simulation(system, system.with_phase(start, time).mid(), time.mid(), search.bits)
+    begin, turn, periods = float(time), float(system.turn), FIRST_PERIODS
     while True:
-        run.run(begin + periods * period)
-        for impacts in repeated(run.impacts, period, float(system.omega)):
-            found = _arrival(search, statement, run, impacts)
-            if found is not None:
-                return found | {name: statement[name] for name in ("displacement", "velocity", "phase")}
+        run.run(begin + periods * turn)
+        for impacts in repeated(run.impacts, turn, float(system.omega)):
+            theorem = _arrival(search, given, run, impacts)
+            if theorem is not None:
+                name = label(theorem["period"], _stops(theorem))
+                verdict = "proven" if request.get("label", name) == name else "disproven"
+                yield Attempt(statement, verdict, theorem, search.bits + BITS_PER_IMPACT * len(run.impacts))
+                return
         periods += periods // 2
 
 
-def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[ImpactSequence]:
-    """Yield the impacts of the last n forcing periods if they are those of the n periods before."""
+def _stops(theorem: Document) -> list[int]:
+    """Return the stops of a period."""
+    stops: list[int] = theorem["stops"]
+    return [*stops, *(-stop for stop in stops)] if theorem["symmetric"] else stops
+
+
+def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[ImpactSequence]:
+    """Yield the impacts of the last n periods of the forces if they are those of the n periods before."""
     times = np.array([float(impact.time) for impact in impacts])
     speeds = np.array([float(impact.velocity) for impact in impacts])
     stops = np.array([impact.stop for impact in impacts], dtype=np.int64)
     for n in range(1, MAX_PERIOD + 1):
-        count = int(np.sum(times > times[-1] - (n - 0.5 * REPEATED) * period)) if len(times) else 0
+        count = int(np.sum(times > times[-1] - (n - 0.5 * REPEATED) * turn)) if len(times) else 0
         if count == 0 or len(times) < 2 * count:
             continue
         same = np.array_equal(stops[-count:], stops[-2 * count : -count])
-        late = times[-count:] - times[-2 * count : -count] - n * period
+        late = times[-count:] - times[-2 * count : -count] - n * turn
         change = speeds[-count:] - speeds[-2 * count : -count]
         if (
             same
-            and np.all(np.abs(late) < REPEATED * period)
+            and np.all(np.abs(late) < REPEATED * turn)
             and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
         ):
             sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
@@ -78,31 +88,29 @@ def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[Imp
             return
 
 
-def _arrival(search: Search, statement: Document, run: Simulation, impacts: ImpactSequence) -> Document | None:
+def _arrival(search: Search, given: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
     """Return the theorem if the trajectory has entered a ball that contracts, else None."""
     try:
         if impacts.mirrors(2.0 * REPEATED):
-            impacts = halved(search, statement["clearance"], impacts)
-        theorem = orbit_theorem(search, statement["omega"], statement["clearance"], impacts)
-        with ctx.workprec(search.bits):
-            problem = BoundaryProblem(search.data, theorem)
-            size, norm = _ball(search, problem)
-            section, turn = exact(theorem["section"]), problem.turn(run.system)
-            last = turns = math.floor(float((run.time - section) / turn))
-            while last > 0 and _inside(problem, run.state_at(section + turn * last), last, norm, exact(size)):
-                search.go_on()
-                last -= 1
+            impacts = as_admitted(search, given, impacts.half())
+        theorem = orbit_theorem(search, given, float(run.system.omega), impacts)
+        problem = BoundaryProblem(search.machine, given, theorem)
+        size, norm = _ball(problem)
     except (Refused, Undecided):
         return None
+    section, turn = exact(theorem["section"]), run.system.turn * problem.turns
+    last = turns = math.floor(float((run.time - section) / turn))
+    while last > 0 and _inside(problem, run.state_at(section + turn * last), last, norm, exact(size)):
+        last -= 1
     if last == turns:
         return None
     transient = [impact for impact in run.impacts if impact.time < section + turn * (last + 1)]
     times = decimals([impact.time for impact in transient], TIME_DIGITS)
-    found = {"stops": [impact.stop for impact in transient], "times": times, "turns": last + 1}
-    return theorem | {"size": size, "norm": [decimals(row, NORM_DIGITS) for row in norm.tolist()], "transient": found}
+    arrival = {"stops": [impact.stop for impact in transient], "times": times, "turns": last + 1}
+    return theorem | {"size": size, "norm": [decimals(row, NORM_DIGITS) for row in norm.tolist()], "transient": arrival}
 
 
-def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
+def _ball(problem: BoundaryProblem) -> tuple[str, arb_mat]:
     """Return the size of the largest ball tried that contracts, and its norm."""
     run = problem.run(problem.centre, checked=False)
     power = run.derivative.mid()
@@ -112,7 +120,6 @@ def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
     gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
     clearance = math.floor(math.log10(max(gaps)))
     for exponent in SIZES:
-        search.go_on()
         size = f"1e{clearance - exponent}"
         try:
             if contracts(problem, problem.centre, norm, exact(size)):

@@ -1,28 +1,23 @@
-"""Certificates: exact inputs as decimals, and what a statement and its theorem share."""
+"""Certificates: the exact inputs of oscillators and statements as decimals."""
 
 from __future__ import annotations
 
-import signal
-import threading
-import time
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
 
-from grazemap.checker import FORMATS
+from grazemap.checker.reading import INPUTS, VARIED, fields
+from grazemap.checker.system import Inputs, Machine
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
 
 Document = dict[str, Any]
-BETWEEN_TESTS = 0.1
-"""Seconds of computing between two tests of the time limit."""
 
 
 class Undecided(Exception):
@@ -31,36 +26,25 @@ class Undecided(Exception):
 
 @dataclass(frozen=True)
 class Search:
-    """Inputs of a search: the oscillator, exactly, the digits of the enclosures, and the time at which it ends."""
+    """Inputs of a search: the oscillator, exactly too, and the digits of the enclosures."""
 
     oscillator: Oscillator
-    data: Document
+    machine: Machine
     digits: int
-    end: float
 
     @property
     def bits(self) -> int:
         """Precision of the arithmetic: that of the enclosures, and what Newton's method and impacts lose."""
         return int(3.33 * self.digits) + 128
 
-    def go_on(self, *_: object) -> None:
-        """Raise Undecided when the time is up."""
-        if time.monotonic() > self.end:
-            raise Undecided("the time limit is reached")
 
-    @contextmanager
-    def limited(self) -> Iterator[None]:
-        """Test the time within long steps too, by a signal; outside the main thread, only between steps."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        before = signal.signal(signal.SIGVTALRM, self.go_on)  # the queue uses SIGALRM
-        signal.setitimer(signal.ITIMER_VIRTUAL, BETWEEN_TESTS, BETWEEN_TESTS)
-        try:
-            yield
-        finally:
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-            signal.signal(signal.SIGVTALRM, before)
+class Attempt(NamedTuple):
+    """A statement, the verdict on it, and the theorem that is to show the verdict, with the precision that it needs."""
+
+    statement: Document
+    verdict: str
+    theorem: Document
+    bits: int = 0
 
 
 def text(number: float | str) -> str:
@@ -79,21 +63,14 @@ def exact_oscillator(oscillator: Oscillator) -> Document:
     They are those of the given numbers of a chain, and else of the matrices and amplitudes in double precision.
     """
     mass, damping, stiffness = _matrices(oscillator)
-    found = {
+    exact = {
         "mass": mass,
         "damping": damping,
         "stiffness": stiffness,
         "contact": _texts(oscillator.contact),
         "forcing": _forcing(oscillator),
     }
-    return found | ({"bias": _texts(oscillator.bias)} if np.any(oscillator.bias) else {})
-
-
-def certificate_format(certificate: Document) -> str:
-    """Return the format of a certificate: the first one where it has all that the certificate says."""
-    data, statement = certificate["oscillator"], certificate["statement"]
-    plain = isinstance(data["forcing"], dict) and isinstance(statement.get("clearance", ""), str)
-    return FORMATS[0] if plain and "bias" not in data and "stop" not in statement else FORMATS[1]
+    return exact | ({"bias": _texts(oscillator.bias)} if np.any(oscillator.bias) else {})
 
 
 def _matrices(oscillator: Oscillator) -> list[list[list[str]]]:
@@ -113,23 +90,21 @@ def _matrices(oscillator: Oscillator) -> list[list[list[str]]]:
     return [diagonal, _chain_matrix(links), _chain_matrix(stiffness)]
 
 
-def _forcing(oscillator: Oscillator) -> Any:
-    """Return the amplitudes of sine and cosine, or harmonics with such amplitudes by powers of k omega."""
-    found = []
-    for one in oscillator.forces:
+def _forcing(oscillator: Oscillator) -> list[Document]:
+    """Return the harmonics of the forces, with amplitudes of sine and cosine by powers of k omega."""
+    harmonics = []
+    for part in oscillator.forces:
         # constant + i s rate + s^2 quadratic, of which the imaginary part belongs to the cosine
         pairs = [
-            (one.constant.real, one.constant.imag),
-            (-one.rate.imag, one.rate.real),
-            (one.quadratic.real, one.quadratic.imag),
+            (part.constant.real, part.constant.imag),
+            (-part.rate.imag, part.rate.real),
+            (part.quadratic.real, part.quadratic.imag),
         ]
         while len(pairs) > 1 and not np.any(pairs[-1]):
             pairs.pop()
-        found.append((one.order, [[_texts(row) for row in pair] for pair in pairs]))
-    if len(found) == 1 and found[0][0] == 1 and len(found[0][1]) == 1:
-        ((sine, cosine),) = found[0][1]
-        return {"sine": sine, "cosine": cosine}
-    return [{"harmonic": order, "powers": powers} for order, powers in found]
+        powers = [[_texts(row) for row in pair] for pair in pairs]
+        harmonics.append({"harmonic": part.order, "powers": powers})
+    return harmonics
 
 
 def _texts(values: Floats) -> list[str]:
@@ -152,16 +127,28 @@ def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in rows]
 
 
-def inputs(search: Search, omega: str, clearance: Any) -> Document:
-    """Return frequency, gaps and restitutions of a theorem; the clearance is that of both stops, or of each."""
-    gaps = [clearance["right"], clearance["left"]] if isinstance(clearance, dict) else [clearance] * 2
-    restitutions = [text(search.oscillator.restitution_of(stop)) for stop in (1, -1)]
-    return {"omega": omega, "gaps": gaps, "restitutions": restitutions}
+def inputs(search: Search, request: Document) -> Document:
+    """Return frequency, clearances and restitutions of a statement; "varied" for the parameter of a bifurcation."""
+    clearance, parameter = request["clearance"], request.get("parameter", "")
+    sides = {"right": 1, "left": -1}
+    both = clearance if isinstance(clearance, dict) else dict.fromkeys(sides, clearance)
+    pairs = {
+        "clearance": {side: both[side] for side in sides},
+        "restitution": {side: text(search.oscillator.restitution_of(stop)) for side, stop in sides.items()},
+    }
+    for name, pair in pairs.items():
+        pairs[name] = {side: VARIED if parameter in (name, f"{name}_{side}") else x for side, x in pair.items()}
+    return {"omega": VARIED if parameter == "omega" else request["omega"], **pairs}
 
 
 def core_clearance(clearance: Any) -> Clearance:
-    """Return the clearance of a statement as orbits take it."""
+    """Return the clearance of a request as orbits take it."""
     if not isinstance(clearance, dict):
         return float(clearance)
-    right, left = (None if one is None else float(one) for one in (clearance["right"], clearance["left"]))
+    right, left = (None if gap is None else float(gap) for gap in (clearance["right"], clearance["left"]))
     return right, left
+
+
+def exact_inputs(statement: Document) -> Inputs:
+    """Return frequency, clearances and restitutions of a statement as numbers."""
+    return Inputs.of(fields(INPUTS)({name: statement[name] for name in INPUTS}, "the statement"))

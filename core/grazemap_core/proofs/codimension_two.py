@@ -2,38 +2,44 @@
 
 from __future__ import annotations
 
-from flint import arb, ctx
+from collections.abc import Iterator
+
+from flint import arb
 
 from grazemap.checker.arithmetic import exact
 from grazemap.checker.theorems import impulse
-from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
+from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals
 from grazemap_core.proofs.refinement import refine
 
 SAMPLES = 64
 """Parts of the range of frequencies in which a change of sign is looked for."""
 
 
-def prove_codimension_two(search: Search, statement: Document) -> Document:
-    """Return the theorem on the first zero that is found in the range of frequencies."""
-    theorem = inputs(search, "1", "1") | {
-        name: statement[name] for name in ("type", "order", "range", "stop") if name in statement
-    }
+def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt]:
+    """Yield the theorem on the first zero that is found in the range of frequencies.
+
+    Where the maxima of the steady motion are not told apart, the second statement is on the zero alone.
+    """
+    statement = {name: request[name] for name in ("type", "order", "range", "stop") if name in request}
 
     def function(unknowns: list[arb]) -> list[arb]:
-        return [impulse(search.data, theorem, unknowns[0], statement["order"])]
+        return [impulse(search.machine, request["type"], unknowns[0], request["order"])]
 
-    with ctx.workprec(search.bits):
-        low, high = (exact(bound) for bound in statement["range"])
-        places = [low + (high - low) * k / SAMPLES for k in range(SAMPLES + 1)]
-        values = [function([place])[0] for place in places]
-        changes = [k for k in range(SAMPLES) if values[k] * values[k + 1] < 0]
-        if not changes:
-            raise Undecided(f"no change of sign was found at {SAMPLES + 1} frequencies of the range")
-        near, share = changes[0], values[changes[0]] / (values[changes[0]] - values[changes[0] + 1])
-        theorem["value"] = decimals([places[near] + share * (high - low) / SAMPLES], 20)[0]
-        return refine(
-            search,
-            theorem,
-            lambda now: ([exact(now["value"])], function),
-            lambda now, unknowns: now | {"value": decimals(unknowns, search.digits + 6)[0]},
-        )
+    low, high = (exact(bound) for bound in request["range"])
+    places = [low + (high - low) * k / SAMPLES for k in range(SAMPLES + 1)]
+    values = [function([place])[0] for place in places]
+    changes = [k for k in range(SAMPLES) if values[k] * values[k + 1] < 0]
+    if not changes:
+        raise Undecided(f"no change of sign was found at {SAMPLES + 1} frequencies of the range")
+    near, share = changes[0], values[changes[0]] / (values[changes[0]] - values[changes[0] + 1])
+    start = decimals([places[near] + share * (high - low) / SAMPLES], 20)[0]
+    theorem = refine(
+        search,
+        {"value": start},
+        lambda now: ([exact(now["value"])], function),
+        lambda now, unknowns: now | {"value": decimals(unknowns, search.digits + 6)[0]},
+    )
+    yield Attempt(statement, "proven", theorem)
+    if "stop" in statement:
+        del statement["stop"]
+        yield Attempt(statement, "proven", theorem)

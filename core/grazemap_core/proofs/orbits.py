@@ -2,111 +2,169 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 
-from grazemap.checker.arithmetic import column, identity
+from grazemap.checker.arithmetic import Refused, ball, exact
 from grazemap.checker.orbits import BoundaryProblem
-from grazemap.checker.system import System, alike
-from grazemap.checker.theorems import multipliers
+from grazemap.checker.system import Inputs, System
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.search import sequence_of_stops
-from grazemap_core.proofs.certificates import Document, Search, Undecided, core_clearance, decimals, inputs
+from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
+from grazemap_core.proofs.certificates import (
+    Attempt,
+    Document,
+    Search,
+    Undecided,
+    core_clearance,
+    decimals,
+    exact_inputs,
+    inputs,
+)
 from grazemap_core.proofs.refinement import Equations, refine
 
+WIDER = 4
+"""Size of the box in which an orbit is shown to be the only one, over that of the states that a statement admits."""
 
-def starting_sequence(
-    search: Search, omega: str, clearance: Any, period: int, stops: Sequence[int], guess: Document
-) -> ImpactSequence:
+
+def starting_sequence(search: Search, request: Document) -> ImpactSequence:
     """Return the impacts from which the search starts: those given, or those of an orbit that is found."""
-    place = float(omega), core_clearance(clearance)
-    if guess.get("phases") is not None:
-        given = ImpactSequence.create(period, stops, guess["phases"], guess["velocities"])
-    else:
-        found = sequence_of_stops(search.oscillator, *place, period, stops)
-        if found is None:
-            raise Undecided("no orbit of these stops was found; give its phases and velocities")
-        given = found
-    orbit = periodic_orbit(search.oscillator, *place, given)
+    period, stops = request["period"], request["stops"]
+    if "phases" in request:
+        guess, *speeds = ([float(x) for x in request[name]] for name in ("phases", "velocities"))
+        return _converged(search, request, ImpactSequence.create(period, stops, guess, speeds[0]))
+    sequence = sequence_of_stops(search.oscillator, *_place(request), period, stops)
+    if sequence is None:
+        raise Undecided("no orbit of these stops was found; give its phases and velocities")
+    return _converged(search, request, sequence)
+
+
+def _place(request: Document) -> tuple[float, Any]:
+    return float(request["omega"]), core_clearance(request["clearance"])
+
+
+def _converged(search: Search, request: Document, guess: ImpactSequence) -> ImpactSequence:
+    """Return the impacts of the orbit near a guess, half of them where the orbit is symmetric."""
+    orbit = periodic_orbit(search.oscillator, *_place(request), guess)
     if not orbit.converged:
         raise Undecided(f"no orbit was found near the given impacts: {orbit.reason}")
-    return halved(search, clearance, orbit.impacts) if orbit.symmetric else orbit.impacts
+    return orbit.impacts.half() if orbit.symmetric else orbit.impacts
 
 
-def halved(search: Search, clearance: Any, impacts: ImpactSequence) -> ImpactSequence:
-    """Return half of the impacts of a symmetric orbit, where the checker takes it as one, else all of them."""
-    return impacts.half() if are_symmetric(search, clearance) else impacts.whole
-
-
-def are_symmetric(search: Search, clearance: Any) -> bool:
-    """Return whether the stops and the forces are symmetric to the checker, which admits no bias."""
-    given = inputs(search, "1", clearance)
-    return alike(search.data) and all(one == other for one, other in (given["gaps"], given["restitutions"]))
+def as_admitted(search: Search, given: Inputs, impacts: ImpactSequence) -> ImpactSequence:
+    """Return the impacts of a symmetric orbit as half of them, if the oscillator is exactly symmetric, else all."""
+    try:
+        given.require_symmetric(search.machine)
+    except Refused:
+        return impacts.whole
+    return impacts
 
 
 def sequence_theorem(
-    search: Search, given: Document, omega: float, impacts: ImpactSequence, graze: int | None = None
+    search: Search,
+    given: Inputs,
+    omega: float,
+    impacts: ImpactSequence,
+    *,
+    value: str | None = None,
+    graze: int | None = None,
+    first: int | None = None,
 ) -> Document:
-    """Return the inputs given, the impacts and the state on a section, to double precision.
+    """Return the impacts and the state on a section, to double precision.
 
-    The section is in the middle of the longest flight, or at a graze, which is one of the impacts.
+    The section is before the impact `first`, at a graze, which is one of the impacts, or else in the middle of the
+    longest flight. `value` is that of the parameter of a bifurcation.
     """
-    sign, turn = (-1, np.pi / omega) if impacts.symmetric else (1, 2.0 * np.pi / omega)
-    turn *= impacts.period
+    sign, turns = (-1, 0.5 * impacts.period) if impacts.symmetric else (1, float(impacts.period))
+    turn = 2.0 * np.pi * turns / (omega * search.machine.divisor)
     stops, times, speeds = impacts.stops, impacts.phases / omega, impacts.velocities
-    first = int(np.argmax(np.diff(times, prepend=times[-1] - turn))) if graze is None else graze
+    if graze is not None:
+        first = graze
+    elif first is None:
+        first = int(np.argmax(np.diff(times, prepend=times[-1] - turn)))
     stops, speeds = (np.concatenate([x[first:], sign * x[:first]]) for x in (stops, speeds))
     times = np.concatenate([times[first:], times[:first] + turn])
-    theorem = given | {"period": impacts.period, "symmetric": impacts.symmetric}
-    theorem["section"] = repr(float(0.5 * (times[-1] - turn + times[0]) if graze is None else times[0]))
+    section = times[0] if graze is not None else 0.5 * (times[-1] - turn + times[0])
+    theorem = {
+        "period": impacts.period,
+        "symmetric": impacts.symmetric,
+        "section": repr(float(section)),
+        "scale": str(search.machine.scale),
+    }
     if graze is not None:
         theorem["graze"], stops, times, speeds = int(stops[0]), stops[1:], times[1:], speeds[1:]
     theorem |= {"stops": stops.tolist(), "times": [repr(t) for t in times.tolist()]}
-    system = System(
-        search.data, theorem, theorem.get("parameter"), arb(theorem["value"]) if "value" in theorem else None
-    )
-    now, state = arb(theorem["section"]), system.with_phase([0] * system.size, arb(theorem["section"]))
-    for stop, time, speed in zip(stops.tolist(), times.tolist(), speeds.tolist(), strict=True):
-        state, now = system.flow(time - now) * state - system.kick * (system.rebound[stop] * speed), arb(time)
-    state = system.flow(arb(theorem["section"]) + turn - now) * state
-    around = identity(system.size) - system.free(system.flow(turn)) * sign
-    fixed = around.solve(column(state.entries()[: system.size]) * sign)
-    return theorem | {"state": decimals(fixed.entries(), 20)}
+    system = System(search.machine, given, None if value is None else exact(value))
+    contacts = [
+        (stop, arb(time), arb(speed))
+        for stop, time, speed in zip(stops.tolist(), times.tolist(), speeds.tolist(), strict=True)
+    ]
+    state = system.periodic_state(arb(theorem["section"]), arb(turns), sign, contacts)
+    return theorem | {"state": decimals(state.entries(), 20)} | ({} if value is None else {"value": value})
 
 
-def refined(search: Search, theorem: Document) -> Document:
+def refined(search: Search, given: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
     """Return a theorem with the state, the impacts' times and the other unknowns in many digits."""
 
     def equations(now: Document) -> Equations:
-        problem = BoundaryProblem(search.data, now)
+        problem = BoundaryProblem(search.machine, given, now, bifurcation)
         return problem.centre, problem.residual
 
     def renewed(now: Document, unknowns: list[arb]) -> Document:
-        problem, numbers = BoundaryProblem(search.data, now), decimals(unknowns, search.digits + 6)
+        problem = BoundaryProblem(search.machine, given, now, bifurcation)
+        numbers = decimals(unknowns, search.digits + 6)
         size, others = len(problem.state), len(problem.state) + len(problem.names)
         times = problem.run(unknowns, checked=False).times
-        found = {"state": numbers[:size], "times": decimals(times, search.digits + 6), "direction": numbers[others:]}
-        return now | dict(zip(problem.names, numbers[size:], strict=False)) | found
+        new = {"state": numbers[:size], "times": decimals(times, search.digits + 6)}
+        if problem.direction:
+            new["direction"] = numbers[others:]
+        return now | dict(zip(problem.names, numbers[size:], strict=False)) | new
 
     return refine(search, theorem, equations, renewed)
 
 
-def orbit_theorem(search: Search, omega: str, clearance: Any, impacts: ImpactSequence) -> Document:
-    """Return the inputs, the centre and the radius of the box of an orbit."""
-    with ctx.workprec(search.bits):
-        return refined(search, sequence_theorem(search, inputs(search, omega, clearance), float(omega), impacts))
+def orbit_theorem(
+    search: Search, given: Inputs, omega: float, impacts: ImpactSequence, first: int | None = None
+) -> Document:
+    """Return the centre and the radius of the box of an orbit."""
+    return refined(search, given, sequence_theorem(search, given, omega, impacts, first=first))
 
 
-def prove_orbit(search: Search, statement: Document) -> Document:
-    """Return the theorem on the orbit near the given impacts."""
-    omega, clearance = statement["omega"], statement["clearance"]
-    impacts = starting_sequence(search, omega, clearance, statement["period"], statement["stops"], statement)
-    theorem = orbit_theorem(search, omega, clearance, impacts)
-    with ctx.workprec(search.bits):
-        problem = BoundaryProblem(search.data, theorem)
-        found = multipliers(problem.run(problem.centre, checked=False), problem.sign)
-    return theorem | {"unstable": sum(abs(m) > 1 for m in found)}
+def prove_orbit(search: Search, request: Document) -> Iterator[Attempt]:
+    """Yield theorems on the orbits near the given impacts, or with the given stops, and then what contradicts it."""
+    names = ("period", "stops", "stable", "phases", "velocities", "radius")
+    statement = inputs(search, request) | {name: request[name] for name in names if name in request}
+    given, (omega, clearance) = exact_inputs(statement), _place(request)
+    impacts = starting_sequence(search, request)
+    yield Attempt(statement, "proven", orbit_theorem(search, given, omega, as_admitted(search, given, impacts)))
+    if "phases" in statement:
+        theorem = _only_orbit(search, given, statement, impacts.whole)
+        yield Attempt(statement, "disproven", theorem)
+        return
+    for other in explicit_sequences(search.oscillator, omega, clearance, request["period"], impacts.whole.stops):
+        try:
+            yield Attempt(statement, "proven", orbit_theorem(search, given, omega, other))
+        except (Undecided, Refused):
+            continue
+
+
+def _only_orbit(search: Search, given: Inputs, statement: Document, impacts: ImpactSequence) -> Document:
+    """Return the theorem on an orbit in a box of states that holds all motions of a statement's box."""
+    omega = float(statement["omega"])
+    turn = 2.0 * np.pi / search.machine.divisor
+    ahead = round((float(statement["phases"][0]) - float(impacts.phases[0])) / turn)
+    impacts = replace(impacts, phases=impacts.phases + turn * ahead)
+    theorem = orbit_theorem(search, given, omega, impacts, first=0)
+    problem = BoundaryProblem(search.machine, given, theorem)
+    system, near = System(search.machine, given), exact(statement["radius"])
+    speeds = [exact(v) for v in statement["velocities"]]
+    fast = near * max(abs(v) for v in speeds)
+    times = [(exact(phase) + ball(near)) / system.omega for phase in statement["phases"]]
+    contacts = list(zip(statement["stops"], times, [v + ball(fast) for v in speeds], strict=True))
+    states = system.periodic_state(exact(theorem["section"]), problem.turns, 1, contacts).entries()
+    reach = max((abs(x - middle).abs_upper() for x, middle in zip(states, problem.state, strict=True)), key=float)
+    return theorem | {"radius": (WIDER * reach).str(2, radius=False)}

@@ -2,88 +2,98 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
-from grazemap.checker import check
+from flint import ctx
+
+from grazemap.checker import FORMAT, check
 from grazemap.checker.arithmetic import Refused
+from grazemap.checker.reading import OSCILLATOR
+from grazemap.checker.system import Machine
 from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.proofs.attraction import BITS_PER_IMPACT, prove_attraction
+from grazemap_core.proofs.attraction import prove_attraction
 from grazemap_core.proofs.bifurcations import prove_bifurcation
-from grazemap_core.proofs.certificates import Document, Search, Undecided, certificate_format, exact_oscillator
+from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, exact_oscillator
 from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
 
-KINDS: dict[str, Callable[[Search, Document], Document]] = {
+KINDS: dict[str, Callable[[Search, Document], Iterator[Attempt]]] = {
     "orbit": prove_orbit,
     "attraction": prove_attraction,
     "bifurcation": prove_bifurcation,
     "codimension-two": prove_codimension_two,
 }
-ATTEMPTS = 3
+DOUBLINGS = 3
 """Numbers of digits tried, each twice the one before."""
 
 
-def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_limit: float = 60.0) -> Document:
-    """Return a certificate of a statement, or of what contradicts it, or why it is undecided.
+class Proof(NamedTuple):
+    """A certificate, why it is undecided ("" if it is not), and what the checker shows besides its statement.
+
+    The certificate's `verdict` is "proven", "disproven" or "undecided"; its `theorem` is what the checker verifies.
+    """
+
+    certificate: Document
+    reason: str
+    enclosures: Document
+
+
+def prove(oscillator: Oscillator, request: Document, digits: int = 30) -> Proof:
+    """Return the certificate of a statement, or of what contradicts it, or why it is undecided.
 
     Parameters
     ----------
     oscillator : Oscillator
         Its numbers stand for their shortest decimals.
-    statement : dict
-        `kind` and the numbers of the statement as in docs/api.md; decimals are strings.
+    request : dict
+        What is to be proven, by `kind`; decimals are strings. orbit: `omega`, `clearance`, `period`, `stops`, `stable`,
+        and `phases`, `velocities` and `radius` of its impacts, or none of these three. attraction: `omega`,
+        `clearance`, `displacement`, `velocity`, `phase` and perhaps `label`. bifurcation: as an orbit, from which the
+        bifurcation of a `type` over a `parameter` in a `range` is looked for. codimension-two: `type`, `order`, `range`
+        and perhaps `stop`.
     digits : int
         Digits of the enclosures; the radius of a box is 10^-digits of its largest number.
-    time_limit : float
-        Seconds after which the search ends.
-
-    Returns
-    -------
-    dict
-        `verdict` is "proven", "disproven" or "undecided", with a `reason`; `theorem` is what the checker verifies.
     """
-    certificate: Document = {
-        "format": "",
-        "statement": statement,
+    *_, last = attempts(oscillator, request, digits)
+    return last
+
+
+def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator[Proof]:
+    """Yield what is known before the search, and then with more and more digits, until the statement is decided."""
+    undecided: Document = {
+        "format": FORMAT,
+        "statement": request,
         "verdict": "undecided",
-        "reason": "",
         "oscillator": exact_oscillator(oscillator),
-        "theorem": None,
-        "enclosures": {},
-        "bits": 0,
-        "digits": digits,
-        "time_limit": time_limit,
     }
-    certificate["format"] = certificate_format(certificate)
-    search = Search(oscillator, certificate["oscillator"], digits, time.monotonic() + time_limit)
-    try:
-        with search.limited():
-            for attempt in range(ATTEMPTS):
-                search = replace(search, digits=digits << attempt)
-                proof = _attempted(search, certificate)
-                if proof["verdict"] != "undecided":
-                    return proof
-        reason = proof["reason"]
-    except (Undecided, Refused) as undecided:
-        reason = str(undecided)
-    except CoreError as error:
-        reason = str(error)
-    return certificate | {"reason": f"{reason} ({search.digits} digits, {time_limit:g} s)"}
+    yield Proof(undecided, "no attempt was completed", {})
+    machine = Machine(OSCILLATOR(undecided["oscillator"], "the oscillator"))
+    for doubling in range(DOUBLINGS):
+        search = Search(oscillator, machine, digits << doubling)
+        try:
+            with ctx.workprec(search.bits):
+                proof = _decided(search, undecided, request)
+        except (Undecided, Refused, CoreError) as reason:
+            yield Proof(undecided, f"{reason} ({search.digits} digits)", {})
+        else:
+            yield proof
+            return
 
 
-def _attempted(search: Search, certificate: Document) -> Document:
-    """Return a certificate with the theorem that is found, and the verdict that the checker accepts."""
-    kind = certificate["statement"]["kind"]
-    theorem = {"kind": kind} | KINDS[kind](search, certificate["statement"])
-    bits = search.bits + BITS_PER_IMPACT * len(theorem.get("transient", {}).get("times", ()))
-    certificate = certificate | {"theorem": theorem, "bits": bits}
-    for verdict in ("proven", "disproven"):
-        answer = check(certificate | {"verdict": verdict})
+def _decided(search: Search, undecided: Document, request: Document) -> Proof:
+    """Return the first proof that the checker accepts; raise Undecided with why it does not accept the first one."""
+    reasons = []
+    for attempt in KINDS[request["kind"]](search, request):
+        certificate = undecided | {
+            "statement": {"kind": request["kind"], **attempt.statement},
+            "verdict": attempt.verdict,
+            "theorem": attempt.theorem,
+            "bits": max(attempt.bits, search.bits),
+        }
+        answer = check(certificate)
         if answer.accepted:
-            return certificate | {"verdict": verdict, "enclosures": answer.enclosures}
-        if "contradicts" not in answer.reason:
-            break
-    return certificate | {"reason": answer.reason}
+            return Proof(certificate, "", answer.enclosures)
+        reasons.append(answer.reason)
+    raise Undecided(reasons[0] if reasons else "nothing was found to begin with")

@@ -31,7 +31,6 @@ def refine(
 ) -> Document:
     """Return a theorem renewed with a solution that is accurate to more digits than the enclosures need."""
     for _ in range(MAX_STEPS):
-        search.go_on()
         start, function = equations(theorem)
         radius = radius_of(search, start)
         values, rows = quotients(function, start, radius)

@@ -15,7 +15,7 @@ from numpy.polynomial.polynomial import polyval
 from grazemap.checker.arithmetic import column
 from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
-from grazemap_core.proofs.certificates import Search, Undecided
+from grazemap_core.proofs.certificates import Undecided
 
 TERMS = 30
 STEP = 2.0
@@ -23,7 +23,7 @@ STEP = 2.0
 SAMPLES = np.linspace(0.0, 1.0, 65)
 POWERS = np.vander(SAMPLES, TERMS, increasing=True)
 SHORTEST_FLIGHT = 1e-6
-"""Time between two impacts, in forcing periods, below which the contact is taken to come to rest by chatter."""
+"""Time between two impacts, in periods of the forces, below which the contact is taken to come to rest by chatter."""
 BISECTIONS = 40
 """Halvings of the interval between two samples, to about the rounding of the series."""
 
@@ -40,9 +40,9 @@ class Impact(NamedTuple):
 class Simulation:
     """A trajectory that is followed from impact to impact, in the middles of balls."""
 
-    def __init__(self, search: Search, system: System, state: arb_mat, time: arb, bits: int):
+    def __init__(self, system: System, state: arb_mat, time: arb, bits: int):
         """Take the state at a time, both exact up to the precision."""
-        self.search, self.system, self.bits = search, system, bits
+        self.system, self.bits = system, bits
         self.impacts: list[Impact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
@@ -53,7 +53,6 @@ class Simulation:
         """Go on until a time."""
         with ctx.workprec(self.bits):
             while float(self.time) < until:
-                self.search.go_on()
                 derivatives = self._derivatives()
                 contact = self._contact(derivatives)
                 if contact is None:
@@ -110,8 +109,7 @@ class Simulation:
         speed = (system.rows * state)[1, 0].mid()
         after, _ = system.strike(state, stop)
         self.time = (self.time + taken).mid()
-        period = 2.0 * np.pi / float(system.omega)
-        if self.impacts and float(self.time - self.impacts[-1].time) < SHORTEST_FLIGHT * period:
+        if self.impacts and self.time - self.impacts[-1].time < SHORTEST_FLIGHT * system.turn:
             raise Undecided("rests")
         self.state, self.left = after.mid(), stop
         self.impacts.append(Impact(stop, self.time, speed, self.state))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq
-
-NUMBER = re.compile(r"-?\d+(\.\d+)?([eE][-+]?\d{1,4}|/\d+)?")
 
 
 class Refused(Exception):
@@ -22,16 +19,15 @@ def require(condition: bool, reason: str) -> None:
         raise Refused(reason)
 
 
-def rational(text: str) -> Fraction:
-    """Return the number that a decimal or a quotient stands for."""
-    if not NUMBER.fullmatch(text):
-        raise ValueError(f"not a decimal or rational number: {text[:40]}")
-    return Fraction(text)
+def exact(number: Fraction | str) -> arb:
+    """Return a ball around a rational number, or the one that a decimal or a quotient stands for."""
+    return arb(fmpq(*Fraction(number).as_integer_ratio()))
 
 
-def exact(text: str) -> arb:
-    """Return a ball around a rational number."""
-    return arb(fmpq(*rational(text).as_integer_ratio()))
+def exponent(number: arb) -> int:
+    """Return the least e for which a finite ball lies below 2^e in modulus; 0 for the ball of 0 alone."""
+    mantissa, power = number.abs_upper().man_exp()
+    return int(mantissa).bit_length() + int(power)
 
 
 def ball(radius: arb) -> arb:

@@ -1,89 +1,169 @@
 """Free motion, impacts and flights between the stops, in ball arithmetic.
 
 A state is Z = (x, x'/W, s sin(k omega t), s cos(k omega t), ...) with x from the equilibrium, the harmonics k of the
-forces, and powers of two W and s that scale the equations. Then Z' = A Z, and the flow is the matrix exponential.
+forces, and factors W and s that scale the equations. Then Z' = A Z, and the flow is the matrix exponential.
 """
 
 from __future__ import annotations
 
 import math
-from functools import cache
-from typing import Any
+from fractions import Fraction
+from functools import cache, cached_property
+from typing import Any, NamedTuple
 
-from flint import acb, acb_mat, arb, arb_mat
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from grazemap.checker.arithmetic import Refused, ball, column, exact, identity, require
+from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, exponent, identity, require
+from grazemap.checker.reading import VARIED
 
-PARAMETERS = ("omega", "clearance_right", "clearance_left", "restitution_right", "restitution_left")
-"""The inputs of a theorem; the clearances or the restitutions of both stops vary together without _right or _left."""
 DEEPEST = 60
 """Bisections of a flight after which a distance from a stop is undecided."""
+MOST_CELLS = 1_000_000
+"""Parts of a flight that are examined before a distance from a stop is undecided."""
+
+Powers = list[list[list[Fraction]]]
+"""Amplitudes of sine and cosine, by powers of k omega."""
 
 
-def _exponent(matrix: arb_mat) -> int:
-    """Return the binary exponent of the largest entry of a matrix."""
-    return math.frexp(max(float(abs(x).real) for x in matrix.entries()))[1]
+class Machine:
+    """The structure, the contact, the forces and the bias of an oscillator, as rational numbers."""
+
+    def __init__(self, data: dict[str, Any]):
+        """Take an oscillator as it is read from a certificate."""
+        self.mass, self.damping, self.stiffness, self.contact = (
+            fmpq_mat([[fmpq(*x.as_integer_ratio()) for x in row] for row in rows])
+            for rows in (data["mass"], data["damping"], data["stiffness"], [data["contact"]])
+        )
+        require(self.mass == self.mass.transpose() and definite(arb_mat(self.mass)), "the mass matrix is not positive")
+        require(any(data["contact"]), "the contact row vanishes")
+        self.size = self.mass.nrows()
+        self.bias = data.get("bias", [])
+        self.forces = _summed(data["forcing"])
+
+    @cached_property
+    def inverse(self) -> fmpq_mat:
+        """The inverse of the mass matrix."""
+        return self.mass.inv()
+
+    @cached_property
+    def equilibrium(self) -> list[Fraction]:
+        """The displacements at which the static force is balanced."""
+        if not any(self.bias):
+            return [Fraction(0)] * self.size
+        force = fmpq_mat([[fmpq(*x.as_integer_ratio())] for x in self.bias])
+        try:
+            moved = self.stiffness.solve(force).entries()
+        except ZeroDivisionError:
+            raise Refused("the static force has no equilibrium: the stiffness matrix is singular") from None
+        return [Fraction(int(x.p), int(x.q)) for x in moved]
+
+    @property
+    def place(self) -> Fraction:
+        """The contact coordinate in the equilibrium."""
+        row = (Fraction(int(x.p), int(x.q)) for x in self.contact.entries())
+        return sum((h * x for h, x in zip(row, self.equilibrium, strict=True)), Fraction(0))
+
+    @cached_property
+    def scale(self) -> Fraction:
+        """The power of two W that makes x and x'/W of one size, from the largest entries of M^-1 K and M^-1 C."""
+        spring, drag = (arb_mat(self.inverse * matrix) for matrix in (self.stiffness, self.damping))
+        return Fraction(2) ** max((_exponent(spring) + 1) // 2, _exponent(drag))
+
+    @property
+    def divisor(self) -> int:
+        """The greatest common divisor p of the harmonics' orders: the period is T = 2 pi/(p omega); 1 without forces."""
+        return math.gcd(*self.forces) or 1
+
+    @property
+    def half_wave_symmetric(self) -> bool:
+        """Whether the forces change their sign after T/2."""
+        return all(order // self.divisor % 2 for order in self.forces)
 
 
-def harmonics(data: dict[str, Any]) -> list[Any]:
-    """Return the harmonics of the forces: an order k, and amplitudes of sine and cosine by powers of k omega."""
-    forcing = data["forcing"]
-    if isinstance(forcing, dict):
-        forcing = [{"harmonic": 1, "powers": [[forcing["sine"], forcing["cosine"]]]}]
-    require(all(type(one["harmonic"]) is int and one["harmonic"] >= 1 for one in forcing), "an order is not positive")
-    return list(forcing)
+def _summed(parts: list[dict[str, Any]]) -> dict[int, Powers]:
+    """Return the forces by order, those of one order added up, without those that vanish."""
+    sums: dict[int, Powers] = {}
+    for part in parts:
+        powers = sums.setdefault(part["harmonic"], [])
+        for power, pair in enumerate(part["powers"]):
+            if power == len(powers):
+                powers.append([[Fraction(0)] * len(row) for row in pair])
+            powers[power] = [
+                [a + b for a, b in zip(*rows, strict=True)] for rows in zip(powers[power], pair, strict=True)
+            ]
+    return {order: sums[order] for order in sorted(sums) if any(x for pair in sums[order] for row in pair for x in row)}
 
 
-def alike(data: dict[str, Any]) -> bool:
-    """Return whether the forces change their sign after half a period, and no bias moves the equilibrium."""
-    return all(one["harmonic"] % 2 == 1 for one in harmonics(data)) and "bias" not in data
+def _exponent(matrix: Any) -> int:
+    """Return the binary exponent of the largest entry of a matrix; 0 for a matrix of zeros."""
+    return max((exponent(abs(x).real) for x in matrix.entries() if not x.is_zero()), default=0)
 
 
-def _amplitudes(powers: Any, s: Any) -> list[list[Any]]:
+def _amplitudes(powers: Powers, s: Any) -> list[list[Any]]:
     """Return the amplitudes of sine and cosine, polynomials of s."""
-    found = [[exact(x) for x in row] for row in powers[0]]
-    for j, pair in enumerate(powers[1:], 1):
-        found = [[a + exact(b) * s**j for a, b in zip(*rows, strict=True)] for rows in zip(found, pair, strict=True)]
-    return found
+    return [
+        [sum((exact(x) * s**power for power, x in enumerate(terms)), arb(0)) for terms in zip(*rows, strict=True)]
+        for rows in zip(*powers, strict=True)
+    ]
+
+
+class Inputs(NamedTuple):
+    """Frequency, clearances and restitutions of the right and the left stop; "varied" stands for what varies."""
+
+    omega: Any
+    clearances: tuple[Any, Any]
+    restitutions: tuple[Any, Any]
+
+    @classmethod
+    def of(cls, statement: dict[str, Any]) -> Inputs:
+        """Return the inputs of a statement."""
+        sides = [(statement[name]["right"], statement[name]["left"]) for name in ("clearance", "restitution")]
+        return cls(statement["omega"], *sides)
+
+    def require_symmetric(self, machine: Machine) -> None:
+        """Show that the oscillator is symmetric, whatever the value of what varies: effective gaps, R and forces."""
+        (right, left), place = self.clearances, machine.place
+        if VARIED in (right, left):
+            alike = right == left and place == 0
+        else:
+            alike = None not in (right, left) and right - place == left + place
+        require(alike and self.restitutions[0] == self.restitutions[1], "the stops of a symmetric orbit are not equal")
+        require(machine.half_wave_symmetric, "the forces of a symmetric orbit have even harmonics")
 
 
 class System:
-    """The equations of motion of an oscillator with the inputs of a theorem, or another value of its parameter.
+    """The equations of motion of a machine with some inputs, of which those that vary have one value.
 
     Displacements are from the static equilibrium.
     """
 
-    def __init__(self, data: dict[str, Any], theorem: dict[str, Any], parameter: str | None = None, value: Any = None):
-        require(len(theorem["gaps"]) == len(theorem["restitutions"]) == 2, "there are not two gaps and restitutions")
-        given = [theorem["omega"], *theorem["gaps"], *theorem["restitutions"]]
-        varied = (parameter, f"{parameter}_right", f"{parameter}_left")
-        numbers: list[Any] = [
-            None if text is None else value if name in varied else exact(text)
-            for name, text in zip(PARAMETERS, given, strict=True)
-        ]
-        omega, *gaps, right, left = numbers
-        known = [gap for gap in gaps if gap is not None]
-        positive = (omega.real > 0 and sum(known, arb(0)).real > 0) or (len(known) == 1 and omega.real > 0)
-        require(positive, "the frequency and the gaps are positive")
+    def __init__(self, machine: Machine, inputs: Inputs, value: Any = None, scale: Fraction | None = None):
+        """Take the value of what varies, and the scale W of velocities in a state, if it is not the machine's own."""
+
+        def number(entry: Any) -> Any:
+            return value if entry == VARIED else None if entry is None else exact(entry)
+
+        omega, (right, left) = number(inputs.omega), map(number, inputs.restitutions)
+        require(omega.real > 0, "the frequency is not positive")
         require(all(r.real >= 0 and r.real <= 1 for r in (right, left)), "a restitution is not between 0 and 1")
         self.omega, self.rebound = omega, {1: 1 + right, -1: 1 + left}
-        rows = [data["mass"], data["damping"], data["stiffness"], [data["contact"]]]
-        mass, damping, stiffness, contact = (arb_mat([[exact(x) for x in row] for row in m]) for m in rows)
-        inverse, self.size, parts = mass.inv(), 2 * mass.nrows(), harmonics(data)
-        still = [0] * mass.nrows()
-        bias = [exact(x) for x in data["bias"]] if "bias" in data else []
-        self.equilibrium = stiffness.solve(column(bias)) if bias else column(still)
-        self.place = (contact * self.equilibrium)[0, 0]
+        self.turn = 2 * arb.pi() / (omega * machine.divisor)
+        self.place = exact(machine.place)
+        self.equilibrium = [exact(x) for x in machine.equilibrium]
         self.gaps = {
-            stop: gap if gap is None else gap - stop * self.place for stop, gap in zip((1, -1), gaps, strict=True)
+            stop: None if gap is None else number(gap) - stop * self.place
+            for stop, gap in zip((1, -1), inputs.clearances, strict=True)
         }
-        self.orders = [one["harmonic"] for one in parts]
+        self.orders, self.size = list(machine.forces), 2 * machine.size
+        still = [0] * machine.size
         kind: Any = acb_mat if isinstance(omega, acb) else arb_mat
-        forcing = [row for one in parts for row in _amplitudes(one["powers"], one["harmonic"] * omega)]
-        forces: Any = acb_mat if any(isinstance(x, acb) for row in forcing for x in row) else arb_mat
-        spring, drag, push = inverse * stiffness, inverse * damping, forces(inverse) * forces(forcing).transpose()
-        power = max((_exponent(spring) + 1) // 2, _exponent(drag))
-        self.scale, self.forced = arb(2) ** power, arb(2) ** (_exponent(push) - 2 * power)
+        forcing = [row for order, powers in machine.forces.items() for row in _amplitudes(powers, order * omega)]
+        inverse, contact = arb_mat(machine.inverse), arb_mat(machine.contact)
+        spring, drag = arb_mat(machine.inverse * machine.stiffness), arb_mat(machine.inverse * machine.damping)
+        push = kind(inverse) * kind(forcing).transpose() if forcing else kind(machine.size, 0)
+        self.scale = exact(machine.scale if scale is None else scale)
+        require(self.scale > 0, "the scale of the velocities is not positive")
+        self.forced = arb(2) ** (_exponent(push) - 2 * exponent(self.scale))
         blocks = [spring * (-1 / self.scale), -drag, push * (1 / (self.scale * self.forced))]
         below = [[*a, *b, *c] for a, b, c in zip(*(block.tolist() for block in blocks), strict=True)]
         self.still = [0] * len(forcing)
@@ -113,25 +193,44 @@ class System:
         return column([*state, *(self.forced * x for angle in angles for x in (angle.sin(), angle.cos()))])
 
     def from_equilibrium(self, displacement: Any, velocity: Any) -> list[Any]:
-        """Return a state from decimals; displacements that are "equilibrium" are those of the equilibrium."""
+        """Return a state from numbers; displacements that are "equilibrium" are those of the equilibrium."""
         moved = [arb(0)] * (self.size // 2)
         if displacement != "equilibrium":
-            moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium.entries(), strict=True)]
+            moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
         return moved + [exact(v) / self.scale for v in velocity]
+
+    def require_room(self) -> None:
+        """Show that there is a stop, and room between two."""
+        known = [gap for gap in self.gaps.values() if gap is not None]
+        require(len(known) == 1 or (len(known) == 2 and sum(known, arb(0)).real > 0), "there is no room between stops")
+
+    def periodic_state(self, section: arb, turns: Any, sign: int, impacts: list[tuple[int, Any, Any]]) -> arb_mat:
+        """Return the state on a section of the periodic motions with impacts: stops, times and velocities before them.
+
+        The motion returns after `turns` times T, mirrored for sign -1. That it is a motion at all is not shown.
+        """
+        now, state = section, self.with_phase([0] * self.size, section)
+        for stop, time, velocity in impacts:
+            state = self.flow(time - now) * state - self.kick * (self.rebound[stop] * velocity)
+            now = time
+        state = self.flow(section + self.turn * turns - now) * state
+        around = identity(self.size) - self.free(self.flow(self.turn * turns)) * sign
+        return around.solve(column(state.entries()[: self.size]) * sign)
 
     def gap(self, stop: int) -> Any:
         """Return the gap of a stop."""
         require(self.gaps[stop] is not None, f"stop {stop} is absent")
         return self.gaps[stop]
 
-    def impact(self, base: Any, stop: int, name: str) -> tuple[Any, Any]:
+    def impact(self, base: Any, stop: int, name: str, least: Any = 0) -> tuple[Any, Any]:
         """Return the time to a contact with a stop, and the state there, of all motions through a set.
 
-        Every motion has one contact at about that time. An earlier one is for `fly` to exclude.
+        Every motion has one contact at about that time, and no other one up to `least` before or after the time of the
+        set. An earlier one is for `fly` to exclude.
         """
         place, speed, _ = (self.rows * base).entries()
         off = place - stop * self.gap(stop)
-        reach = (2 * abs(off) / abs(speed)).upper()
+        reach = (2 * abs(off) / abs(speed)).upper().max(arb(least).upper())
         around = acb(ball(reach), ball(reach)) if isinstance(off, acb) else ball(reach)
         late = -off / (self.rows * (self.flow(around) * base))[1, 0]
         require(abs(late) < reach, f"{name}: no contact is shown to exist near the given time")
@@ -156,13 +255,15 @@ class System:
         The flight leaves the stop `left` at its start and meets the stop `right` at its end, 0 for none. Beside an
         impact, where the distance vanishes, q' or q'' decides.
         """
-        require(length > 0, f"{name}: its end does not follow its beginning")
-        end, top = length.upper(), math.frexp(float(length))[1]
-        pending = [(self.rows, arb(0), top)]
+        require(length > 0 and length.is_finite(), f"{name}: its end does not follow its beginning")
+        end, top = length.upper(), exponent(length)
+        pending, cells = [(self.rows, arb(0), top)], 0
         while pending:
             rows, low, level = pending.pop()
             if low > end:
                 continue
+            cells += 1
+            require(cells <= MOST_CELLS, f"{name}: it is too long")
             half = arb(2) ** level
             centre = rows * self.stride(level)
             place, slope, _ = (centre * state).entries()

@@ -1,17 +1,30 @@
-"""What each kind of theorem requires of its orbit or point."""
+"""What each kind of theorem shows, and when it proves or disproves its statement.
+
+A function takes the oscillator, the statement, the numbers of the theorem and whether the statement is to be proven or
+disproven. It returns what was shown besides, and raises Refused where something is not.
+"""
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
-from flint import acb, acb_mat, arb, arb_mat
+from flint import acb_mat, arb, arb_mat
 
 from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, identity, newton, require
 from grazemap.checker.orbits import BoundaryProblem, Run, carry
-from grazemap.checker.system import PARAMETERS, System, alike
+from grazemap.checker.reading import VARIED
+from grazemap.checker.steady import harmonic_amplitudes, maximum
+from grazemap.checker.system import Inputs, Machine, System
+
+Numbers = dict[str, Any]
+
+MOST_DOUBLINGS = 80
+"""Doublings of the time after which the free motion must have decayed."""
 
 
-def multipliers(run: Run, sign: int) -> list[acb]:
+def multipliers(run: Run, sign: int) -> list[Any]:
     """Return enclosures of the eigenvalues of the return map's derivative, with repetition."""
     try:
         return list(acb_mat(run.derivative * sign).eig(multiple=True))
@@ -19,30 +32,118 @@ def multipliers(run: Run, sign: int) -> list[acb]:
         raise Refused("the eigenvalues are not enclosed at this precision") from None
 
 
-def in_range(theorem: dict[str, Any], value: arb) -> None:
+def require_in_range(statement: Numbers, value: arb) -> None:
     """Require that a value lies in the stated range."""
-    low, high = (exact(bound) for bound in theorem["range"])
+    low, high = (exact(bound) for bound in statement["range"])
     require(low < value and value < high, "the point is not shown to lie in the stated range")
 
 
-def solved(data: dict[str, Any], theorem: dict[str, Any]) -> tuple[BoundaryProblem, list[arb], Run]:
+def solved(problem: BoundaryProblem, radius: Any) -> tuple[list[arb], Run]:
     """Show that a solution exists, unique in its box, admissible, of this least period; return it and its run."""
-    problem = BoundaryProblem(data, theorem)
-    found = newton(problem.residual, problem.centre, exact(theorem["radius"]))
-    run = problem.run(found)
+    solution = newton(problem.residual, problem.centre, exact(radius))
+    run = problem.run(solution)
     problem.require_least_period(run)
-    return problem, found, run
+    return solution, run
 
 
-def prove_orbit(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
-    """Show that an orbit exists, is unique in a box, is admissible, and so many of its multipliers are unstable."""
-    problem, _, run = solved(data, theorem)
-    found = multipliers(run, problem.sign)
-    outside = sum(abs(m) > 1 for m in found)
-    off = outside + sum(abs(m) < 1 for m in found) == len(found)
+def count_unstable(values: list[Any]) -> int:
+    """Return how many multipliers lie outside the unit circle, where none is on it."""
+    outside = sum(abs(m) > 1 for m in values)
+    off = outside + sum(abs(m) < 1 for m in values) == len(values)
     require(off, "a multiplier is not shown to be off the unit circle")
-    require(outside == theorem["unstable"], f"{outside} multipliers lie outside the unit circle")
-    return problem.motion(run) | {"stable": outside == 0, "multipliers": [str(m) for m in found]}
+    return outside
+
+
+def require_phases(statement: Numbers, machine: Machine) -> None:
+    """Require that the phases of a statement are those of one period, and their radius below half of T."""
+    phases = statement["phases"]
+    require(all(a < b for a, b in pairwise(phases)), "the statement's phases do not increase")
+    if phases:
+        # pi is enclosed at the working precision
+        span, whole = exact(phases[-1] - phases[0]), 2 * arb.pi() * statement["period"] / machine.divisor
+        require(span < whole, "the statement's phases span a period or more")
+        require(exact(statement["radius"]) * machine.divisor < arb.pi(), "the statement's radius is too large")
+
+
+def in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[arb], list[arb]]) -> bool | None:
+    """Return whether the contacts of a period lie in the box of a statement, or None where this is undecided.
+
+    The contacts may begin with any of them, and be moved by any number of periods of the forces.
+    """
+    stops, times, velocities = contacts
+    if len(stops) != len(statement["stops"]):
+        return False
+    if not stops:
+        return True
+    phases, speeds = ([exact(x) for x in statement[name]] for name in ("phases", "velocities"))
+    near = exact(statement["radius"])
+    reaches = [near] * len(stops) + [near * max(abs(v) for v in speeds)] * len(stops)
+    whole, undecided = system.turn * statement["period"], False
+    for first in range(len(stops)):
+        if stops[first:] + stops[:first] != statement["stops"]:
+            continue
+        turned = [*times[first:], *(time + whole for time in times[:first])]
+        # of the phases moved by whole T, no others can be within a radius below T/2
+        moved = system.turn * round(float(((turned[0] - phases[0] / system.omega) / system.turn).mid()))
+        away = [(time - moved) * system.omega - phase for time, phase in zip(turned, phases, strict=True)]
+        away += [v - speed for v, speed in zip([*velocities[first:], *velocities[:first]], speeds, strict=True)]
+        if all(abs(x) <= reach for x, reach in zip(away, reaches, strict=True)):
+            return True
+        undecided = undecided or not any(abs(x) > reach for x, reach in zip(away, reaches, strict=True))
+    return None if undecided else False
+
+
+def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any) -> None:
+    """Show that no other orbit than the one in the theorem's box can be the orbit of a statement.
+
+    Every motion of the statement's box is on the section in the theorem's box, and has the contacts that are followed
+    from there. Without impacts the equations are linear, so they have no other solution anywhere.
+    """
+    require(not problem.symmetric, "other orbits are excluded only by equations of the whole period")
+    require(problem.period == statement["period"], "the theorem's orbit has another period")
+    require(problem.stops == statement["stops"], "the theorem's impacts do not begin as those of the statement")
+    if not problem.stops:
+        return
+    require("radius" in statement, "an orbit contradicts only a statement that names its impacts")
+    system = System(problem.machine, problem.inputs, scale=problem.scale)
+    near = exact(statement["radius"])
+    phases, speeds = ([exact(x) for x in statement[name]] for name in ("phases", "velocities"))
+    fast = near * max(abs(v) for v in speeds)
+    times = [(phase + ball(near)) / system.omega for phase in phases]
+    begin, end = exact(problem.section), exact(problem.section) + system.turn * problem.turns
+    require(all(begin < time and time < end for time in times), "the section does not lie between the impacts")
+    impacts = list(zip(problem.stops, times, [speed + ball(fast) for speed in speeds], strict=True))
+    states = system.periodic_state(begin, problem.turns, 1, impacts).entries()
+    size = exact(radius)
+    inside = all(abs(x - middle) < size for x, middle in zip(states, problem.state, strict=True))
+    require(inside, "the theorem's box does not contain every motion of the statement's box")
+    around = [(time - exact(given)).abs_upper() for time, (_, given) in zip(times, problem.impacts, strict=True)]
+    problem.run([x + ball(size) for x in problem.state], checked=False, alone=around)
+
+
+def prove_orbit(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
+    """Show that an orbit exists, is unique in a box, is admissible, and how many of its multipliers are unstable.
+
+    It is the orbit of the statement; or no other one can be, and it is not.
+    """
+    problem = BoundaryProblem(machine, Inputs.of(statement), theorem)
+    if "phases" in statement:
+        require_phases(statement, machine)
+    _, run = solved(problem, theorem["radius"])
+    values = multipliers(run, problem.sign)
+    stable, contacts = count_unstable(values) == 0, problem.contacts(run)
+    near = "phases" not in statement or in_box(run.system, statement, contacts)
+    if proven:
+        require(problem.period == statement["period"], "the orbit has another period than that of the statement")
+        turned = [contacts[0][i:] + contacts[0][:i] for i in range(max(len(contacts[0]), 1))]
+        require(statement["stops"] in turned, "the orbit has other impacts than those of the statement")
+        require(near is True, "the orbit is not shown to lie in the statement's box")
+        require(stable == statement["stable"], f"the orbit is {'' if stable else 'not '}stable")
+    else:
+        require_only_orbit(problem, statement, theorem["radius"])
+        contradicts = stable != statement["stable"] or near is False
+        require(contradicts, "the orbit does not contradict the statement")
+    return problem.motion(run) | {"stable": stable, "multipliers": [str(m) for m in values]}
 
 
 def contracts(problem: BoundaryProblem, orbit: list[arb], norm: arb_mat, size: arb) -> bool:
@@ -55,86 +156,113 @@ def contracts(problem: BoundaryProblem, orbit: list[arb], norm: arb_mat, size: a
     return definite(norm - derivative.transpose() * norm * derivative)
 
 
-def prove_attraction(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
+def prove_attraction(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
     """Show that the trajectory from an exact initial state enters a ball around an orbit that the return map contracts.
 
     The orbit is in the ball, so the ball is mapped into itself, and all in it converges to the orbit.
     """
-    problem, orbit, run = solved(data, theorem)
+    problem = BoundaryProblem(machine, Inputs.of(statement), theorem)
+    orbit, run = solved(problem, theorem["radius"])
     norm, size = arb_mat([[exact(x) for x in row] for row in theorem["norm"]]), exact(theorem["size"])
     require(contracts(problem, orbit, norm, size), "the return map is not shown to contract on the ball")
     system, transient = run.system, theorem["transient"]
-    start = system.from_equilibrium(theorem["displacement"], theorem["velocity"])
-    turns = transient["turns"]
-    require(type(turns) is int, "the number of returns is not an integer")
-    span = exact(theorem["phase"]) / system.omega, exact(theorem["section"]) + problem.turn(system) * turns
+    start, turns = system.from_equilibrium(statement["displacement"], statement["velocity"]), transient["turns"]
+    span = exact(statement["phase"]) / system.omega, exact(theorem["section"]) + system.turn * problem.turns * turns
     impacts = list(zip(transient["stops"], transient["times"], strict=True))
     final = carry(system, span, start, impacts, (0, 0))
     away = final.state * problem.sign**turns - column(orbit)
     require((away.transpose() * norm * away)[0, 0] < size**2, "the trajectory is not shown to enter the ball")
-    return problem.motion(run) | {"stable": True}
+    shown = problem.motion(run)
+    agrees = statement.get("label", shown["label"]) == shown["label"]
+    require(agrees == proven, f"the trajectory is attracted by {shown['label']}")
+    return shown | {"stable": True}
 
 
-def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
+def prove_bifurcation(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
     """Show that a bifurcation of an orbit lies in an interval of a parameter, nondegenerate and transversal."""
-    kind, known = theorem["type"], ("SN", "GR", "SB" if theorem["symmetric"] else "PD")
-    require(theorem["parameter"] in (*PARAMETERS, "clearance", "restitution"), "there is no such parameter")
-    require(kind in known, f"a {kind} of this orbit is not a bifurcation that can be shown")
-    require((kind == "GR") == (theorem.get("graze", 0) != 0), "a GR, and only a GR, begins on a stop")
-    problem, found, run = solved(data, theorem)
+    require(proven, "one point does not exclude another one in the range")
+    kind, graze = statement["type"], "graze" in theorem
+    require((kind == "GR") == graze and graze != ("direction" in theorem), "a GR, and only a GR, begins on a stop")
+    types = ("SN", "GR", "SB" if theorem["symmetric"] else "PD")
+    require(kind in types, f"a {kind} of this orbit is not a bifurcation that can be shown")
+    named = "phases" in statement
+    if named:
+        require_phases(statement, machine)
+    problem = BoundaryProblem(machine, Inputs.of(statement), theorem, kind)
     size = len(problem.state)
-    in_range(theorem, found[size])
-    said = problem.motion(run) | {"value": str(found[size])}
-    if problem.graze:
-        stop, start = problem.graze, run.system.with_phase(found[:size], found[-1])
-        require(stop * (run.system.rows * start)[2, 0] < 0, "the graze is not shown to be quadratic")
+    solution, run = solved(problem, theorem["radius"])
+    require_in_range(statement, solution[size])
+    require(problem.period == statement["period"], "the orbit has another period than that of the statement")
+    contacts = problem.contacts(run, solution[-1] if graze else None)
+    shown = problem.motion(run) | {"value": str(solution[size])}
+    if graze:
+        start = run.system.with_phase(solution[:size], solution[-1])
+        require(problem.graze * (run.system.rows * start)[2, 0] < 0, "the graze is not shown to be quadratic")
         regular = (run.derivative - identity(size) * problem.sign).det()
         require(not regular.contains(0), "the orbit without the graze is not shown to be regular")
-        return said | {"stops_with_graze": problem.whole([problem.graze, *problem.stops])}
-    require(any(not x.contains(0) for x in problem.direction), "the direction vanishes")
-    near = [m for m in multipliers(run, problem.sign) if not (abs(m) > 1 or abs(m) < 1)]
-    require(len(near) == 1, f"{len(near)} multipliers may lie on the unit circle")
-    return said
+        shown["stops"] = contacts[0]
+    else:
+        require(any(not x.contains(0) for x in problem.direction), "the direction vanishes")
+        near = [m for m in multipliers(run, problem.sign) if not (abs(m) > 1 or abs(m) < 1)]
+        require(len(near) == 1, f"{len(near)} multipliers may lie on the unit circle")
+    require(named, "the statement does not name the orbit at the point, by its phases and velocities")
+    require(in_box(run.system, statement, contacts) is True, "the orbit is not shown to lie in the statement's box")
+    return shown
 
 
 TWISTS = {"g": 0, "h": 1, "h_s": -1}
 """By the function whose zero is a codimension-two point: g, or its sum over the multiples of the time."""
+FREE = Inputs(VARIED, (None, None), (Fraction(0), Fraction(0)))
+"""Inputs of codimension-two points, which depend neither on the stops nor on their restitutions."""
 
 
-def impulse(data: dict[str, Any], theorem: dict[str, Any], omega: Any, order: int) -> Any:
-    """Return the impulse response after so many half periods, or its sum with factors 1 or -1 over the multiples."""
-    system = System(data, theorem, "omega", omega)
-    flow = system.flow(arb.pi() * order / omega)
-    kick, twist = column(system.kick.entries()[: system.size]), TWISTS[theorem["type"]]
-    state = system.free(flow) * (identity(system.size) - system.free(flow) * twist).inv() * kick
+def impulse(machine: Machine, kind: str, omega: Any, order: int) -> Any:
+    """Return the impulse response after `order` times T/2, or its sum with factors 1 or -1 over the multiples."""
+    system = System(machine, FREE, omega)
+    flow = system.free(system.flow(system.turn * order / 2))
+    kick = column(system.kick.entries()[: system.size])
+    state = flow * (identity(system.size) - flow * TWISTS[kind]).inv() * kick
     return (system.rows * column([*state.entries(), *system.still]))[0, 0]
 
 
-def prove_codimension_two(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
-    """Show that a function has one zero in an interval of omega, a simple one, and that the steady motion grazes.
+def require_decay(machine: Machine) -> None:
+    """Show that every free motion decays: the flow over some time is a contraction."""
+    system = System(machine, FREE, arb(1))
+    flow = system.free(system.flow(1 / system.scale))
+    for _ in range(MOST_DOUBLINGS):
+        if all(sum((abs(x) for x in row), arb(0)) < 1 for row in flow.tolist()):
+            return
+        flow = flow * flow
+    raise Refused("the free motion is not shown to decay, on which the sums of the impulse response depend")
 
-    It grazes both stops, after half periods, or the stop that the theorem names, after whole periods.
+
+def prove_codimension_two(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
+    """Show that a function has a zero in an interval of omega, a simple one.
+
+    With a stop, the steady motion there grazes this stop, or both, once in T; then the clearance is shown, and of a
+    zero of g whether it is the first one.
     """
-    order, stop = theorem["order"], theorem.get("stop", 0)
-    require(type(order) is int and order >= 1, "the order is not a number of half periods")
-    require(stop in (1, -1, 0) and (order % 2 == 0 if stop else alike(data)), "the stops are not grazed so")
-    centre, radius = [exact(theorem["value"])], exact(theorem["radius"])
-    omega = newton(lambda unknowns: [impulse(data, theorem, unknowns[0], order)], centre, radius)[0]
-    in_range(theorem, omega)
-    system = System(data, theorem, "omega", omega)
-    free, n = system.free(system.matrix), system.size
-    amplitudes = []
-    for i, k in enumerate(system.orders):
-        pairs = [row[n + 2 * i : n + 2 * i + 2] for row in system.matrix.tolist()[:n]]
-        push = acb_mat([[sine + cosine * acb(0, 1)] for sine, cosine in pairs]) * system.forced
-        steady = (acb_mat(identity(n)) * acb(0, k * omega) - acb_mat(free)).solve(push)
-        amplitudes.append(abs((acb_mat(system.rows) * acb_mat([*steady.tolist(), *([x] for x in system.still)]))[0, 0]))
-    require(any(amplitude > 0 for amplitude in amplitudes), "the steady amplitude may vanish")
-    shorter = range(2 if stop else 1, order if theorem["type"] == "g" else 1, 2 if stop else 1)
-    earlier = [(-1) ** m * impulse(data, theorem, omega, m) for m in shorter]
-    active = all(x > 0 for x in earlier)
-    require(active or any(x < 0 for x in earlier), "whether an impact recurs earlier is undecided")
-    found: dict[str, Any] = {"omega": str(omega)}
-    if len(amplitudes) == 1:  # the largest displacement of several harmonics is not enclosed
-        found["clearance"] = str(amplitudes[0] + stop * system.place if stop else amplitudes[0])
-    return found | {"active": active}
+    require(proven, "one zero does not exclude another one in the range")
+    kind, order, stop = statement["type"], statement["order"], statement.get("stop")
+    require_decay(machine)
+    omega = newton(lambda u: [impulse(machine, kind, u[0], order)], [exact(theorem["value"])], exact(theorem["radius"]))
+    require_in_range(statement, omega[0])
+    shown: Numbers = {"omega": str(omega[0])}
+    if stop is None:
+        return shown
+    if stop:
+        require(order % 2 == 0, "one stop is grazed after whole periods")
+    else:
+        require(machine.half_wave_symmetric and machine.place == 0, "the stops are not grazed at once")
+    system = System(machine, FREE, omega[0])
+    amplitudes = harmonic_amplitudes(system, machine.divisor)
+    require(any(abs(x) > 0 for x in amplitudes.values()), "the steady motion may not move the contact")
+    highest = maximum(amplitudes, stop or 1)
+    shown["clearance"] = str(highest.value + stop * system.place)
+    if kind == "g":
+        step = 2 if stop else 1
+        earlier = [(-1) ** m * impulse(machine, kind, omega[0], m) for m in range(step, order, step)]
+        active = all(x > 0 for x in earlier)
+        require(active or any(x < 0 for x in earlier), "whether an impact recurs earlier is undecided")
+        shown["active"] = active
+    return shown
