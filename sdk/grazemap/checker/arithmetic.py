@@ -59,19 +59,33 @@ def quotients(function: Callable[[list[Any]], list[Any]], centre: list[arb], ste
     return here, arb_mat([[(b[i] - a) / step for b in moved] for i, a in enumerate(here)])
 
 
-def newton(function: Callable[[list[Any]], list[Any]], centre: list[arb], radius: arb) -> list[arb]:
-    """Return an enclosure of the only zero of an analytic function in the box of a radius around a centre.
+Function = Callable[[list[Any]], list[Any]]
+"""A function of several unknowns, with as many values."""
 
-    Newton's operator maps the box into itself. The Jacobian over the box is enclosed by difference quotients. They
-    differ from it by second derivatives, which Cauchy's estimate bounds by the change of the values on complex discs.
+
+def analytic_jacobian(function: Function, centre: list[arb], radius: arb) -> arb_mat:
+    """Return an enclosure of the derivative of an analytic function over the box of a radius around a centre.
+
+    Difference quotients differ from it by second derivatives, which Cauchy's estimate bounds by the change of the
+    values on complex discs.
     """
     here, rows = quotients(function, centre, radius)
     reach = radius.sqrt().mid()
     require(2 * radius < reach, "the radius is too large")
     values = function([acb(x + ball(reach), ball(reach)) for x in centre])
     bends = [4 * len(centre) * radius * abs(b - a) / (reach - radius) ** 2 for a, b in zip(here, values, strict=True)]
-    jacobian = [[x + ball(bend) for x in row] for row, bend in zip(rows.tolist(), bends, strict=True)]
-    step = arb_mat(jacobian).solve(column(here)).entries()
+    return arb_mat([[x + ball(bend) for x in row] for row, bend in zip(rows.tolist(), bends, strict=True)])
+
+
+def newton(function: Function, centre: list[arb], radius: arb, jacobian: arb_mat | None = None) -> list[arb]:
+    """Return an enclosure of the only zero of a function in the box of a radius around a centre.
+
+    Newton's operator maps the box into itself. `jacobian` encloses the derivative over the box; left out, the function
+    is analytic.
+    """
+    if jacobian is None:
+        jacobian = analytic_jacobian(function, centre, radius)
+    step = jacobian.solve(column(function(centre))).entries()
     inside = all(abs(dx) < radius for dx in step)
     require(inside, "Newton's operator does not map the box into itself: no solution is shown to exist in it")
     return [x - dx for x, dx in zip(centre, step, strict=True)]

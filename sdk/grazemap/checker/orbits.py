@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from flint import arb
+from flint import arb, arb_mat
 
-from grazemap.checker.arithmetic import column, exact, identity, require
+from grazemap.checker.arithmetic import ball, column, exact, identity, require
 from grazemap.checker.system import Inputs, Machine, System
 
 
@@ -112,6 +112,13 @@ class BoundaryProblem:
             values += (run.derivative * column(vector) - column(vector) * self.critical).entries()
             values.append(sum(a * (b - a) for a, b in zip(self.direction, vector, strict=True)))
         return values
+
+    def jacobian(self, radius: arb) -> arb_mat | None:
+        """Return an enclosure of the derivative of an orbit's equations over its box; None for a bifurcation."""
+        if self.names:
+            return None
+        box = [x + ball(radius) for x in self.centre]
+        return self.run(box, checked=False).derivative * self.sign - identity(len(box))
 
     def contacts(self, run: Run, graze: Any = None) -> tuple[list[int], list[Any], list[Any]]:
         """Return the stops, times and velocities of the contacts of a period, with a graze at a time if one is given."""

@@ -209,11 +209,10 @@ class System:
 
         The motion returns after `turns` times T, mirrored for sign -1. That it is a motion at all is not shown.
         """
-        now, state = section, self.with_phase([0] * self.size, section)
+        end = section + self.turn * turns
+        state = self.flow(end - section) * self.with_phase([0] * self.size, section)
         for stop, time, velocity in impacts:
-            state = self.flow(time - now) * state - self.kick * (self.rebound[stop] * velocity)
-            now = time
-        state = self.flow(section + self.turn * turns - now) * state
+            state -= self.flow(end - time) * self.kick * (self.rebound[stop] * velocity)
         around = identity(self.size) - self.free(self.flow(self.turn * turns)) * sign
         return around.solve(column(state.entries()[: self.size]) * sign)
 
@@ -232,7 +231,8 @@ class System:
         off = place - stop * self.gap(stop)
         reach = (2 * abs(off) / abs(speed)).upper().max(arb(least).upper())
         around = acb(ball(reach), ball(reach)) if isinstance(off, acb) else ball(reach)
-        late = -off / (self.rows * (self.flow(around) * base))[1, 0]
+        # q' by the mean-value form, as its terms cancel at the set's own time
+        late = -off / (speed + (self.rows * (self.flow(around) * base))[2, 0] * around)
         require(abs(late) < reach, f"{name}: no contact is shown to exist near the given time")
         better = late
         while better.rad() < around.rad() / 2:

@@ -40,7 +40,8 @@ def require_in_range(statement: Numbers, value: arb) -> None:
 
 def solved(problem: BoundaryProblem, radius: Any) -> tuple[list[arb], Run]:
     """Show that a solution exists, unique in its box, admissible, of this least period; return it and its run."""
-    solution = newton(problem.residual, problem.centre, exact(radius))
+    size = exact(radius)
+    solution = newton(problem.residual, problem.centre, size, problem.jacobian(size))
     run = problem.run(solution)
     problem.require_least_period(run)
     return solution, run
