@@ -286,17 +286,13 @@ def _orbit() -> dict[str, Any]:
 
 
 def _proof() -> dict[str, Any]:
-    certificate = {
-        "verdict": "undecided",
-        "reason": "rests",
-        "statement": {"kind": "codimension-two"},
-        "enclosures": {},
-    }
+    certificate = {"verdict": "undecided", "statement": {"kind": "codimension-two"}}
     return {
         "kind": "codimension-two",
         "verdict": "undecided",
         "reason": "rests",
         "certificate": json.dumps(certificate),
+        "shown": "{}",
     }
 
 

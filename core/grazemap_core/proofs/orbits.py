@@ -27,7 +27,7 @@ from grazemap_core.proofs.certificates import (
 )
 from grazemap_core.proofs.refinement import Equations, refine
 
-WIDER = 4
+WIDER = 1.01
 """Size of the box in which an orbit is shown to be the only one, over that of the states that a statement admits."""
 
 
@@ -167,4 +167,4 @@ def _only_orbit(search: Search, given: Inputs, statement: Document, impacts: Imp
     contacts = list(zip(statement["stops"], times, [v + ball(fast) for v in speeds], strict=True))
     states = system.periodic_state(exact(theorem["section"]), problem.turns, 1, contacts).entries()
     reach = max((abs(x - middle).abs_upper() for x, middle in zip(states, problem.state, strict=True)), key=float)
-    return theorem | {"radius": (WIDER * reach).str(2, radius=False)}
+    return theorem | {"radius": (WIDER * reach).str(4, radius=False)}

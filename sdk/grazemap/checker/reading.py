@@ -32,7 +32,6 @@ NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]{1,4}|/[0-9]+)?")
 LABEL = re.compile(r"[1-9][0-9]*-([1-9][0-9]*|\(-1\))r-([1-9][0-9]*|\(-1\))l")
 BITS = 64, 20_000
 """Precisions at which certificates are verified."""
-MOST_BYTES = 50_000_000
 MOST_CHARACTERS = 10_000
 """Characters of a number."""
 MOST_MASSES = 64
@@ -54,7 +53,6 @@ def decoded(data: bytes | str) -> Any:
         require(len(members) == len(pairs), "a name is there twice")
         return members
 
-    require(len(data) <= MOST_BYTES, "it is too large")
     try:
         return json.loads(data, object_pairs_hook=names)
     except (ValueError, RecursionError):

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,48 +14,55 @@ from grazemap.cli import files
 from grazemap.cli.outcome import DONE, FAILED, InvalidCommand, fail
 
 _MOST_BYTES = 50_000_000
+_SECONDS = 3600.0
 
 
 def add_command(commands: Any) -> None:
     """Add the command to the parser's."""
     check = commands.add_parser("check", help="verify the certificate of a proof")
     check.add_argument("certificate", type=Path, metavar="FILE", help="a result of proofs saved as .json")
+    check.add_argument(
+        "--seconds",
+        type=float,
+        default=_SECONDS,
+        metavar="S",
+        help=f"give up after so many seconds (default {_SECONDS:g})",
+    )
     check.set_defaults(command=_check)
 
 
 def _check(options: argparse.Namespace) -> int:
-    try:
-        from grazemap.checker import check
-    except ModuleNotFoundError as error:
-        if error.name != "flint":
-            raise
-        raise InvalidCommand("the checker needs python-flint: pip install 'grazemap[proofs]'") from None
-    certificate = _read(options.certificate)
-    if certificate["verdict"] == "undecided":
-        return fail(f"the certificate says that its statement is undecided: {certificate.get('reason')}", FAILED)
-    answer = check(certificate)
-    if not answer.accepted:
-        return fail(f"not verified: {answer.reason}", FAILED)
-    print(f"verified: the statement is {certificate['verdict']}")
-    inputs = {name: certificate["theorem"][name] for name in ("gaps", "restitutions")}
-    for name, value in (certificate["statement"] | inputs | certificate["oscillator"]).items():
-        print(f"  {name}: {value}")
-    for name, value in answer.enclosures.items():
-        print(f"  shown, {name}: {value}")
-    return DONE
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """Return the certificate in a file, or in a result that was saved as JSON."""
+    if find_spec("flint") is None:
+        raise InvalidCommand("the checker needs python-flint: pip install 'grazemap[proofs]'")
+    if not options.seconds > 0:
+        raise InvalidCommand("--seconds must be positive")
+    path = options.certificate
     with files.named("the certificate", path):
         if path.stat().st_size > _MOST_BYTES:
             raise InvalidCommand(f"{path} is too large for a certificate")
         data = path.read_bytes()
+    # in a process of its own, which can be ended within long steps of the arithmetic
+    command = [sys.executable, "-m", "grazemap.checker"]
     try:
-        document = json.loads(data)
-        found = json.loads(document["certificate"]) if "certificate" in document else document
-        if isinstance(found, dict) and isinstance(found["statement"], dict) and isinstance(found["verdict"], str):
-            return found
-    except (ValueError, KeyError, TypeError, RecursionError):
-        pass
-    raise InvalidCommand(f"{path} is not a certificate")
+        done = subprocess.run(command, input=data, stdout=subprocess.PIPE, timeout=options.seconds, check=False)
+    except subprocess.TimeoutExpired:
+        return fail(f"undecided: the certificate is not verified within {options.seconds:g} s", FAILED)
+    if done.returncode:
+        return fail("the checker ended before its verdict", FAILED)
+    return _told(json.loads(done.stdout), path)
+
+
+def _told(answer: dict[str, Any], path: Path) -> int:
+    """Print what the checker found; return the exit status."""
+    if answer["outcome"] == "no certificate":
+        raise InvalidCommand(f"{path} is not a certificate: {answer['reason']}")
+    if answer["outcome"] == "undecided":
+        return fail("the certificate says that its statement is undecided", FAILED)
+    if answer["outcome"] == "refused":
+        return fail(f"not verified: {answer['reason']}", FAILED)
+    print(f"verified: the statement is {answer['verdict']}")
+    for name, value in (answer["statement"] | answer["oscillator"]).items():
+        print(f"  {name}: {json.dumps(value)}")
+    for name, value in answer["enclosures"].items():
+        print(f"  shown, {name}: {json.dumps(value)}")
+    return DONE

@@ -11,26 +11,27 @@ from grazemap.results.base import Result
 class Proof(Result):
     """The proof or the disproof of a statement, as a certificate.
 
-    `document` is the certificate as a dict, and `enclosures` is what was computed in it: decimals with their radii. A
-    result saved as .json is a file for `grazemap check`.
+    `document` is the certificate as a dict, and `enclosures` is what the checker shows besides the statement: decimals
+    with their radii. A result saved as .json is a file for `grazemap check`.
     """
 
     kind: str
     verdict: str
     reason: str | None
     certificate: str
+    shown: str
 
     @property
     def document(self) -> dict[str, Any]:
         """The certificate."""
-        found: dict[str, Any] = json.loads(self.certificate)
-        return found
+        document: dict[str, Any] = json.loads(self.certificate)
+        return document
 
     @property
     def enclosures(self) -> dict[str, Any]:
-        """The enclosures in the certificate, by name; empty if it is undecided."""
-        found: dict[str, Any] = self.document["enclosures"]
-        return found
+        """The enclosures, by name; empty if the statement is undecided."""
+        enclosures: dict[str, Any] = json.loads(self.shown)
+        return enclosures
 
     def _summary(self) -> str:
         return f"{self.kind}, {self.verdict}" + (f": {self.reason}" if self.reason else "")

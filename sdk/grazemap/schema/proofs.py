@@ -20,8 +20,9 @@ PROOFS = ResultSchema(
             "proven or disproven, if the checker accepts the certificate; else undecided.",
             values=("proven", "disproven", "undecided"),
         ),
-        field("reason", "str", "Why it is undecided, at which precision and time limit.", null=True),
+        field("reason", "str", "Why it is undecided, and at which precision or limit of time.", null=True),
         field("certificate", "str", "The certificate, as JSON.", variable=None),
+        field("shown", "str", "What the checker shows besides the statement, by name, as JSON.", variable=None),
     ),
     process="proofs",
 )

@@ -18,7 +18,7 @@ _NEEDED: dict[str, tuple[str, ...]] = {
     "bifurcation": ("omega", "clearance", "motion", "type", "vary", "range"),
     "codimension-two": ("type", "order", "range"),
 }
-_ALLOWED = {"orbit": ("stable",), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ("stop",)}
+_ALLOWED = {"orbit": ("stable", "radius"), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ("stop",)}
 _Varied = Literal[
     "omega",
     "clearance",
@@ -28,16 +28,21 @@ _Varied = Literal[
     "restitution_right",
     "restitution_left",
 ]
+DEFAULT_RADIUS = 1e-6
+"""Radius of the box of an orbit that is given by phases and velocities."""
 _TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
 
 
 class Statement(Request):
     """A statement that is proven or disproven; which fields it has depends on its kind.
 
-    orbit: near `motion` there is a periodic orbit, admissible and stable (or, if `stable` is false, unstable).
+    orbit: there is a periodic orbit with the period and the stops of `motion`, and with phases and velocities within
+    `radius` of those of `motion` if it has them, admissible and stable (or, if `stable` is false, unstable).
     attraction: the trajectory from `initial` is attracted by a periodic orbit, of this label if one is given.
-    bifurcation: the branch of the orbit near `motion` over `vary` has a bifurcation of this type within the range.
-    codimension-two: the function g, h or h_s has a zero at `order` half periods, for an omega within the range.
+    bifurcation: within the range there is a bifurcation of this type of an orbit, which the certificate names. It is
+    looked for on the branch over `vary` of the orbit near `motion`.
+    codimension-two: the function g, h or h_s has a zero at `order` times T/2, for an omega within the range. T is the
+    period of the forces.
     """
 
     kind: Literal["orbit", "attraction", "bifurcation", "codimension-two"]
@@ -48,6 +53,9 @@ class Statement(Request):
     """Distance of the stops from q = 0, one number or of each; of a bifurcation, that of the orbit."""
     motion: OrbitMotion | None = None
     """Period and stops of the orbit; with phases and velocities, the orbit near them."""
+    radius: Annotated[float, Field(gt=0, le=0.1), Listable] | None = None
+    """Of an orbit with phases and velocities: how far the phases may be from those given, in radians, and the
+    velocities, relative to the largest; left out, 1e-6."""
     stable: bool | None = None
     """Of an orbit: whether all of its multipliers, or not all of them, lie inside the unit circle; left out: all."""
     initial: InitialState | None = None
@@ -61,7 +69,7 @@ class Statement(Request):
     range: BranchInterval | None = None
     """The interval of the parameter, or of omega, in which the point lies."""
     order: Annotated[int, Field(ge=1, le=400), Listable] | None = None
-    """Of a codimension-two point: the number of half periods."""
+    """Of a codimension-two point: the number of times T/2."""
     stop: Annotated[Literal["A", "C"] | None, LeftOut] = None
     """Of a codimension-two point: the one stop that is grazed, after whole periods; left out: both at once."""
 
@@ -74,6 +82,8 @@ class Statement(Request):
                 raise invalid(f"{name} is missing in a statement of the kind {self.kind}", f"{', '.join(needed)}", name)
             if given and name not in allowed:
                 raise invalid(f"a statement of the kind {self.kind} has no {name}", ", ".join(allowed), name)
+        if self.radius is not None and (self.motion is None or self.motion.phases is None):
+            raise invalid("radius is given, and motion has no phases and velocities", "both, or neither", "radius")
         types = _TYPES.get(self.kind, ())
         if self.type is not None and self.type not in types:
             raise invalid(f"a statement of the kind {self.kind} has no such type", ", ".join(types), "type")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import Any
 
 from grazemap.codec import Document
 from grazemap.wire import ClearancePair, ProofsRequest
+from grazemap.wire.proofs import DEFAULT_RADIUS
 from grazemap_worker.processes.conversion import Report, core_oscillator
 from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.time_limit import within
 
 
 def compute(request: ProofsRequest, report: Report) -> Document:
@@ -17,53 +18,59 @@ def compute(request: ProofsRequest, report: Report) -> Document:
     from grazemap_core.errors import ParameterError
 
     try:
-        from grazemap_core.proofs.prove import prove
+        from grazemap_core.proofs.prove import attempts
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
         raise ParameterError("statement", "cannot be proven here, where python-flint is not installed") from None
 
-    certificate = prove(core_oscillator(request.oscillator), statement(request), request.digits, request.time_limit)
+    oscillator, limit = core_oscillator(request.oscillator), request.time_limit
+    steps, ended = within(limit, lambda: attempts(oscillator, statement(request), request.digits))
+    proof = steps[-1]
+    reason = f"the limit of {limit:g} s of processor time is reached" if ended else proof.reason
     return {
         "kind": request.statement.kind,
-        "verdict": certificate["verdict"],
-        "reason": certificate["reason"] or None,
-        "certificate": json.dumps(certificate),
+        "verdict": proof.certificate["verdict"],
+        "reason": reason or None,
+        "certificate": json.dumps(proof.certificate),
+        "shown": json.dumps(proof.enclosures),
     }
 
 
 def statement(request: ProofsRequest) -> dict[str, Any]:
-    """Return the statement with decimals for numbers."""
+    """Return what is to be proven with decimals for numbers, as the core takes it."""
     from grazemap_core.proofs.certificates import text
 
-    said = request.statement
-    found: dict[str, Any] = {"kind": said.kind}
-    if said.omega is not None:
-        found["omega"] = text(said.omega)
-    if isinstance(said.clearance, ClearancePair):
-        sides = {"right": said.clearance.right, "left": said.clearance.left}
-        found["clearance"] = {side: None if one is None else text(one) for side, one in sides.items()}
-    elif said.clearance is not None:
-        found["clearance"] = text(said.clearance)
-    if said.stop is not None:
-        found["stop"] = 1 if said.stop == "A" else -1
-    if said.kind == "orbit":
-        found["stable"] = said.stable is not False
-    if said.motion is not None:
-        found |= said.motion.model_dump(exclude_none=True)
-    if said.initial is not None:
-        state = said.initial
-        place, rates = state.displacement, state.velocity or ()
-        found["displacement"] = "equilibrium" if place is None else [text(x) for x in place]
-        found["velocity"] = [text(x) for x in rates]
-        found["phase"] = text(state.phase)
-    if said.label is not None:
-        period, right, left = (max(int(number), 0) for number in re.findall(r"-1(?=\))|\d+", said.label))
-        found |= {"period": period, "impacts_right": right, "impacts_left": left}
-    if said.range is not None:
-        found["range"] = [text(said.range.start), text(said.range.stop)]
-    given = {"type": said.type, "parameter": said.vary, "order": said.order}
-    return found | {name: value for name, value in given.items() if value is not None}
+    asked = request.statement
+    names = ("kind", "type", "order", "label")
+    values: dict[str, Any] = {name: getattr(asked, name) for name in names if getattr(asked, name) is not None}
+    if asked.omega is not None:
+        values["omega"] = text(asked.omega)
+    if isinstance(asked.clearance, ClearancePair):
+        sides = {"right": asked.clearance.right, "left": asked.clearance.left}
+        values["clearance"] = {side: None if gap is None else text(gap) for side, gap in sides.items()}
+    elif asked.clearance is not None:
+        values["clearance"] = text(asked.clearance)
+    if asked.kind == "codimension-two":
+        values["stop"] = {None: 0, "A": 1, "C": -1}[asked.stop]
+    if asked.kind == "orbit":
+        values["stable"] = asked.stable is not False
+    if asked.motion is not None:
+        values |= {"period": asked.motion.period, "stops": asked.motion.stops}
+        if asked.motion.phases is not None and asked.motion.velocities is not None:
+            values["phases"] = [text(x) for x in asked.motion.phases]
+            values["velocities"] = [text(x) for x in asked.motion.velocities]
+            values["radius"] = text(asked.radius or DEFAULT_RADIUS)
+    if asked.initial is not None:
+        place, rates = asked.initial.displacement, asked.initial.velocity or ()
+        values["displacement"] = "equilibrium" if place is None else [text(x) for x in place]
+        values["velocity"] = [text(x) for x in rates]
+        values["phase"] = text(asked.initial.phase)
+    if asked.vary is not None:
+        values["parameter"] = asked.vary
+    if asked.range is not None:
+        values["range"] = [text(asked.range.start), text(asked.range.stop)]
+    return values
 
 
 PROCESS = Process(whole=compute)

@@ -5,6 +5,7 @@ The work is done in a forked process, which the operating system ends at the lim
 
 from __future__ import annotations
 
+import io
 import os
 import pickle
 import signal
@@ -62,8 +63,6 @@ def within(seconds: float, work: Callable[[], Iterator[Step]]) -> tuple[list[Ste
 
 def _steps(data: bytes) -> Iterator[Step]:
     """Yield the steps that were written; the last one may not be whole."""
-    import io
-
     stream = io.BytesIO(data)
     while stream.tell() < len(data):
         try:
