@@ -73,8 +73,13 @@ def test_a_statement_is_proven_and_a_false_one_is_answered_with_its_disproof(sta
     assert cli.main(["check", str(proof.save(tmp_path / "certificate.json"))]) == 0
     other = stack.prove(statement={"kind": "attraction", **place, "label": "1-1r-1l"}, progress=False)
     assert other.verdict == "disproven", other.reason
-    assert [other.enclosures[name] for name in ("period", "impacts_right", "impacts_left")] == [1, 2, 2]
+    assert other.enclosures["label"] == "1-2r-2l"
     assert check(other.document).accepted
+    solved = stack.periodic_orbit(**place, motion=orbit["motion"], progress=False)
+    (point,) = stack.codimension_two_points(omega=(0.282, 0.283), max_order=2, max_multiple=1, progress=False).points
+    for record in (solved, point):
+        own = stack.prove(record, progress=False)
+        assert own.verdict == "proven", own.reason
 
 
 def test_explaining_borders_reports_its_progress_and_stops_when_it_is_cancelled(stack: LocalClient) -> None:

@@ -143,8 +143,34 @@ def test_a_statement_is_proven_with_the_decimals_of_the_request() -> None:
     assert (document["verdict"], document["reason"]) == ("proven", None)
     assert check(certificate).accepted
     asked = certificate["statement"]
-    assert (asked["omega"], asked["clearance"], asked["displacement"]) == ("0.29", "1.6", ["0.0"] * 3)
-    assert (asked["period"], asked["impacts_right"], asked["impacts_left"]) == (1, 2, 2)
+    assert (asked["omega"], asked["clearance"]["left"], asked["displacement"]) == ("0.29", "1.6", ["0.0"] * 3)
+    assert asked["label"] == "1-2r-2l"
+    assert json.loads(document["shown"])["label"] == "1-2r-2l"
+
+
+def test_a_proof_ends_at_its_limit_of_processor_time_within_a_long_step() -> None:
+    def endless() -> Iterator[str]:
+        yield "first"
+        matrix = acb_mat([[acb(i + j) for j in range(200)] for i in range(200)])
+        with ctx.workprec(100_000):
+            matrix.exp()
+        yield "second"
+
+    began = time.monotonic()
+    steps, ended = within(0.5, endless)
+    assert (steps, ended) == (["first"], True)
+    assert time.monotonic() - began < 20.0  # half a second of processor time on a busy machine
+    assert within(60.0, lambda: iter(["first", "second"])) == (["first", "second"], False)
+    with pytest.raises(RuntimeError):
+        within(60.0, lambda: iter([1 // 0]))
+
+
+def test_an_undecided_proof_says_why() -> None:
+    attraction = {"kind": "attraction", "omega": 0.29, "clearance": 1.6}
+    document = whole("proofs", {"statement": attraction, "time_limit": 0.2})
+    assert document["verdict"] == "undecided"
+    assert "0.2 s" in document["reason"]
+    assert "theorem" not in json.loads(document["certificate"])
 
 
 @pytest.mark.parametrize("stop", ["A", "C"])

@@ -78,11 +78,7 @@ def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[Impac
         same = np.array_equal(stops[-count:], stops[-2 * count : -count])
         late = times[-count:] - times[-2 * count : -count] - n * turn
         change = speeds[-count:] - speeds[-2 * count : -count]
-        if (
-            same
-            and np.all(np.abs(late) < REPEATED * turn)
-            and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
-        ):
+        if same and np.all(np.abs(late) < REPEATED * turn) and np.all(np.abs(change) < REPEATED * np.abs(speeds).max()):
             sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
             yield sequence
             return

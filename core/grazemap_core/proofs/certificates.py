@@ -132,13 +132,14 @@ def inputs(search: Search, request: Document) -> Document:
     clearance, parameter = request["clearance"], request.get("parameter", "")
     sides = {"right": 1, "left": -1}
     both = clearance if isinstance(clearance, dict) else dict.fromkeys(sides, clearance)
-    pairs = {
+    pairs: dict[str, Document] = {
         "clearance": {side: both[side] for side in sides},
         "restitution": {side: text(search.oscillator.restitution_of(stop)) for side, stop in sides.items()},
     }
-    for name, pair in pairs.items():
-        pairs[name] = {side: VARIED if parameter in (name, f"{name}_{side}") else x for side, x in pair.items()}
-    return {"omega": VARIED if parameter == "omega" else request["omega"], **pairs}
+    return {"omega": VARIED if parameter == "omega" else request["omega"]} | {
+        name: {side: VARIED if parameter in (name, f"{name}_{side}") else x for side, x in pair.items()}
+        for name, pair in pairs.items()
+    }
 
 
 def core_clearance(clearance: Any) -> Clearance:

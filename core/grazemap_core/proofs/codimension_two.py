@@ -20,7 +20,7 @@ def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt
 
     Where the maxima of the steady motion are not told apart, the second statement is on the zero alone.
     """
-    statement = {name: request[name] for name in ("type", "order", "range", "stop") if name in request}
+    statement: Document = {name: request[name] for name in ("type", "order", "range", "stop") if name in request}
 
     def function(unknowns: list[arb]) -> list[arb]:
         return [impulse(search.machine, request["type"], unknowns[0], request["order"])]

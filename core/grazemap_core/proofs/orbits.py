@@ -89,7 +89,7 @@ def sequence_theorem(
     stops, speeds = (np.concatenate([x[first:], sign * x[:first]]) for x in (stops, speeds))
     times = np.concatenate([times[first:], times[:first] + turn])
     section = times[0] if graze is not None else 0.5 * (times[-1] - turn + times[0])
-    theorem = {
+    theorem: Document = {
         "period": impacts.period,
         "symmetric": impacts.symmetric,
         "section": repr(float(section)),

@@ -87,7 +87,10 @@ def translated(document: dict[str, Any]) -> dict[str, Any]:
         forcing = [{"harmonic": 1, "powers": [[forcing["sine"], forcing["cosine"]]]}]
         oscillator = oscillator | {"forcing": forcing}
     machine = Machine(OSCILLATOR(oscillator, "the oscillator"))
-    require(set(machine.forces) <= {1}, "a certificate of an older format counts other periods where there are several harmonics")
+    require(
+        set(machine.forces) <= {1},
+        "a certificate of an older format counts other periods where there are several harmonics",
+    )
     words = {name: value for name, value in statement.items() if name != "kind"}
     read = _STATEMENTS[kind](words, "the statement")
     shown = _THEOREMS[kind]({name: value for name, value in theorem.items() if name != "kind"}, "the theorem")
@@ -161,6 +164,6 @@ def _motion(
     if "phases" in statement:
         numbers = {name: statement.get(name) for name in _GUESS}
         require(all(type(x) is list for x in numbers.values()), "phases or velocities are not a list")
-        motion |= {name: [repr(x) if type(x) is float else x for x in values] for name, values in numbers.items()}
+        motion |= {name: [repr(x) if type(x) is float else x for x in values or ()] for name, values in numbers.items()}
         motion["radius"] = RADIUS
     return motion | {"stable": statement["stable"]}

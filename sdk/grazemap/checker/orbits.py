@@ -118,10 +118,11 @@ class BoundaryProblem:
         if self.names:
             return None
         box = [x + ball(radius) for x in self.centre]
-        return self.run(box, checked=False).derivative * self.sign - identity(len(box))
+        derivative: arb_mat = self.run(box, checked=False).derivative * self.sign - identity(len(box))
+        return derivative
 
     def contacts(self, run: Run, graze: Any = None) -> tuple[list[int], list[Any], list[Any]]:
-        """Return the stops, times and velocities of the contacts of a period, with a graze at a time if one is given."""
+        """Return the stops, times and velocities of the contacts of a period, a graze at its time included."""
         stops, times, velocities = list(self.stops), list(run.times), list(run.velocities)
         if graze is not None:
             stops, times, velocities = [self.graze, *stops], [graze, *times], [arb(0), *velocities]
@@ -141,7 +142,7 @@ class BoundaryProblem:
             require(differ, f"the impacts may repeat after {self.period // parts} periods")
 
     def motion(self, run: Run) -> dict[str, Any]:
-        """Return what identifies a motion: its label, the stops of a period, and the impacts over the section's turn."""
+        """Return what identifies a motion: its label, the stops of a period, and the impacts up to the section."""
         stops, _, _ = self.contacts(run)
         shown = {"times": run.times, "velocities": run.velocities}
         text = {name: [str(x) for x in values] for name, values in shown.items()}
@@ -149,6 +150,6 @@ class BoundaryProblem:
 
 
 def label(period: int, stops: Sequence[int]) -> str:
-    """Return the name n-p_r-q_l of a motion that touches stops by impacts alone; (-1) for a stop that it never touches."""
+    """Return the name n-p_r-q_l of a motion that touches stops by impacts alone; (-1) stands for no contact."""
     right, left = (str(list(stops).count(stop) or "(-1)") for stop in (1, -1))
     return f"{period}-{right}r-{left}l"

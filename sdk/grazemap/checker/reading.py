@@ -234,7 +234,7 @@ _CERTIFICATE = fields(
 
 def certificate(document: Any) -> dict[str, Any]:
     """Return a certificate of the present format with its numbers, and its kind as `kind`."""
-    known = _CERTIFICATE(document, "the certificate")
+    known: dict[str, Any] = _CERTIFICATE(document, "the certificate")
     statement = document["statement"]
     require(type(statement) is dict and "kind" in statement, "the statement has no kind")
     kind = choice(*STATEMENTS)(statement["kind"], "the statement's kind")

@@ -71,7 +71,7 @@ class Machine:
 
     @property
     def divisor(self) -> int:
-        """The greatest common divisor p of the harmonics' orders: the period is T = 2 pi/(p omega); 1 without forces."""
+        """The greatest common divisor p of the orders, 1 without forces: the period is T = 2 pi/(p omega)."""
         return math.gcd(*self.forces) or 1
 
     @property
@@ -214,7 +214,8 @@ class System:
         for stop, time, velocity in impacts:
             state -= self.flow(end - time) * self.kick * (self.rebound[stop] * velocity)
         around = identity(self.size) - self.free(self.flow(self.turn * turns)) * sign
-        return around.solve(column(state.entries()[: self.size]) * sign)
+        fixed: arb_mat = around.solve(column(state.entries()[: self.size]) * sign)
+        return fixed
 
     def gap(self, stop: int) -> Any:
         """Return the gap of a stop."""

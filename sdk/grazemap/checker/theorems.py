@@ -49,7 +49,7 @@ def solved(problem: BoundaryProblem, radius: Any) -> tuple[list[arb], Run]:
 
 def count_unstable(values: list[Any]) -> int:
     """Return how many multipliers lie outside the unit circle, where none is on it."""
-    outside = sum(abs(m) > 1 for m in values)
+    outside: int = sum(abs(m) > 1 for m in values)
     off = outside + sum(abs(m) < 1 for m in values) == len(values)
     require(off, "a multiplier is not shown to be off the unit circle")
     return outside

@@ -14,7 +14,19 @@ from functools import wraps
 from inspect import Signature, cleandoc, signature
 from textwrap import fill, indent
 from types import MethodType
-from typing import Any, Concatenate, Generic, ParamSpec, Protocol, TypeVar, Unpack, cast, get_args, overload
+from typing import (
+    Any,
+    Concatenate,
+    Generic,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    Unpack,
+    cast,
+    get_args,
+    overload,
+    runtime_checkable,
+)
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +88,18 @@ Raises
 ------
 ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
 """
+
+
+@runtime_checkable
+class Provable(Protocol):
+    """A part of a result that knows the statement which proves it, and its oscillator."""
+
+    @property
+    def oscillator(self) -> dict[str, Any] | None:
+        """The oscillator of the request."""
+
+    def statement(self) -> dict[str, Any]:
+        """Return the statement of proofs."""
 
 
 class Blocking:
@@ -632,9 +656,9 @@ class ProcessMethods:
     @method(Proof)
     def prove(
         self,
-        oscillator: OscillatorLike = None,
+        oscillator: OscillatorLike | Provable = None,
         *,
-        statement: StatementLike,
+        statement: StatementLike | None = None,
         digits: int = 30,
         time_limit: float = 60.0,
         progress: bool = True,
@@ -642,7 +666,8 @@ class ProcessMethods:
         """Prove or disprove one statement in ball arithmetic (needs the extra "proofs" where the worker runs).
 
         The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Every number
-        stands for its shortest decimal: 0.05 is 1/20.
+        stands for its shortest decimal: 0.05 is 1/20. Instead of an oscillator and a statement, a codimension-two
+        point or a periodic orbit of a result can be given, which is proven with its own numbers.
 
         Parameters
         ----------
@@ -651,4 +676,6 @@ class ProcessMethods:
             label; bifurcation: omega, clearance, motion, type, vary, range; codimension-two: type, order, range, stop.
             A motion, an initial state and a range are written as for the other methods.
         """
+        if isinstance(oscillator, Provable):
+            return {"oscillator": oscillator.oscillator, "statement": arguments.as_statement(oscillator.statement())}
         return {"statement": arguments.as_statement(statement)}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Literal
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from grazemap.codec import Document
 from grazemap.plots.axes import LegendPlace, drawing
 from grazemap.plots.curve import plot_codimension_two_points, plot_grazing_curve, plot_stop_grazing_curves
 from grazemap.plots.resonance import plot_local_unfolding
@@ -19,6 +21,9 @@ from grazemap.wire.linear import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+_NEAR = 1e-9
+"""Relative distance from omega of a point within which its zero is proven."""
 
 
 @described(FAMILY, comparable=True)
@@ -82,9 +87,34 @@ class CodimensionTwoPoint:
     margin: float | None
     unfolding: Unfolding | None
     corner: Corner | None
+    oscillator: dict[str, Any] | None = field(default=None, repr=False, compare=False)
+
+    def statement(self) -> dict[str, Any]:
+        """Return the statement of proofs that the point is a zero of g, h or h_s, with the numbers of the point."""
+        if self.kind == "recurrence":
+            function, order = "g", self.order
+        elif self.kind == "resonant" and self.multiple is not None:
+            whole = (self.bifurcation == "SN") != self.symmetric
+            function, order = ("h" if whole else "h_s"), self.multiple * (1 if self.symmetric else 2)
+        else:
+            raise ValueError(f"a point of the kind {self.kind} is no zero of g, h or h_s, which alone can be proven")
+        away = max(_NEAR * self.omega, 4.0 * (self.omega_error or 0.0))
+        window = {"start": self.omega - away, "stop": self.omega + away}
+        stop = {None: None, 1: "A", -1: "C"}[self.stop]
+        return {"kind": "codimension-two", "type": function, "order": order, "range": window, "stop": stop}
 
 
-class StopGrazingCurves(Result):
+class _WithPoints:
+    """Base of results whose points know their oscillator."""
+
+    @classmethod
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        attributes: dict[str, Any] = super()._attributes(document, meta)  # type: ignore[misc]
+        oscillator = meta["request"]["oscillator"]
+        return attributes | {"points": tuple(replace(point, oscillator=oscillator) for point in attributes["points"])}
+
+
+class StopGrazingCurves(_WithPoints, Result):
     """The grazes of stops that are not alike: of one of them, or of both at one clearance."""
 
     contact_equilibrium: float
@@ -116,7 +146,7 @@ class StopGrazingCurves(Result):
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
-class GrazingCurve(Result):
+class GrazingCurve(_WithPoints, Result):
     """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
 
     omega: FloatArray
@@ -166,7 +196,7 @@ class GrazingCurve(Result):
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
-class CodimensionTwoPoints(Result):
+class CodimensionTwoPoints(_WithPoints, Result):
     """Every codimension-two point of the grazing curve over an interval of omega."""
 
     points: tuple[CodimensionTwoPoint, ...]

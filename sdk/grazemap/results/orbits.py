@@ -60,6 +60,21 @@ class PeriodicOrbit(Observed, Result):
     clearance_left: float | None = None
 
     @property
+    def oscillator(self) -> dict[str, Any]:
+        """The oscillator of the request."""
+        oscillator: dict[str, Any] = self.meta["request"]["oscillator"]
+        return oscillator
+
+    def statement(self) -> dict[str, Any]:
+        """Return the statement of proofs that the orbit exists, and is stable or not, with the numbers of the orbit."""
+        if not self.converged or not len(self.stops):
+            raise ValueError("an orbit is proven by its impacts, and this result has none")
+        motion = {"period": self.period, "stops": self.stops.tolist()}
+        motion |= {"phases": self.phases.tolist(), "velocities": self.velocities.tolist()}
+        place = {"omega": self.omega, "clearance": self.meta["request"]["clearance"]}
+        return {"kind": "orbit", **place, "motion": motion, "stable": self.stable}
+
+    @property
     def said(self) -> str:
         """The properties of the orbit in a few words."""
         if not self.converged:

@@ -18,7 +18,12 @@ _NEEDED: dict[str, tuple[str, ...]] = {
     "bifurcation": ("omega", "clearance", "motion", "type", "vary", "range"),
     "codimension-two": ("type", "order", "range"),
 }
-_ALLOWED = {"orbit": ("stable", "radius"), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ("stop",)}
+_ALLOWED = {
+    "orbit": ("stable", "radius"),
+    "attraction": ("initial", "label"),
+    "bifurcation": (),
+    "codimension-two": ("stop",),
+}
 _Varied = Literal[
     "omega",
     "clearance",
