@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import time
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from flint import acb, acb_mat, ctx
 from one_impact_orbits import orbits_at_clearance
 from thorough import KERNELS_FIRST
 
@@ -20,6 +23,7 @@ from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
+from grazemap_worker.processes.time_limit import within
 from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.document_problems import problems
 

@@ -58,4 +58,5 @@ def check(document: Any) -> Verdict:
     except (ArithmeticError, ValueError) as error:
         # numbers too large for the arithmetic; the text of such an error may have text of the certificate
         return Verdict(False, f"its numbers cannot be worked with ({type(error).__name__})", "", {}, {}, {})
+    shown = {"T": f"2 pi/({machine.divisor} omega)", **shown}
     return Verdict(True, "", known["verdict"], document["statement"], document["oscillator"], shown)

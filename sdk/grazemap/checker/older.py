@@ -155,9 +155,11 @@ def _motion(
     """Return the period and the stops of an orbit, or of a bifurcation's, and the box if it has phases."""
     stops = statement.get("stops")
     if stops is None:
+        require(set(_COUNTS) <= statement.keys(), "the statement has neither stops nor numbers of impacts")
         stops = [*half, *(-stop for stop in half)] if symmetric else half
-        counts = [read.get(name, -1) for name in _COUNTS]
-        require(counts == [stops.count(1), stops.count(-1)], "the orbit has other impacts than those of the statement")
+    counts = {"impacts_right": stops.count(1), "impacts_left": stops.count(-1)}
+    same = all(read.get(name, count) == count for name, count in counts.items())
+    require(same, "the orbit has other impacts than those of the statement")
     motion = {"period": statement["period"], "stops": stops}
     if not is_orbit:
         return motion
