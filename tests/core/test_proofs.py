@@ -254,8 +254,7 @@ def test_certificates_of_another_general_system_are_refused(general, name, chang
         ("statement", {"clearance": {"right": "0.3", "left": "-0.3"}}),
         ("statement", {"clearance": {"right": None, "left": None}}),
         ("statement", {"restitution": {"right": "0.5", "left": "0.7"}}),
-        ("statement", {"displacement": ["0.0", "0.0"]}),
-        ("statement", {"phase": "0.1"}),
+        ("statement", {"displacement": ["0.31", "0.0"]}),
         ("theorem", {"symmetric": True}),
     ],
 )
