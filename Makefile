@@ -238,6 +238,12 @@ proofs: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
 	$(BIN)/python -m tests.proven_statements
 
+mutants: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+mutants: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+mutants: export PYTHONPATH = tests:.
+mutants: $(STAMP)  ## change certificates at random, and judge in 100 digits what the checker accepts (hours)
+	$(BIN)/python -W ignore -m tests.mutated_certificates $(MUTANTS)
+
 bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
 

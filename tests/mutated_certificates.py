@@ -373,11 +373,10 @@ def judged(task: tuple[int, Certificate]) -> tuple[str, str, str, Certificate]:
     kind = true["statement"]["kind"]
     group = rng.choices(["keeping", "saying", "spoiling"], [0.25, 0.6, 0.15])[0]
     changes = {"keeping": KEEPING[kind], "saying": SAYING, "spoiling": SPOILING}[group]
-    change = rng.choice([c for c in changes if "radius" in new["statement"] or c is not wider_box])
-    change(rng, new)
+    while new == true:
+        change = rng.choice([c for c in changes if "radius" in new["statement"] or c is not wider_box])
+        change(rng, new)
     name = f"{group}: {change.__name__}"
-    if new == true:
-        return kind, name, "unchanged", new
     answer = check(new)
     outcome = "accepted" if answer.accepted else "refused"
     if group == "spoiling":

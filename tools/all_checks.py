@@ -50,6 +50,7 @@ TARGETS = (
     "planes",
     "large-models",
     "proofs",
+    "mutants",
     "borders",
     "reproduce",
     "published",
