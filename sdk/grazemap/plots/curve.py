@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, ORDERS, PAPER, UNRESOLVED
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import STOPS, StopName, steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import TypeIs
 
     from grazemap.results import (
         CodimensionTwoPoint,
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
         GrazingCurveOfPlane,
         StopGrazingCurves,
     )
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
@@ -61,12 +66,14 @@ def plot_stop_grazing_curves(
 
 
 def plot_codimension_two_points(
-    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | None = None
+    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None = None
 ) -> Axes:
     """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
     ax = drawing.ax
-    if curve is not None:
+    if curve is not None and is_of_both(curve):
         draw_curve(ax, curve)
+    elif curve is not None:
+        draw_stop_curves(ax, curve)
     else:
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
@@ -78,6 +85,11 @@ def plot_codimension_two_points(
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
     return ax
+
+
+def is_of_both(curve: GrazingCurve | StopGrazingCurves) -> TypeIs[GrazingCurve]:
+    """Return whether a result is the one curve on which both stops are grazed at once."""
+    return hasattr(curve, "clearance")
 
 
 def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
@@ -114,19 +126,27 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
 
 def draw_stop_curves(ax: Axes, curves: StopGrazingCurves, halo: bool = False) -> None:
     """Add the grazing curves of the stops to axes, dashed where they are virtual; with `halo` as `draw_curve`."""
-    effects = rimmed(3.2, INK) if halo else None
-    for name, colour in (("right", PAPER if halo else INK), ("left", PAPER if halo else LINE)):
+    for name in STOPS:
         clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
-        if clearance is None:
-            continue
-        text = f"graze of the {name} stop"
-        style: dict[str, Any] = {"color": colour, "path_effects": effects, "zorder": 3}
-        if not virtual.all():
-            drawn = np.where(virtual, np.nan, clearance)
-            ax.plot(curves.omega, drawn, linewidth=1.2, label=text, **style)
-        if virtual.any():
-            drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
-            ax.plot(curves.omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
+        if clearance is not None:
+            draw_graze(ax, name, curves.omega, clearance, virtual, halo)
+
+
+def draw_graze(
+    ax: Axes, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
+) -> None:
+    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual; `halo` as `draw_curve`.
+
+    That of the left stop has another colour than that of the right one.
+    """
+    colour = LINE if stop == "left" else PAPER if halo else INK
+    style: dict[str, Any] = {"color": colour, "path_effects": rimmed(3.2, INK) if halo else None, "zorder": 3}
+    text = f"graze of the {stop} stop"
+    if not virtual.all():
+        ax.plot(omega, np.where(virtual, np.nan, clearance), linewidth=1.2, label=text, **style)
+    if virtual.any():
+        drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
+        ax.plot(omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
 
 
 def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:

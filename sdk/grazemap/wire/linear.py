@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+StopName = Literal["right", "left"]
+
+STOPS: tuple[StopName, StopName] = ("right", "left")
 
 _SOLVED_AT_ONCE = 1 << 21
 """Entries of the matrices that are solved together: 32 MiB."""
@@ -176,12 +179,13 @@ def contact_equilibrium(oscillator: Oscillator) -> float:
     return float(np.array(oscillator.contact_row) @ place)
 
 
-def grazing_clearance(oscillator: Oscillator, omega: Floats, stop: int) -> Floats:
-    """Return the clearance at which the steady motion without stops touches a stop, 1 right or -1 left, at omega (m,).
+def grazing_clearance(oscillator: Oscillator, omega: Floats, stop: StopName) -> Floats:
+    """Return the clearance at which the steady motion without stops touches a stop, at omega (m,).
 
     It is the farthest that the contact coordinate goes to that side of 0, where no spring is stretched.
     """
-    return stop * contact_equilibrium(oscillator) + steady_amplitude(oscillator, omega, stop)
+    side = 1 if stop == "right" else -1
+    return side * contact_equilibrium(oscillator) + steady_amplitude(oscillator, omega, side)
 
 
 def _amplitude(oscillator: Oscillator, omega: Floats, side: int) -> Floats:

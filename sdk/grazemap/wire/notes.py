@@ -11,6 +11,7 @@ from grazemap.wire.base import CoordinateRange, Interval, Request, SignedInterva
 from grazemap.wire.diagrams import OneParameterRequest
 from grazemap.wire.job import Note
 from grazemap.wire.linear import (
+    STOPS,
     antiresonances,
     contact_equilibrium,
     grazing_clearance,
@@ -237,8 +238,8 @@ def _nearest_stop(clearance: ClearancePair) -> float | None:
 
 
 def _farthest(oscillator: Oscillator, omega: Collection[float]) -> float:
-    """Return the farthest that the contact goes in the steady motion, at frequencies, and at resonances with damping."""
+    """Return the farthest that the contact goes in the steady motion, at frequencies and at damped resonances."""
     damped = np.any(matrices(oscillator)[1])
     resonant = abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator) if damped else 0.0
     frequencies = np.array([*omega])
-    return max(resonant, *(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in (1, -1)))
+    return max(resonant, *(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in STOPS))
