@@ -481,6 +481,12 @@ def test_a_bifurcation_diagram_has_no_other_quantities():
         decode_result(npz("bifurcation-diagrams")).plot(quantity="energy")
 
 
+@pytest.mark.parametrize(("stops", "name"), [([1, 1], "1-$2_r$-$(-1)_l$"), ([-1, -1], "1-$(-1)_r$-$2_l$")])
+def test_a_branch_of_one_stop_is_named_as_its_orbits_are(stops, name):
+    branch = decode_result(npz("orbit-branches", {"stops": np.array(stops), "symmetric": False}))
+    assert branch.plot().get_title().startswith(f"Branch of {name}, ")
+
+
 def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motion():
     ax = decode_result(npz("orbit-branches")).plot()
     assert legend(ax) == [
