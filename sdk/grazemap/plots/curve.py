@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, rimmed
-from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, ORDERS, PAPER, UNRESOLVED
+from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, PAPER, UNRESOLVED, order_style
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, steady_amplitude
 
@@ -192,9 +192,9 @@ def draw_points(
     style: dict[str, Any] = {"marker": "v", "color": INK, "markerfacecolor": PAPER, "markersize": 7 * size}
     _mark(ax, corners, rim, **style, label="corner: two maxima are equal", zorder=6)
     passive = [point for point in recurrences if not point.active]
-    star = (6, 2, 0)
     text = "recurrence where a smaller order recurs"
-    _mark(ax, passive, rim, marker=star, markersize=5 * size, color=_PASSIVE, label=text, zorder=4)
+    style = {**order_style(1), "color": _PASSIVE}
+    _mark(ax, passive, rim, **style, markersize=5 * size, label=text, zorder=4)
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
@@ -206,9 +206,9 @@ def draw_points(
             _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        style = {"color": ORDERS[(order - 1) % len(ORDERS)], "markersize": max(9 * size, _LARGEST - 1.5 * order)}
+        style = {**order_style(order), "markersize": max(9 * size, _LARGEST - 1.5 * order)}
         above = {"zorder": 6.0 + 0.5 ** max(1, order)}
-        _mark(ax, chosen, rim, 0.6 + 0.8 * size, marker=star, label=f"recurrence of order {order}", **style, **above)
+        _mark(ax, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **above)
 
 
 def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:

@@ -1,0 +1,114 @@
+"""Modules of the page by themselves, in a browser without a service: looks of motions, tables of points."""
+
+from __future__ import annotations
+
+import csv
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+import grazemap_service
+from grazemap.colours import PALETTE
+
+STATIC = Path(grazemap_service.__file__).parent / "static" / "explorer"
+LEGEND = 24
+"""Motions that the legend of the page names."""
+# what met in one window, of which pairs had one colour, and many more
+MET = ["2-3r-4l", "3-7r-7l", "9-13r-13l", "5-8r-8l", "2-5r-5l", "2-(-1)r-1l", "1-1r-1l", "1-(-1)r-(-1)l"]
+MANY = [f"{n}-{n + k}r-{n}l" for n in range(4, 14) for k in range(5)]
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser) -> Iterator[Page]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=STATIC)) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        page = browser.new_page()
+        page.goto(f"http://127.0.0.1:{server.server_address[1]}/tiles.js")
+        page.evaluate("palette => { window.palette = palette; }", PALETTE)
+        yield page
+        page.close()
+        server.shutdown()
+        thread.join()
+
+
+SEEN = """async (views) => {
+    const { Colours } = await import("/labels.js");
+    const { swatch } = await import("/dom.js");
+    const colours = new Colours(palette);
+    return views.map((labels) => {
+        colours.see(labels);
+        return labels.map((label) => {
+            const look = colours.of(label);
+            const { backgroundColor, backgroundImage } = swatch(look.colour, look.image).style;
+            const points = [0, 1, 2, 3].flatMap((row) => [0, 1, 2, 3].map((column) => String(look.at(row, column))));
+            return { colour: look.colour, swatch: backgroundColor + backgroundImage, points: points.join(";") };
+        });
+    });
+}"""
+
+
+def distinct(looks: list[dict[str, str]], what: str) -> bool:
+    return len({look[what] for look in looks}) == len(looks)
+
+
+def test_no_two_motions_of_a_view_look_the_same(page: Page) -> None:
+    named = {**PALETTE["kinds"], **PALETTE["motions"]}
+    everything = ["not decided yet", *MANY, *MET, *(label for label in named if label not in MET)]
+    for labels in (MET, MANY, everything, list(named), ["not decided yet", "unresolved"]):
+        (looks,) = page.evaluate(SEEN, [labels])
+        assert distinct(looks, "swatch")
+        assert distinct(looks, "points")  # as the plane has it
+        assert all(look["colour"] == named[label] for label, look in zip(labels, looks, strict=True) if label in named)
+    (looks,) = page.evaluate(SEEN, [(MET + MANY)[:LEGEND]])
+    assert distinct(looks, "colour")  # without stripes while there are colours
+
+
+def test_a_motion_keeps_its_look_while_nothing_takes_it(page: Page) -> None:
+    before, after, again = page.evaluate(SEEN, [MET[:4], [*MANY[:10], *MET[:4]], MET[:4]])
+    assert before == after[10:] == again
+    # the name gives the colour wherever that is free
+    ((alone,), (also,)) = page.evaluate(SEEN, [["7-9r-8l"]]) + page.evaluate(SEEN, [["7-9r-8l"]])
+    assert alone == also
+
+
+TABLE = """async ({ tiles, view }) => {
+    const { asCsv } = await import("/takehome.js");
+    return asCsv(tiles, view);
+}"""
+
+
+def tile(across: int, up: int, motion: str | None) -> dict[str, Any]:
+    found = {"points": 2, "x": [across, across + 1], "y": [up, up + 1]}
+    if motion is None:
+        return found
+    values = {"verified": [1] * 4, "sensitive": [0] * 4, "lyapunov": [-0.5] * 4, "least_impact_velocity": [None] * 4}
+    return {**found, "labels": [motion], "motion": [0] * 4, **values}
+
+
+def test_a_table_has_every_point_of_the_view_and_says_which_were_not_computed(page: Page) -> None:
+    # as they come: in no order, one not at all
+    tiles = [tile(2, 1, "1-1r-1l"), tile(1, 1, None), tile(1, 2, "1-2r-2l"), tile(2, 2, "1-3r-3l")]
+    view = {"plane": {"horizontal": "omega", "vertical": "clearance"}, "x": [1.0, 2.9], "y": [1.3, 3.0]}
+    text = page.evaluate(TABLE, {"tiles": tiles, "view": view})
+    rows = list(csv.DictReader(text.splitlines()))
+    points = [(float(row["omega"]), float(row["clearance"])) for row in rows]
+    across, up = [1.25, 1.75, 2.25, 2.75], [1.75, 2.25, 2.75]
+    assert points == [(x, y) for y in up for x in across]
+    expected = {(1, 1): "not computed", (2, 1): "1-1r-1l", (1, 2): "1-2r-2l", (2, 2): "1-3r-3l"}
+    assert [row["motion"] for row in rows] == [expected[int(x), int(y)] for x, y in points]
+    for row in rows:
+        known = row["motion"] != "not computed"
+        assert (row["verified"], row["sensitive"], row["lyapunov"]) == (("1", "0", "-0.5") if known else ("", "", ""))
+        assert row["least_impact_velocity"] == ""
