@@ -131,3 +131,29 @@ def test_what_cannot_be_drawn_over_a_map_is_refused() -> None:
     for curve in (left, both):
         with kept_from_pyplot(), pytest.raises(ValueError, match="restitution"):
             umap.plot(curve=curve)
+
+
+@NAMES
+def test_mirror_images_are_merged_between_symmetric_stops_only(name: str) -> None:
+    oscillator, _, rows, _ = MACHINES[name]
+    umap = map_over(oscillator=oscillator, omega={**OMEGA, "points": 3}, clearance=rows)
+    with pytest.raises(ValueError, match="symmetric"):
+        umap.motions(merge_mirror_images=True)
+    alike = map_over(omega={**OMEGA, "points": 3}, clearance=ROWS)
+    assert len(alike.motions(merge_mirror_images=True)) == 1
+
+
+def test_points_of_a_stop_that_does_not_vary_are_not_drawn_over_a_map() -> None:
+    body = {"oscillator": BIASED, "omega": OMEGA, "max_order": 4}
+    document = whole("codimension-two-points", body)
+    points = result("codimension-two-points", body, "CodimensionTwoPoints", document)
+    of_stop = {
+        stop: {(point.omega, point.clearance) for point in points.points if point.stop == stop} for stop in (1, -1)
+    }
+    assert all(of_stop.values())
+    for rows, drawn in (({"right": ROWS, "left": 1.8}, 1), ({"right": 1.8, "left": ROWS}, -1)):
+        umap = map_over(oscillator=BIASED, omega={**OMEGA, "points": 3}, clearance=rows)
+        with kept_from_pyplot():
+            ax = umap.plot(points=points)
+        marked = {tuple(place) for line in ax.lines if line.get_linestyle() == "None" for place in line.get_xydata()}
+        assert marked == of_stop[drawn]

@@ -45,7 +45,9 @@ def draw_curves_and_points(
     if curve is not None:
         _draw_grazes(ax, umap, curve)
     if points is not None:
-        inside = [point for point in points.points if up[0] <= point.clearance <= up[-1]]
+        stop = {"clearance_right": 1, "clearance_left": -1}.get(umap.parameters[1])
+        drawn = [point for point in points.points if stop is None or point.stop in (None, stop)]
+        inside = [point for point in drawn if up[0] <= point.clearance <= up[-1]]
         draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
 
 

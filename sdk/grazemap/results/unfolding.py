@@ -149,9 +149,12 @@ class UnfoldingMap(Observed, Result):
         """Return the motions of the map, the largest share first.
 
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
-        right: the machine is symmetric, so there is the mirror image of every motion.
+        right: between symmetric stops there is the mirror image of every motion. Raises ValueError where the stops or
+        the forces are not symmetric.
         """
         shares, _ = self._coded()
+        if merge_mirror_images and not self.plane.mirrors:
+            raise ValueError("the stops or the forces are not symmetric: motions have no mirror images")
         return _merged(shares, self.kind.size) if merge_mirror_images else shares
 
     def colours(self) -> dict[str, str]:
