@@ -16,6 +16,8 @@ from playwright.sync_api import Browser, Page
 import grazemap_service
 from grazemap.colours import PALETTE
 
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
 STATIC = Path(grazemap_service.__file__).parent / "static" / "explorer"
 LEGEND = 24
 """Motions that the legend of the page names."""
@@ -112,3 +114,36 @@ def test_a_table_has_every_point_of_the_view_and_says_which_were_not_computed(pa
         known = row["motion"] != "not computed"
         assert (row["verified"], row["sensitive"], row["lyapunov"]) == (("1", "0", "-0.5") if known else ("", "", ""))
         assert row["least_impact_velocity"] == ""
+
+
+OFFERED = """async (tiles) => {
+    const names = ["copy-link", "copy-python", "copy-curl", "save-png", "save-svg", "save-csv", "save-npz", "copied"];
+    document.body.replaceChildren(...[...names, "to-copy"].map((id) => {
+        const made = document.createElement(id === "copied" ? "p" : "button");
+        made.id = id;
+        return made;
+    }));
+    const { offer } = await import("/takehome.js");
+    const files = [];
+    HTMLAnchorElement.prototype.click = function () { files.push(this.download); };
+    const canvas = document.createElement("canvas");
+    const state = { plane: { horizontal: "omega", vertical: "clearance" }, x: [1, 3], y: [1, 3] };
+    offer(() => ({ state, tiles, canvas }));
+    const said = {};
+    for (const name of ["png", "csv", "npz"]) {
+        document.getElementById(`save-${name}`).click();
+        await new Promise((resolve) => setTimeout(resolve, 300));
+        said[name] = document.getElementById("copied").textContent;
+    }
+    return { files, said };
+}"""
+
+
+def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_the_middle(page: Page) -> None:
+    there, middle = tile(1, 1, "1-1r-1l"), tile(2, 1, None)
+    found = page.evaluate(OFFERED, [there, middle])
+    assert found["files"] == ["grazemap-1-of-2-tiles.png", "grazemap-1-of-2-tiles.csv"]
+    assert all("1 of the 2 tiles" in found["said"][name] for name in ("png", "csv"))
+    assert "middle" in found["said"]["npz"]
+    assert page.evaluate(OFFERED, [there])["files"][:2] == ["grazemap.png", "grazemap.csv"]
+    assert page.evaluate(OFFERED, [middle])["files"] == ["grazemap-0-of-1-tiles.png"]

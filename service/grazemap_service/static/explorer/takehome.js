@@ -68,6 +68,16 @@ umap.plot().figure.savefig("map.png")
 
 const isThere = (tile) => Boolean(tile.labels);
 
+// How a file of a view that is not complete is named, and what the page says of it; nothing of a complete one.
+function partOf(tiles) {
+  const count = tiles.filter(isThere).length;
+  if (count === tiles.length) return { name: "", text: "" };
+  return {
+    name: `-${count}-of-${tiles.length}-tiles`,
+    text: `The file has ${count} of the ${tiles.length} tiles, as yet.`,
+  };
+}
+
 // The points of tiles inside a window, as text with commas: by rows, from below. Those of a tile that is not there are
 // "not computed".
 export function asCsv(tiles, { plane, x, y }) {
@@ -172,26 +182,23 @@ export function offer(now) {
   on("copy-link", () => copy(location.href, "The link was"));
   on("copy-python", ({ state }) => copy(asPython(state, address), "Python was"));
   on("copy-curl", ({ state }) => copy(asCurl(state, address), "The command was"));
-  on("save-png", async ({ canvas }) => save("grazemap.png", await new Promise((done) => canvas.toBlob(done))));
+  on("save-png", async ({ canvas, tiles }) => {
+    const part = partOf(tiles);
+    save(`grazemap${part.name}.png`, await new Promise((done) => canvas.toBlob(done)));
+    byId("copied").textContent = part.text;
+  });
   on("save-svg", ({ state, lines, marks, names }) =>
     save("grazemap.svg", new Blob([asSvg(state, lines, marks, names)], { type: "image/svg+xml" })),
   );
-  const complete = (tiles) => {
-    const found = tiles.filter(isThere);
-    if (!found.length) throw new Error("No tile of this window is complete yet.");
-    return found;
-  };
   on("save-csv", ({ state, tiles }) => {
-    const found = complete(tiles);
-    const isPart = found.length < tiles.length;
-    const part = isPart ? `-${found.length}-of-${tiles.length}-tiles` : "";
-    save(`grazemap${part}.csv`, new Blob([asCsv(tiles, state)], { type: "text/csv" }));
-    if (isPart)
-      byId("copied").textContent =
-        `The file has ${found.length} of the ${tiles.length} tiles, as yet; the points of the others are “not computed”.`;
+    if (!tiles.some(isThere)) throw new Error("No tile of this window is complete yet.");
+    const part = partOf(tiles);
+    save(`grazemap${part.name}.csv`, new Blob([asCsv(tiles, state)], { type: "text/csv" }));
+    byId("copied").textContent = part.text && `${part.text} The points of the others are “not computed”.`;
   });
   on("save-npz", async ({ tiles }) => {
-    const tile = complete(tiles).at(-1);
+    const tile = tiles.at(-1);
+    if (!tile || !isThere(tile)) throw new Error("The tile in the middle is not complete yet.");
     const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
   });
