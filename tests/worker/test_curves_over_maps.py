@@ -157,3 +157,25 @@ def test_points_of_a_stop_that_does_not_vary_are_not_drawn_over_a_map() -> None:
             ax = umap.plot(points=points)
         marked = {tuple(place) for line in ax.lines if line.get_linestyle() == "None" for place in line.get_xydata()}
         assert marked == of_stop[drawn]
+
+
+@NAMES
+def test_points_are_drawn_with_the_curves_of_their_stops(name: str) -> None:
+    oscillator, clearance, _, _ = MACHINES[name]
+    body = {"oscillator": oscillator, "omega": OMEGA, "max_order": 1}
+    body |= {} if clearance is None else {"clearance": clearance}
+    points = result("codimension-two-points", body, "CodimensionTwoPoints", {"points": []})
+    with kept_from_pyplot():
+        ax = points.plot()
+    curve = curves_of(oscillator, clearance)
+    for stop in ("right", "left"):
+        lines = [line for line in ax.lines if f"{stop} stop" in str(line.get_label())]
+        known = getattr(curve, f"clearance_{stop}") if isinstance(curve, StopGrazingCurves) else None
+        assert bool(lines) == (known is not None)
+        for line in lines:
+            shown = np.isfinite(line.get_ydata())
+            omega, drawn = np.asarray(line.get_xdata())[shown], np.asarray(line.get_ydata())[shown]
+            np.testing.assert_allclose(drawn, curve.at(omega, stop), rtol=1e-12)
+            virtual = np.interp(omega, curve.omega, getattr(curve, f"virtual_{stop}"))
+            sure = (virtual == 0.0) | (virtual == 1.0)
+            assert np.all(virtual[sure] == str(line.get_label()).endswith("virtual"))

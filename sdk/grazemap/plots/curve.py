@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grazemap.plots.axes import Drawing, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, PAPER, UNRESOLVED, order_style
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import STOPS, StopName, steady_amplitude
+from grazemap.wire.linear import STOPS, StopName, grazing_clearance, steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,9 +78,11 @@ def plot_codimension_two_points(
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
         omega = np.union1d(between, [point.omega for point in points.points])
-        oscillator = Oscillator.model_validate(request["oscillator"])
-        if oscillator.is_symmetric and request.get("clearance") is None:  # else no one curve has all points
+        oscillator, other = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
+        if oscillator.is_symmetric and other is None:
             ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
+        else:
+            _draw_evaluated(ax, oscillator, omega, other)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
@@ -90,6 +92,23 @@ def plot_codimension_two_points(
 def is_of_both(curve: GrazingCurve | StopGrazingCurves) -> TypeIs[GrazingCurve]:
     """Return whether a result is the one curve on which both stops are grazed at once."""
     return hasattr(curve, "clearance")
+
+
+def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, other: Mapping[str, float | None] | None) -> None:
+    """Add the grazing curves of stops that are not alike to axes; `other` is the clearance of the one that is fixed."""
+    for stop in STOPS:
+        if other is None or stop not in other:
+            clearance = grazing_clearance(oscillator, omega, stop)
+            beside = clearance if other is None else next(iter(other.values()))
+            draw_graze(ax, stop, omega, clearance, meets_other(oscillator, omega, stop, beside))
+
+
+def meets_other(oscillator: Oscillator, omega: Floats, stop: StopName, clearance: Floats | float | None) -> Booleans:
+    """Return where the steady motion that touches a stop meets the other one before; None: that one is absent."""
+    other = STOPS[1 - STOPS.index(stop)]
+    if clearance is None:
+        return np.zeros(len(omega), dtype=np.bool_)
+    return np.asarray(grazing_clearance(oscillator, omega, other) > clearance)
 
 
 def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:

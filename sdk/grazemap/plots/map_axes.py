@@ -9,9 +9,9 @@ import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
 from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_graze, draw_points, is_of_both
+from grazemap.plots.curve import draw_curve, draw_graze, draw_points, is_of_both, meets_other
 from grazemap.plots.palette import INK
-from grazemap.wire.linear import STOPS, grazing_clearance
+from grazemap.wire.linear import STOPS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,8 +74,8 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
             continue
         other = STOPS[1 - STOPS.index(stop)]
         fixed = clearance if varied == "clearance" else getattr(parameters, other)
-        reached = grazing_clearance(parameters.oscillator, curve.omega, other)
-        draw_graze(ax, stop, curve.omega, clearance, reached > (np.inf if fixed is None else fixed), halo=True)
+        virtual = meets_other(parameters.oscillator, curve.omega, stop, fixed)
+        draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)
 
 
 def _draw_margins(ax: Axes, umap: UnfoldingMap) -> None:

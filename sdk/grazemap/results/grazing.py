@@ -189,7 +189,7 @@ class CodimensionTwoPoints(Result):
     ) -> Axes:
         """Draw the points on the grazing curve in the plane of omega and clearance.
 
-        A `curve` that is given is drawn as it draws itself; left out, that of two stops that are alike is evaluated.
+        A `curve` that is given is drawn as it draws itself; left out, those of the stops that vary are evaluated.
         """
         return plot_codimension_two_points(self, drawing(ax, legend, labels), curve)
 
