@@ -54,34 +54,37 @@ SEEN = """async (views) => {
         return labels.map((label) => {
             const look = colours.of(label);
             const { backgroundColor, backgroundImage } = swatch(look.colour, look.image).style;
-            const points = [0, 1, 2, 3].flatMap((row) => [0, 1, 2, 3].map((column) => String(look.at(row, column))));
+            const places = Array.from({ length: 24 }, (_, k) => k);
+            const points = places.flatMap((row) => places.map((column) => String(look.at(row, column))));
             return { colour: look.colour, swatch: backgroundColor + backgroundImage, points: points.join(";") };
         });
     });
 }"""
 
 
-def distinct(looks: list[dict[str, str]], what: str) -> bool:
-    return len({look[what] for look in looks}) == len(looks)
-
-
-def test_no_two_motions_of_a_view_look_the_same(page: Page) -> None:
+def test_no_two_motions_of_a_legend_look_the_same_and_no_other_as_one_of_them(page: Page) -> None:
     named = {**PALETTE["kinds"], **PALETTE["motions"]}
-    everything = ["not decided yet", *MANY, *MET, *(label for label in named if label not in MET)]
-    for labels in (MET, MANY, everything, list(named), ["not decided yet", "unresolved"]):
+    everything = [*MANY, *(label for label in named if label not in MET), "not decided yet", *MET]
+    for labels in (MET, MANY, everything, everything[::-1], ["not decided yet", "unresolved"]):
         (looks,) = page.evaluate(SEEN, [labels])
-        assert distinct(looks, "swatch")
-        assert distinct(looks, "points")  # as the plane has it
+        for what in ("swatch", "points"):  # of the legend, and of the plane
+            first = {look[what] for look in looks[:LEGEND]}
+            assert len(first) == min(LEGEND, len(labels))
+            assert not first & {look[what] for look in looks[LEGEND:]}
         assert all(look["colour"] == named[label] for label, look in zip(labels, looks, strict=True) if label in named)
-    (looks,) = page.evaluate(SEEN, [(MET + MANY)[:LEGEND]])
-    assert distinct(looks, "colour")  # without stripes while there are colours
+    (looks,) = page.evaluate(SEEN, [MET + MANY])
+    assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND  # without stripes while there are colours
 
 
-def test_a_motion_keeps_its_look_while_nothing_takes_it(page: Page) -> None:
+def test_a_motion_keeps_its_look_while_no_other_takes_it(page: Page) -> None:
     before, after, again = page.evaluate(SEEN, [MET[:4], [*MANY[:10], *MET[:4]], MET[:4]])
     assert before == after[10:] == again
+    # those that come into the legend have a colour without stripes, whatever had it before
+    few, many = MANY[:LEGEND], MANY[LEGEND:]
+    _, looks = page.evaluate(SEEN, [[*many, *few], [*few, *many]])
+    assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND
     # the name gives the colour wherever that is free
-    ((alone,), (also,)) = page.evaluate(SEEN, [["7-9r-8l"]]) + page.evaluate(SEEN, [["7-9r-8l"]])
+    ((alone,),), ((also,),) = page.evaluate(SEEN, [["7-9r-8l"]]), page.evaluate(SEEN, [["7-9r-8l"]])
     assert alone == also
 
 

@@ -22,7 +22,7 @@ export async function showBasins(panel) {
     const number = names.slice(0, k).filter((other) => other === name).length;
     return number ? `${name}, ${number + 1}` : name;
   });
-  const looks = panel.colours.together([...numbered, "unresolved"]);
+  const looks = panel.colours.together([...numbered, "unresolved"], Infinity);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(columns, rows);
   label.forEach((row, i) =>

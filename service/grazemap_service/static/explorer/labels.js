@@ -19,6 +19,9 @@ function crc32(text) {
 
 const channels = (colour) => [1, 3, 5].map((start) => Number.parseInt(colour.slice(start, start + 2), 16));
 
+export const NAMED = 24; // labels that the legend names
+const STRIPED = 8; // ways in which those are striped that it does not
+
 const DIRECTIONS = [
   { across: 1, up: 1, angle: "45deg" },
   { across: 1, up: -1, angle: "-45deg" },
@@ -52,9 +55,17 @@ class Look {
   }
 }
 
-// The looks of labels, of which no two in a view have the same. A motion that the palette names always has its colour.
-// Others have the colour that the label gives or the next one that is free in the view, one of a motion of period 1 only
-// where no other is left, and then stripes. They keep it until a motion with a larger share, or the palette, takes it.
+const made = new Map();
+function lookOf(colour, hatching = 0) {
+  const name = `${colour} ${hatching}`;
+  if (!made.has(name)) made.set(name, new Look(colour, hatching));
+  return made.get(name);
+}
+
+// The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
+// of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
+// one that is free, one of a motion of period 1 only where no other is left, and then stripes. Labels keep their looks
+// while they may.
 export class Colours {
   #named;
   #free;
@@ -78,27 +89,40 @@ export class Colours {
     const first = crc32(label) % this.#free.length;
     const own = this.#named[label];
     const colours = own ? [own] : [...this.#free.slice(first), ...this.#free.slice(0, first)];
+    for (const colour of own ? colours : [...colours, ...this.#frequent]) yield lookOf(colour);
     const known = this.#looks.get(label);
-    if (known && !own) yield known;
-    for (const colour of own ? colours : [...colours, ...this.#frequent]) yield new Look(colour);
-    for (let hatching = 1; ; hatching++) for (const colour of colours) yield new Look(colour, hatching);
+    if (known?.hatching) yield known;
+    for (let hatching = 1; ; hatching++) for (const colour of colours) yield lookOf(colour, hatching);
   }
 
-  // The looks of different labels that are seen together, the largest share first, in a map.
-  together(labels) {
+  // The look, with stripes, of a label that the legend does not name.
+  *#striped(label) {
+    const number = crc32(label);
+    const known = this.#looks.get(label);
+    if (known?.hatching) yield known;
+    for (let k = number % STRIPED; ; k++) yield lookOf(this.#free[number % this.#free.length], 1 + k);
+  }
+
+  // The looks of different labels that are seen together, the largest share first, in a map; the legend names so many.
+  together(labels, most = NAMED) {
     const taken = new Set();
     const looks = new Map();
-    const take = (label) => {
-      for (const look of this.#candidates(label)) {
+    const give = (label, candidates) => {
+      for (const look of candidates) {
         if (taken.has(look.text)) continue;
-        taken.add(look.text);
         looks.set(label, look);
-        return;
+        return look.text;
       }
+      return null;
     };
-    const named = Object.keys(this.#named).filter((label) => labels.includes(label));
-    for (const some of [named, labels.filter((label) => this.#looks.has(label)), labels])
-      for (const label of some) if (!looks.has(label)) take(label);
+    const seen = new Set(labels);
+    const named = Object.keys(this.#named).filter((label) => seen.has(label));
+    const first = labels.slice(0, most);
+    const kept = first.filter((label) => this.#looks.get(label)?.hatching === 0);
+    for (const label of named) taken.add(give(label, this.#candidates(label)));
+    for (const label of kept) if (!looks.has(label)) taken.add(give(label, [this.#looks.get(label)]));
+    for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
+    for (const label of labels) if (!looks.has(label)) give(label, this.#striped(label));
     return looks;
   }
 

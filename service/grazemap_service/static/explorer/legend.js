@@ -1,10 +1,10 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
+import { NAMED } from "./labels.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { named } from "./units.js";
 
-const NAMED = 24;
 const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
 
 export class Legend {
