@@ -287,6 +287,15 @@ def test_the_note_on_millimetres_says_how_far_the_steady_motion_goes():
     assert farthest == pytest.approx(place + reached, rel=1e-3)
 
 
+def test_a_gap_of_a_lightly_damped_machine_is_compared_with_its_resonance():
+    # beside a resonance of 1.3 m the steady motion goes 11 mm
+    light = {**SI, "masses": [0.5], "stiffnesses": [2000.0], "forcing": [5.0], "damping": 1.6e-5}
+    for clearance, noted in ((3.0, True), (1.0, False)):
+        for stops in (clearance, {"right": clearance, "left": None}):
+            found = codes("trajectories", {"oscillator": light, "omega": 70.0, "clearance": stops, "periods": 3})
+            assert ("clearances-in-millimetres" in found) is noted
+
+
 def test_no_stop_at_any_distance_is_noted_where_nothing_moves_or_no_motion_is_largest():
     still = {**SI, "forcing": [0.0]}
     undamped = {**SI, "damping": 0.0}

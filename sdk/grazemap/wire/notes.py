@@ -32,7 +32,7 @@ _SAMPLES = 257
 _APART = 1.02
 # Frequencies below this share of the lowest natural one may be in hertz.
 _LOW = 0.5
-# Clearances above so many times the farthest place of the steady motion may be in millimetres.
+# Clearances above so many times what the steady motion reaches may be in millimetres.
 _WIDE = 10.0
 _MILLIMETRES = 1000.0
 # Stiffnesses, and natural frequencies, from which numbers are hardly nondimensional: these are of the order of 1.
@@ -194,21 +194,22 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
 
 
 def _millimetres(request: ProcessRequest) -> Iterator[Note]:
-    """Compare the nearest stop with the farthest place of the steady motion, at its frequencies and at resonances.
+    """Compare the nearest stop with how far the steady motion goes, at the request's frequencies and at resonances.
 
-    Stops far beyond that are met by no motion that the forces sustain.
+    Stops beyond resonances are hardly met by a motion that the forces sustain.
     """
     points = _corners(request) if request.oscillator.units == "SI" else []
     nearest = [near for point in points if (near := _nearest_stop(point.clearance)) is not None]
     if not nearest:
         return
     machines = {id(point.oscillator): point.oscillator for point in points}
-    farthest = max(
+    reached = max(
         _farthest(machine, {point.omega for point in points if point.oscillator is machine})
         for machine in machines.values()
     )
+    farthest = max(reached, *map(_farthest_at_resonance, machines.values()))
     low, high = min(nearest), max(nearest)
-    if low > farthest and high > _WIDE * farthest > 0.0 and low / _MILLIMETRES <= _WIDE * farthest:
+    if low > farthest and high > _WIDE * reached > 0.0 and low / _MILLIMETRES <= _WIDE * farthest:
         yield Note(
             code="clearances-in-millimetres",
             detail=f"clearance is in m, and the nearest stop is {low:.4g} m away; the steady motion without stops goes "
@@ -238,8 +239,13 @@ def _nearest_stop(clearance: ClearancePair) -> float | None:
 
 
 def _farthest(oscillator: Oscillator, omega: Collection[float]) -> float:
-    """Return the farthest that the contact goes in the steady motion, at frequencies and at damped resonances."""
-    damped = np.any(matrices(oscillator)[1])
-    resonant = abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator) if damped else 0.0
+    """Return the farthest that the contact goes in the steady motion at frequencies."""
     frequencies = np.array([*omega])
-    return max(resonant, *(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in STOPS))
+    return max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in STOPS)
+
+
+def _farthest_at_resonance(oscillator: Oscillator) -> float:
+    """Return the farthest that the contact goes in the steady motion at resonances; 0 without damping."""
+    if not np.any(matrices(oscillator)[1]):
+        return 0.0
+    return abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator)
