@@ -150,3 +150,28 @@ def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_th
     assert "middle" in found["said"]["npz"]
     assert page.evaluate(OFFERED, [there])["files"][:2] == ["grazemap.png", "grazemap.csv"]
     assert page.evaluate(OFFERED, [middle])["files"] == ["grazemap-0-of-1-tiles.png"]
+
+
+BASINS = """async (names) => {
+    document.body.innerHTML = '<div id="basins"></div>';
+    const { showBasins } = await import("/further.js");
+    const { Colours } = await import("/labels.js");
+    const colours = new Colours(palette);
+    const label = names.map((_, k) => [k, k, -1]);
+    const attractors = names.map((label) => ({ label, kind: "periodic", share: 1 / names.length }));
+    const machine = { oscillator: null, stops: "equal", left: null, periods: 400 };
+    const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k) };
+    await showBasins({ machine, at: [0.29, 1.6], colours, compute: async () => answer });
+    return [...document.querySelectorAll("#basins li")].map((entry) => ({
+        text: entry.textContent,
+        swatch: entry.querySelector(".swatch").style.backgroundColor + entry.querySelector(".swatch").style.backgroundImage,
+    }));
+}"""
+
+
+def test_attractors_of_one_name_look_different_and_are_numbered(page: Page) -> None:
+    names = ["1-1r-1l", "1-2r-1l", "1-2r-1l", "1-2r-1l", "7-9r-8l", "7-9r-8l"]
+    entries = page.evaluate(BASINS, names)
+    assert len({entry["swatch"] for entry in entries}) == len(names)
+    said = [entry["text"].partition(":")[0] for entry in entries]
+    assert said == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]
