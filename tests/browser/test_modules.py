@@ -162,10 +162,10 @@ BASINS = """async (names) => {
     const machine = { oscillator: null, stops: "equal", left: null, periods: 400 };
     const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k) };
     await showBasins({ machine, at: [0.29, 1.6], colours, compute: async () => answer });
-    return [...document.querySelectorAll("#basins li")].map((entry) => ({
-        text: entry.textContent,
-        swatch: entry.querySelector(".swatch").style.backgroundColor + entry.querySelector(".swatch").style.backgroundImage,
-    }));
+    return [...document.querySelectorAll("#basins li")].map((entry) => {
+        const { backgroundColor, backgroundImage } = entry.querySelector(".swatch").style;
+        return { text: entry.textContent, swatch: backgroundColor + backgroundImage };
+    });
 }"""
 
 
