@@ -52,11 +52,11 @@ def colours_of_map(
 ) -> list[str | None]:
     """Return the colours of the motions of a map, the largest share first; None for those that are drawn as "other".
 
-    Of the periodic motions only the first `coloured` have a colour, the same as in the picture with the usual number.
-    `fixed` is as of `motion_colours`.
+    Of the periodic motions only the first `coloured` have a colour, the same as in the picture with the usual number,
+    and none that finds no colour left. `fixed` is as of `motion_colours`.
     """
     periodic = [i for i, kind in enumerate(kinds) if kind == "periodic"]
     small, smallest = set(periodic[coloured:]), set(periodic[max(coloured, COLOURED) :])
     named = [i for i in range(len(labels)) if i not in smallest]
     colours = dict(zip(named, motion_colours([labels[i] for i in named], fixed), strict=True))
-    return [None if i in small else colours[i] for i in range(len(labels))]
+    return [None if i in small or colours[i] == OTHER else colours[i] for i in range(len(labels))]

@@ -17,7 +17,7 @@ import httpx2
 import numpy as np
 import pytest
 from explorer_page import ALSO_HARD, FIRST, HARD, LEFT, QUICK, USUAL, WAIT, ended, maps, place, show, verified, window
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 from watched_page import Watched
 
 import grazemap_service
@@ -466,6 +466,36 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
     ast.parse(program)
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
     assert (tmp_path / "map.png").exists()
+
+
+def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str, tmp_path: Path) -> None:
+    page, kept = small.page, []
+
+    def answer(route: Route) -> None:
+        """Let one tile come, and the previews; the others do not."""
+        body = route.request.post_data_json
+        if not body.get("preview"):
+            kept.append(body)
+        if body.get("preview") or body == kept[0]:
+            route.continue_()
+
+    page.route("**/v1/unfolding-maps", answer)
+    show(small, url, QUICK, wait=False)
+    expect(page.locator("#says")).to_contain_text(re.compile(r"\b1 of [0-9]+ tiles"), timeout=WAIT)
+    total = int(re.search(r"1 of (\d+) tiles", page.locator("#says").inner_text())[1])
+    page.get_by_text("Take home", exact=True).click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="CSV of the points").click()
+    assert f"-1-of-{total}-tiles" in download.value.suggested_filename
+    expect(page.locator("#copied")).to_contain_text(f"1 of the {total} tiles")
+    download.value.save_as(tmp_path / "part.csv")
+    rows = list(csv.DictReader((tmp_path / "part.csv").read_text().splitlines()))
+    places = [(float(row["clearance"]), float(row["omega"])) for row in rows]
+    assert places == sorted(set(places))
+    assert len(places) == len({x for x, _ in places}) * len({y for _, y in places})
+    there = [row for row in rows if row["motion"] != "not computed"]
+    assert 0 < len(there) <= 128 * 128 < len(rows)
+    page.unroute_all(behavior="ignoreErrors")
 
 
 def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:

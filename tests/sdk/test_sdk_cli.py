@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import REQUESTS, npz
+from sdk_documents import ONE_STOP, REQUESTS, npz
 from sdk_fake_service import FakeService, served
 
 import grazemap
@@ -250,6 +250,16 @@ def test_plot_draws_beside_the_result(tmp_path, capsys):
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
     assert cli.main(["plot", str(result), "-o", str(tmp_path / "map.csv")]) == 2
     assert cli.main(["plot", str(tmp_path / "none.npz")]) == 1
+
+
+def test_plot_draws_the_curve_of_one_stop_over_a_map(tmp_path):
+    saved = {name: tmp_path / f"{name.split()[0]}.npz" for name in ("unfolding-maps", ONE_STOP)}
+    for name, path in saved.items():
+        path.write_bytes(npz(name))
+    umap, curve = saved.values()
+    picture = tmp_path / "over.svg"
+    assert cli.main(["plot", str(umap), "-o", str(picture), "--over", str(curve)]) == 0
+    assert picture.exists()
 
 
 def test_plot_draws_curves_and_points_over_a_map(tmp_path, capsys):

@@ -129,6 +129,212 @@ def test_a_range_without_a_number_of_points_is_noted_where_it_is_submitted_or_es
             call("unfolding-maps", MAP | {"omega": values})
 
 
+# the machines of docs/machines.md, with a frequency, a range of frequencies and the gap in metres
+MACHINES = {
+    "one stop": (
+        {"masses": [0.5], "stiffnesses": [2000.0], "damping": [1.5], "forcing": [5.0]},
+        70.0,
+        (50.0, 80.0),
+        {"right": 0.003, "left": None},
+    ),
+    "two unlike stops": (
+        {
+            "masses": [0.5, 2.0],
+            "stiffnesses": [2000.0, 8000.0],
+            "damping": [1.5, 6.0],
+            "forcing": [5.0, 0.0],
+            "bias": [2.0, 0.0],
+            "restitution": {"right": 0.7, "left": 0.5},
+        },
+        60.0,
+        (40.0, 80.0),
+        {"right": 0.004, "left": 0.003},
+    ),
+    "impact damper": (
+        {
+            "masses": [1.0, 10.0],
+            "stiffnesses": [10.0, 4000.0],
+            "damping": [0.2, 8.0],
+            "forcing": [0.0, 10.0],
+            "contact": [1, 2],
+        },
+        20.0,
+        (15.0, 25.0),
+        0.02,
+    ),
+    "rotor": (
+        {
+            "masses": [8.0, 40.0],
+            "stiffnesses": [2e5, 4e6],
+            "damping": [60.0, 600.0],
+            "forcing": {"amplitude": [4e-4, 0.0], "law": "unbalance"},
+            "contact": [1, 2],
+        },
+        170.0,
+        (100.0, 250.0),
+        0.0005,
+    ),
+    "shaken base": (
+        {
+            "masses": [2.0, 3.0, 3.0],
+            "stiffnesses": [3000.0, 6000.0, 6000.0],
+            "damping": [2.0, 4.0, 4.0],
+            "base": {"amplitude": 0.002, "stops_move": True},
+        },
+        22.0,
+        (18.0, 30.0),
+        0.01,
+    ),
+    "modes": (
+        {
+            "matrices": {
+                "mass": np.eye(3).tolist(),
+                "damping": {"modal": [0.01, 0.01, 0.015]},
+                "stiffness": np.diag([13225.0, 514089.0, 4028049.0]).tolist(),
+            },
+            "contact": {"row": [3.162, -3.162, 3.162]},
+            "forcing": [2.148, 4.514, 0.124],
+        },
+        112.0,
+        (100.0, 130.0),
+        {"right": 0.0015, "left": None},
+    ),
+}
+
+
+def scaled(clearance, factor: float):
+    if isinstance(clearance, dict):
+        return {stop: None if one is None else factor * one for stop, one in clearance.items()}
+    return factor * clearance
+
+
+def questions(oscillator: dict, omega: float, window: tuple[float, float], clearance) -> list[tuple[str, dict]]:
+    """A request of every process in which a clearance is a number or varies, about a gap."""
+    machine = {"oscillator": {"units": "SI", **oscillator}}
+    point = {**machine, "omega": omega, "clearance": clearance}
+    sides = clearance if isinstance(clearance, dict) else {"": clearance}
+    gap, named = sides.get("right", sides.get("")), "right" in sides
+    wide = {"start": 0.3 * gap, "stop": 3.0 * gap, "points": 4}
+    other = {"left": sides.get("left")}
+    varied = {"right": wide, **other} if named else wide
+    interval = {"start": 0.3 * gap, "stop": 3.0 * gap}
+    name = "clearance_right" if named else "clearance"
+    motion = {"period": 1, "stops": [1]}
+    along = {**machine, "omega": omega, "vary": name, "range": wide, **({"clearance": other} if named else {})}
+    coordinates = {
+        role: {"quantity": quantity, "mass": 1, "values": {"start": -1e-4 * gap, "stop": 1e-4 * gap, "points": 4}}
+        for role, quantity in (("horizontal", "displacement"), ("vertical", "velocity"))
+    }
+    factor = {"vary": "forcing", "values": {"start": 0.5, "stop": 2.0, "points": 4}}
+    damping = {"vary": "damping", "values": {"start": 0.5, "stop": 2.0, "points": 4}}
+    asked = [
+        ("structures", {**machine, "omega": [omega], "clearance": clearance}),
+        ("trajectories", {**point, "periods": 3}),
+        ("periodic-orbits", point),
+        ("orbit-branches", {**point, "vary": "omega", "range": {"start": window[0], "stop": window[1]}}),
+        ("basins", {**point, **coordinates}),
+        ("bifurcation-diagrams", along),
+        ("basin-fractions", along),
+        ("bifurcation-diagrams", {**point, "omega": None, "vary": "omega", "range": span(*window)}),
+        ("unfolding-maps", {**machine, "omega": span(*window), "clearance": varied}),
+        ("unfolding-diagrams", {**machine, "omega": span(*window), "clearance": varied}),
+        ("unfolding-maps", {**point, "horizontal": factor, "vertical": damping}),
+        (
+            "proofs",
+            {**machine, "statement": {"kind": "orbit", "omega": omega, "clearance": clearance, "motion": motion}},
+        ),
+        (
+            "bifurcation-curves",
+            {
+                **machine,
+                "omega": {"start": window[0], "stop": window[1]},
+                "clearance": {"right": interval, **other} if named else interval,
+                "motions": [motion],
+            },
+        ),
+    ]
+    if other["left"] is not None:  # a gap that does not vary
+        asked += [
+            ("grazing-curves", {**machine, "omega": span(*window), "clearance": other}),
+            ("codimension-two-points", {**machine, "omega": {"start": 40.0, "stop": 80.0}, "clearance": other}),
+            ("discontinuity-mappings", {**machine, "omega": omega, "overshoot": [1e-6], "clearance": other}),
+        ]
+    return asked
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_gap_in_millimetres_is_noted_for_every_machine_and_process(name):
+    oscillator, omega, window, clearance = MACHINES[name]
+    for factor, noted in ((1.0, False), (1000.0, True)):
+        for process, body in questions(oscillator, omega, window, scaled(clearance, factor)):
+            found = "clearances-in-millimetres" in codes(process, body)
+            assert found is noted, (process, factor)
+        if noted:  # neither where no unit of length is known
+            body = {"oscillator": {"units": "nondimensional", **oscillator}, "omega": omega, "periods": 3}
+            assert codes("trajectories", {**body, "clearance": scaled(clearance, factor)}) == []
+
+
+def test_the_note_on_millimetres_says_how_far_the_steady_motion_goes():
+    oscillator, omega, _, _ = MACHINES["two unlike stops"]
+    machine = Oscillator(units="SI", **oscillator)
+    body = {"oscillator": machine, "omega": omega, "clearance": {"right": 4.0, "left": 3.0}, "periods": 3}
+    (note,) = notes_on(parse_request("trajectories", body))
+    farthest = float(re.search(r"at most (\S+) m", note.detail)[1])
+    # dense samples in time of the exact motion at resonances, shifted by the bias
+    _, _, stiffness = matrices(machine)
+    place = float(np.linalg.solve(stiffness, machine.bias)[0])
+    reached = steady_amplitude(machine, np.linspace(40.0, 90.0, 20_001)).max()
+    assert farthest == pytest.approx(place + reached, rel=1e-3)
+
+
+def test_a_gap_of_a_lightly_damped_machine_is_compared_with_its_resonance():
+    # beside a resonance of 1.3 m the steady motion goes 11 mm
+    light = {**SI, "masses": [0.5], "stiffnesses": [2000.0], "forcing": [5.0], "damping": 1.6e-5}
+    for clearance, noted in ((3.0, True), (1.0, False)):
+        for stops in (clearance, {"right": clearance, "left": None}):
+            found = codes("trajectories", {"oscillator": light, "omega": 70.0, "clearance": stops, "periods": 3})
+            assert ("clearances-in-millimetres" in found) is noted
+
+
+def test_no_stop_at_any_distance_is_noted_where_nothing_moves_or_no_motion_is_largest():
+    still = {**SI, "forcing": [0.0]}
+    undamped = {**SI, "damping": 0.0}
+    for oscillator, omega in ((still, 15.0), (undamped, 20.0)):
+        body = {"oscillator": oscillator, "omega": omega, "clearance": {"right": 3.0, "left": None}, "periods": 3}
+        assert codes("trajectories", body) == []
+    # a stop that is touched at rest has no unit, and one that is very far is no stop
+    for clearance in ({"right": 0.0, "left": None}, {"right": 1e6, "left": 1e6}, {"right": 0.02, "left": 1e3}):
+        assert codes("trajectories", {"oscillator": SI, "omega": 15.0, "clearance": clearance, "periods": 3}) == []
+    assert codes(
+        "trajectories", {"oscillator": SI, "omega": 15.0, "clearance": {"right": 0.0, "left": 20.0}, "periods": 3}
+    ) == ["clearances-in-millimetres"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "noted"),
+    [
+        ({}, True),
+        ({"damping": None}, True),
+        ({"units": "nondimensional"}, False),
+        ({"units": "SI"}, False),
+        ({"damping": 0.01}, False),
+        ({"masses": [0.5, 2.0], "stiffnesses": [1.0, 4.0]}, False),
+        ({"masses": [1e4, 1e4]}, False),
+    ],
+)
+def test_numbers_in_si_without_units_are_noted(client, changes, noted):
+    given = {"masses": [0.5, 2.0], "stiffnesses": [2000.0, 8000.0], "damping": [1.5, 6.0], "forcing": [5.0, 0.0]}
+    oscillator = {name: value for name, value in (given | changes).items() if value is not None}
+    omega = span(40.0, 80.0)
+    request = parse_request("grazing-curves", {"oscillator": oscillator, "omega": omega})
+    assert ("units-left-out" in [note.code for note in unstated(request)]) is noted
+    if noted:
+        for how in (oscillator, Oscillator(**oscillator)):
+            with pytest.warns(RequestWarning) as caught:
+                client.grazing_curve(how, omega=(40.0, 80.0), points=8, progress=False)
+            assert [warning.message.code for warning in caught] == ["units-left-out"]
+
+
 def test_the_default_restitution_is_noted_in_si_only():
     stated = {**SI, "restitution": 0.8}
     omega = span(15.0, 25.0)

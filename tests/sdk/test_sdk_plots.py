@@ -481,6 +481,12 @@ def test_a_bifurcation_diagram_has_no_other_quantities():
         decode_result(npz("bifurcation-diagrams")).plot(quantity="energy")
 
 
+@pytest.mark.parametrize(("stops", "name"), [([1, 1], "1-$2_r$-$(-1)_l$"), ([-1, -1], "1-$(-1)_r$-$2_l$")])
+def test_a_branch_of_one_stop_is_named_as_its_orbits_are(stops, name):
+    branch = decode_result(npz("orbit-branches", {"stops": np.array(stops), "symmetric": False}))
+    assert branch.plot().get_title().startswith(f"Branch of {name}, ")
+
+
 def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motion():
     ax = decode_result(npz("orbit-branches")).plot()
     assert legend(ax) == [
@@ -876,6 +882,75 @@ def test_on_axes_of_middle_size_a_legend_keeps_the_largest_shares():
     assert len(legend(umap.plot(curve=curve))) == 22
     assert len(legend(umap.plot(new_figure(5, 4).add_subplot(), curve=curve, legend="inside"))) == 22
     assert umap.plot(new_figure(1.5, 1).add_subplot()).get_legend() is None
+
+
+def looks(ax) -> list[tuple[str, ...]]:
+    """Return what the entries of a legend look like."""
+    names = ("color", "marker", "linestyle", "markerfacecolor")
+    handles, _ = ax.get_legend_handles_labels()
+    dashes = [str(handle._unscaled_dash_pattern) for handle in handles]
+    seen = [tuple(str(getattr(handle, f"get_{name}")()) for name in names) for handle in handles]
+    return [(*one, dash) for one, dash in zip(seen, dashes, strict=True)]
+
+
+def many_motions(kind: str) -> list:
+    """Return pictures of more motions than there are colours."""
+    count = len(every_colour()) + 5
+    named = [{"period": 9, "impacts_right": n, "impacts_left": n, "label": f"9-{n}r-{n}l"} for n in range(count)]
+    if kind == "map":
+        umap = map_of([(9, n, n) for n in range(count)])
+        return [umap.plot(motions=count), umap.plot(motions=count, merge_mirror_images=True)]
+    if kind == "basins":
+        one = document("basins")["attractors"][0]
+        attractors = [{**one, **name, "share": 1 / count, "states": 1} for name in named]
+        states = {"label": np.arange(2 * count, dtype=np.int16).reshape(2, count) % count}
+        axes = {"horizontal": np.linspace(-1.0, 1.0, count)}
+        rest = {
+            name: np.resize(document("basins")[name], (2, count)) for name in ("settled_after", "lyapunov", "reason")
+        }
+        return [decode_result(npz("basins", {"attractors": attractors, **states, **axes, **rest})).plot()]
+    if kind == "fractions":
+        whole = document("basin-fractions")
+        attractors = [{**whole["attractors"][0], **name} for name in named]
+        figures = {name: np.resize(array, (count, 2)) for name, array in whole.items() if np.shape(array) == (3, 2)}
+        figures["share"] = np.full((count, 2), 1.0 / count)
+        return [decode_result(npz("basin-fractions", {**figures, "attractors": attractors})).plot(motions=count)]
+    if kind == "diagram":
+        section = document("bifurcation-diagrams")["sections"][0]
+        sections = [{**section, "motion": {**section["motion"], **name}} for name in named]
+        parameter = np.linspace(1.5, 1.6, count)
+        result = decode_result(npz("bifurcation-diagrams", {"sections": sections, "parameter": parameter}))
+        return [result.plot(motions=count)]
+    result = decode_result(npz(MANY))
+    first = result.trajectories[0]
+    some = [replace(first, motion=replace(first.motion, kind="periodic", **name)) for name in named]
+    return [replace(result, trajectories=tuple(some)).plot()[0]]
+
+
+@pytest.mark.parametrize("kind", ["map", "basins", "fractions", "diagram", "trajectories"])
+def test_no_two_entries_of_a_legend_look_the_same_however_many_motions_there_are(kind):
+    for ax in many_motions(kind):
+        entries, drawn = legend(ax), looks(ax)
+        assert len(set(drawn)) == len(drawn) == len(set(entries))
+        assert sum("other" in entry for entry in entries) == 1
+
+
+def test_orders_and_motions_beyond_the_colours_and_dashes_have_other_symbols():
+    count = 40
+    assert len({str(palette.dash(number)) for number in range(count)}) == count
+    assert len({str(palette.order_style(order)) for order in range(1, count + 1)}) == count
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence")
+    omega = np.linspace(0.26, 0.34, count)
+    points = [
+        {**recurrence, "active": True, "order": k + 1, "omega": float(omega[k]), "clearance": 1.5} for k in range(count)
+    ]
+    drawn = looks(decode_result(npz("codimension-two-points", {"points": points})).plot())
+    assert len(set(drawn)) == len(drawn) == count + 1
+    whole = document("structures")
+    omega = np.linspace(0.2, 0.4, len(whole["omega"]))
+    harmonics = [{**whole["harmonics"][0], "harmonic": k + 1} for k in range(count)]
+    drawn = looks(decode_result(npz("structures", {"harmonics": harmonics, "omega": omega})).plot())
+    assert len(set(drawn)) == len(drawn) >= count
 
 
 def colour_of(ax) -> dict[str, str]:

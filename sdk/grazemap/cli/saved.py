@@ -18,6 +18,7 @@ from grazemap.results import (
     GrazingCurve,
     OrbitBranch,
     Result,
+    StopGrazingCurves,
     UnfoldingMap,
     load,
 )
@@ -110,7 +111,7 @@ def _drawn_over(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
             one = load(path)
         if isinstance(one, BifurcationCurves):
             drawn["curves"] = [*drawn.get("curves", ()), one]
-        elif isinstance(one, GrazingCurve):
+        elif isinstance(one, GrazingCurve | StopGrazingCurves):
             drawn["curve"] = one
         elif isinstance(one, CodimensionTwoPoints):
             drawn["points"] = one

@@ -29,7 +29,11 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
     motions = [attractor.motion for attractor in result.attractors]
     colours = motion_colours(motions, given)
     for colour, text in zip(colours, _texts(motions, result.chance_to_settle), strict=True):
-        legend_square(ax, colour, text)
+        if colour != OTHER:
+            legend_square(ax, colour, text)
+    rest = [motion.share for motion, colour in zip(motions, colours, strict=True) if colour == OTHER]
+    if rest:
+        legend_square(ax, OTHER, f"{len(rest)} other attractors ({share_text(sum(rest))})")
     if result.unresolved > 0.0:
         legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
     ax.pcolormesh(
@@ -63,9 +67,11 @@ def plot_basin_fractions(
     """
     ax, every = drawing.ax, result.motions()
     chosen = np.sort(np.argsort([-one.share for one in every], kind="stable")[:motions])
-    shown = [every[i] for i in chosen]
-    areas = [result.share[i] for i in chosen]
-    colours, texts = motion_colours(shown, given), _texts(shown, result.chance_to_settle)
+    found = motion_colours([every[i] for i in chosen], given)
+    # none is left for a motion with that of the others
+    coloured = {int(i): colour for i, colour in zip(chosen, found, strict=True) if colour != OTHER}
+    shown, colours = [every[i] for i in coloured], list(coloured.values())
+    areas, texts = [result.share[i] for i in coloured], _texts(shown, result.chance_to_settle)
     others = len(every) - len(shown)
     if others:
         areas.append(result.share.sum(axis=0) - np.sum(areas, axis=0))

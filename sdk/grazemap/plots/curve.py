@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, rimmed
-from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, ORDERS, PAPER, UNRESOLVED
+from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, PAPER, UNRESOLVED, order_style
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import STOPS, StopName, grazing_clearance, steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import TypeIs
 
     from grazemap.results import (
         CodimensionTwoPoint,
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
         GrazingCurveOfPlane,
         StopGrazingCurves,
     )
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
@@ -61,23 +66,49 @@ def plot_stop_grazing_curves(
 
 
 def plot_codimension_two_points(
-    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | None = None
+    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None = None
 ) -> Axes:
     """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
     ax = drawing.ax
-    if curve is not None:
+    if curve is not None and is_of_both(curve):
         draw_curve(ax, curve)
+    elif curve is not None:
+        draw_stop_curves(ax, curve)
     else:
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
         omega = np.union1d(between, [point.omega for point in points.points])
-        oscillator = Oscillator.model_validate(request["oscillator"])
-        if oscillator.is_symmetric and request.get("clearance") is None:  # else no one curve has all points
+        oscillator, other = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
+        if oscillator.is_symmetric and other is None:
             ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
+        else:
+            _draw_evaluated(ax, oscillator, omega, other)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
     return ax
+
+
+def is_of_both(curve: GrazingCurve | StopGrazingCurves) -> TypeIs[GrazingCurve]:
+    """Return whether a result is the one curve on which both stops are grazed at once."""
+    return hasattr(curve, "clearance")
+
+
+def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, other: Mapping[str, float | None] | None) -> None:
+    """Add the grazing curves of stops that are not alike to axes; `other` is the clearance of the one that is fixed."""
+    for stop in STOPS:
+        if other is None or stop not in other:
+            clearance = grazing_clearance(oscillator, omega, stop)
+            beside = clearance if other is None else next(iter(other.values()))
+            draw_graze(ax, stop, omega, clearance, meets_other(oscillator, omega, stop, beside))
+
+
+def meets_other(oscillator: Oscillator, omega: Floats, stop: StopName, clearance: Floats | float | None) -> Booleans:
+    """Return where the steady motion that touches a stop meets the other one before; None: that one is absent."""
+    other = STOPS[1 - STOPS.index(stop)]
+    if clearance is None:
+        return np.zeros(len(omega), dtype=np.bool_)
+    return np.asarray(grazing_clearance(oscillator, omega, other) > clearance)
 
 
 def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
@@ -114,19 +145,27 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
 
 def draw_stop_curves(ax: Axes, curves: StopGrazingCurves, halo: bool = False) -> None:
     """Add the grazing curves of the stops to axes, dashed where they are virtual; with `halo` as `draw_curve`."""
-    effects = rimmed(3.2, INK) if halo else None
-    for name, colour in (("right", PAPER if halo else INK), ("left", PAPER if halo else LINE)):
+    for name in STOPS:
         clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
-        if clearance is None:
-            continue
-        text = f"graze of the {name} stop"
-        style: dict[str, Any] = {"color": colour, "path_effects": effects, "zorder": 3}
-        if not virtual.all():
-            drawn = np.where(virtual, np.nan, clearance)
-            ax.plot(curves.omega, drawn, linewidth=1.2, label=text, **style)
-        if virtual.any():
-            drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
-            ax.plot(curves.omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
+        if clearance is not None:
+            draw_graze(ax, name, curves.omega, clearance, virtual, halo)
+
+
+def draw_graze(
+    ax: Axes, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
+) -> None:
+    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual; `halo` as `draw_curve`.
+
+    That of the left stop has another colour than that of the right one.
+    """
+    colour = LINE if stop == "left" else PAPER if halo else INK
+    style: dict[str, Any] = {"color": colour, "path_effects": rimmed(3.2, INK) if halo else None, "zorder": 3}
+    text = f"graze of the {stop} stop"
+    if not virtual.all():
+        ax.plot(omega, np.where(virtual, np.nan, clearance), linewidth=1.2, label=text, **style)
+    if virtual.any():
+        drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
+        ax.plot(omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
 
 
 def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
@@ -172,9 +211,9 @@ def draw_points(
     style: dict[str, Any] = {"marker": "v", "color": INK, "markerfacecolor": PAPER, "markersize": 7 * size}
     _mark(ax, corners, rim, **style, label="corner: two maxima are equal", zorder=6)
     passive = [point for point in recurrences if not point.active]
-    star = (6, 2, 0)
     text = "recurrence where a smaller order recurs"
-    _mark(ax, passive, rim, marker=star, markersize=5 * size, color=_PASSIVE, label=text, zorder=4)
+    style = {**order_style(1), "color": _PASSIVE}
+    _mark(ax, passive, rim, **style, markersize=5 * size, label=text, zorder=4)
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
@@ -186,9 +225,9 @@ def draw_points(
             _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        style = {"color": ORDERS[(order - 1) % len(ORDERS)], "markersize": max(9 * size, _LARGEST - 1.5 * order)}
+        style = {**order_style(order), "markersize": max(9 * size, _LARGEST - 1.5 * order)}
         above = {"zorder": 6.0 + 0.5 ** max(1, order)}
-        _mark(ax, chosen, rim, 0.6 + 0.8 * size, marker=star, label=f"recurrence of order {order}", **style, **above)
+        _mark(ax, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **above)
 
 
 def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:

@@ -40,17 +40,19 @@ def plot_bifurcation_diagram(
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     order = np.lexsort([first, -counts])
     shown = [result.sections[first[i]].motion for i in order[:motions]]
+    found = motion_colours(shown, colours)
+    coloured = [(i, *one) for i, *one in zip(order, found, shown, strict=False) if one[0] != OTHER]
     entries = [
         (
             label_of_point == names[i],
             colour,
             f"{motion_text(motion)} ({_values(counts[i])}){chance_text(motion.kind, result.chance_to_settle)}",
         )
-        for i, colour, motion in zip(order[:motions], motion_colours(shown, colours), shown, strict=True)
+        for i, colour, motion in coloured
     ]
-    if len(order) > motions:
-        others = np.isin(label_of_point, names[order[motions:]])
-        entries.append((others, OTHER, f"{len(order) - motions} other motions"))
+    if len(order) > len(coloured):
+        others = ~np.isin(label_of_point, names[[i for i, _, _ in coloured]])
+        entries.append((others, OTHER, f"{len(order) - len(coloured)} other motions"))
     for chosen, colour, text in entries:
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0.0, "rasterized": True}
         if is_light(colour):  # on dark dots, so that light ones are seen on white

@@ -9,13 +9,14 @@ import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
 from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_points
+from grazemap.plots.curve import draw_curve, draw_graze, draw_points, is_of_both, meets_other
 from grazemap.plots.palette import INK
+from grazemap.wire.linear import STOPS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, UnfoldingMap
+    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 
 
 def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> None:
@@ -27,7 +28,7 @@ def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> None:
 def draw_curves_and_points(
     ax: Axes,
     umap: UnfoldingMap,
-    curve: GrazingCurve | None,
+    curve: GrazingCurve | StopGrazingCurves | None,
     points: CodimensionTwoPoints | None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None,
     margins: bool = True,
@@ -42,10 +43,39 @@ def draw_curves_and_points(
     if margins:
         _draw_margins(ax, umap)
     if curve is not None:
-        draw_curve(ax, curve, halo=True)
+        _draw_grazes(ax, umap, curve)
     if points is not None:
-        inside = [point for point in points.points if up[0] <= point.clearance <= up[-1]]
+        stop = {"clearance_right": 1, "clearance_left": -1}.get(umap.parameters[1])
+        drawn = [point for point in points.points if stop is None or point.stop in (None, stop)]
+        inside = [point for point in drawn if up[0] <= point.clearance <= up[-1]]
         draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+
+
+def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazingCurves) -> None:
+    """Draw the grazing curves of the stops that vary in a map, dashed where the motion meets the map's other stop.
+
+    Raises
+    ------
+    ValueError
+        The curve is that of a stop that does not vary in the map.
+    """
+    varied, parameters = umap.parameters[1], umap.plane.parameters
+    if varied == "clearance" and is_of_both(curve):
+        draw_curve(ax, curve, halo=True)
+        return
+    drawn = [stop for stop in STOPS if varied in ("clearance", f"clearance_{stop}")]
+    grazes = {stop: getattr(curve, f"clearance_{stop}") for stop in drawn}
+    if all(clearance is None for clearance in grazes.values()):
+        raise ValueError(
+            f"the map is over the clearance of the {drawn[0]} stop, and the curve is that of the other one"
+        )
+    for stop, clearance in grazes.items():
+        if clearance is None:
+            continue
+        other = STOPS[1 - STOPS.index(stop)]
+        fixed = clearance if varied == "clearance" else getattr(parameters, other)
+        virtual = meets_other(parameters.oscillator, curve.omega, stop, fixed)
+        draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)
 
 
 def _draw_margins(ax: Axes, umap: UnfoldingMap) -> None:

@@ -15,7 +15,14 @@ from grazemap.plots.palette import BIFURCATIONS, OTHER
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, OrbitBranch, UnfoldingMap
+    from grazemap.results import (
+        BifurcationCurves,
+        CodimensionTwoPoints,
+        GrazingCurve,
+        OrbitBranch,
+        StopGrazingCurves,
+        UnfoldingMap,
+    )
     from grazemap.results.observables import Quantity
 
 
@@ -28,7 +35,7 @@ def plot_over_plane(
     umap: UnfoldingMap,
     drawing: Drawing,
     quantity: Quantity,
-    curve: GrazingCurve | None = None,
+    curve: GrazingCurve | StopGrazingCurves | None = None,
     points: CodimensionTwoPoints | None = None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
 ) -> Axes:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grazemap.plots.axes import Drawing, fixed_text, parameter_label, record_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
-from grazemap.wire import motion_label
+from grazemap.wire import impacts_on, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,10 +144,9 @@ def named_branch(result: OrbitBranch) -> str:
     """Return which branch it is."""
     if not len(result.stops):
         return f"Branch of period {result.period}"
-    right, left = (int(np.sum(result.stops == stop)) for stop in (1, -1))
     knots = result.knots()
     images = " and its mirror image" if any(knots.types[i] == "SB" for i in knots.turns()) else ""
-    return f"Branch of {label_text(motion_label(result.period, right, left))}{images}"
+    return f"Branch of {label_text(motion_label(result.period, *impacts_on(result.stops)))}{images}"
 
 
 def _name_stops(ax: Axes, result: OrbitBranch) -> None:

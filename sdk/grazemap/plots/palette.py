@@ -49,7 +49,22 @@ DASHES: tuple[Any, ...] = (
     (0, (2.5, 2.5)),
     (0, (9, 2, 2, 2, 2, 2)),
 )
-"""Styles of lines that tell motions, or numbers of periods, apart."""
+
+
+def dash(number: int) -> Any:
+    """Return the style of a line that tells motions, or numbers of periods, apart: a different one for each number."""
+    style, round = DASHES[number % len(DASHES)], number // len(DASHES)
+    if not round:
+        return style
+    offset, strokes = (0, (12, 2)) if style == "-" else style
+    return offset, (*strokes, *(1, 1.2) * round)
+
+
+def order_style(order: int) -> dict[str, Any]:
+    """Return marker and colour of recurrences of an order: asterisks, with more arms from the order 9 on."""
+    round, place = divmod(order - 1, len(ORDERS))
+    return {"marker": (6 + round, 2, 0), "color": ORDERS[place]}
+
 
 _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 

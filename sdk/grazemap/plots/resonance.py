@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label
-from grazemap.plots.palette import BIFURCATIONS, DASHES, INK, PAPER
+from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, dash
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,7 +89,7 @@ def _explain(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]]) -> No
 
 
 def _dash(multiple: int) -> Any:
-    return DASHES[(multiple - 1) % len(DASHES)]
+    return dash(multiple - 1)
 
 
 def _saddle_nodes(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label
-from grazemap.plots.palette import INK, ORDERS, PALE_LINE
+from grazemap.plots.palette import INK, ORDERS, PALE_LINE, dash
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,9 +33,11 @@ def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
     order = np.argsort(structure.omega, kind="stable")
     omega = structure.omega[order]
     for i, one in enumerate(structure.harmonics):
-        colour = INK if len(structure.harmonics) == 1 else ORDERS[i % len(ORDERS)]
+        round, place = divmod(i, len(ORDERS))
+        colour = INK if len(structure.harmonics) == 1 else ORDERS[place]
         text = "amplitude" if one.harmonic == 1 else f"amplitude of harmonic {one.harmonic}"
-        ax.plot(omega, one.amplitude[order], ".-" if len(omega) < 20 else "-", color=colour, linewidth=1.2, label=text)
+        style: dict[str, Any] = {"color": colour, "linestyle": dash(round), "marker": "." if len(omega) < 20 else ""}
+        ax.plot(omega, one.amplitude[order], linewidth=1.2, label=text, **style)
     inside = structure.natural_frequencies[
         (structure.natural_frequencies >= omega[0]) & (structure.natural_frequencies <= omega[-1])
     ]

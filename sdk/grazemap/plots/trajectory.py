@@ -17,7 +17,7 @@ from grazemap.plots.axes import (
     point_text,
     shown_axes,
 )
-from grazemap.plots.palette import INK, LINE, NAMED, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
 from grazemap.wire import ClearancePair, Oscillator
 from grazemap.wire.structure import RestitutionPair, as_pair
 
@@ -136,6 +136,7 @@ def plot_trajectories(
         shown = _last_periods(trajectory, time)
         text = motion_text(trajectory.motion)
         style: dict[str, Any] = {"color": colours[text], "linewidth": 0.8}
+        text = text if colours[text] != OTHER else f"{list(colours.values()).count(OTHER)} other motions"
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)

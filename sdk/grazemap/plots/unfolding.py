@@ -17,7 +17,14 @@ from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, moti
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
+    from grazemap.results import (
+        BifurcationCurves,
+        CodimensionTwoPoints,
+        GrazingCurve,
+        MotionShare,
+        StopGrazingCurves,
+        UnfoldingMap,
+    )
 
 # A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
@@ -31,7 +38,7 @@ def plot_unfolding_map(
     umap: UnfoldingMap,
     drawing: Drawing,
     *,
-    curve: GrazingCurve | None = None,
+    curve: GrazingCurve | StopGrazingCurves | None = None,
     points: CodimensionTwoPoints | None = None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
     motions: int = COLOURED,
@@ -47,7 +54,7 @@ def plot_unfolding_map(
     ----------
     umap : UnfoldingMap
     drawing : Drawing
-    curve : GrazingCurve, optional
+    curve : GrazingCurve or StopGrazingCurves, optional
         Drawn over the regions, as far as it lies inside.
     points : CodimensionTwoPoints, optional
         Drawn on the curve.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,7 +18,7 @@ from grazemap.results.base import Result, counted, outside
 from grazemap.results.records import BoolArray, FloatArray, IntArray, described
 from grazemap.schema.grazing import CORNER, FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import STOPS, StopName, grazing_clearance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,6 +132,19 @@ class StopGrazingCurves(_WithPoints, Result):
     first_recurrence_left: IntArray | None
     points: tuple[CodimensionTwoPoint, ...]
 
+    def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
+        """Return the clearance at which the steady motion touches a stop, in the shape of omega.
+
+        It is that of the stop that varies. Where both vary together it is that of the first one that the motion touches
+        as they come nearer, the larger one, or with `stop` that of this one. As in the fields, the motion may meet the
+        other stop before: the graze is virtual. The formula is evaluated: nothing is interpolated. Raises ValueError
+        for an omega outside of the curve's, as it may be meant in other units, and for a stop that does not vary.
+        """
+        varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
+        if stop is not None and stop not in varied:
+            raise ValueError(f"the result has no curve of the stop {stop!r}; it has {' and '.join(varied)}")
+        return _evaluated(self, omega, varied if stop is None else [stop])
+
     def plot(
         self,
         ax: Axes | None = None,
@@ -173,13 +187,7 @@ class GrazingCurve(_WithPoints, Result):
         The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside of the curve's, as it
         may be meant in other units.
         """
-        frequencies = np.asarray(omega, dtype=np.float64)
-        low, high = float(self.omega[0]), float(self.omega[-1])
-        beyond = frequencies[(frequencies < low) | (frequencies > high)]
-        if beyond.size:
-            raise outside("curve", "omega", float(beyond.flat[0]), (low, high), self.units)
-        oscillator = Oscillator.model_validate(self.meta["request"]["oscillator"])
-        return np.reshape(steady_amplitude(oscillator, frequencies.ravel()), frequencies.shape)
+        return _evaluated(self, omega, ["right"])
 
     def plot(
         self,
@@ -205,13 +213,13 @@ class CodimensionTwoPoints(_WithPoints, Result):
         self,
         ax: Axes | None = None,
         *,
-        curve: GrazingCurve | None = None,
+        curve: GrazingCurve | StopGrazingCurves | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
         """Draw the points on the grazing curve in the plane of omega and clearance.
 
-        A `curve` that is given has a band where the graze does not recur; left out, the curve is evaluated.
+        A `curve` that is given is drawn as it draws itself; left out, those of the stops that vary are evaluated.
         """
         return plot_codimension_two_points(self, drawing(ax, legend, labels), curve)
 
@@ -233,3 +241,15 @@ class CodimensionTwoPoints(_WithPoints, Result):
         kinds = Counter(point.kind for point in self.points)
         others = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
         return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{others}"
+
+
+def _evaluated(curve: GrazingCurve | StopGrazingCurves, omega: ArrayLike, stops: Sequence[StopName]) -> FloatArray:
+    """Return the largest clearance at which the steady motion touches one of the stops, in the shape of omega."""
+    frequencies = np.asarray(omega, dtype=np.float64)
+    low, high = float(curve.omega[0]), float(curve.omega[-1])
+    beyond = frequencies[~((low <= frequencies) & (frequencies <= high))]
+    if beyond.size:
+        raise outside("curve", "omega", float(beyond.flat[0]), (low, high), curve.units)
+    oscillator = Oscillator.model_validate(curve.meta["request"]["oscillator"])
+    each = [grazing_clearance(oscillator, frequencies.ravel(), stop) for stop in stops]
+    return np.reshape(np.max(each, axis=0), frequencies.shape)

@@ -18,7 +18,7 @@ from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.unfolding import plot_computed, plot_unfolding_map
 from grazemap.results.base import Result, counted, counted_points, outside
 from grazemap.results.curves import BifurcationCurves
-from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.records import (
     RECORDS,
@@ -149,9 +149,12 @@ class UnfoldingMap(Observed, Result):
         """Return the motions of the map, the largest share first.
 
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
-        right: the machine is symmetric, so there is the mirror image of every motion.
+        right: between symmetric stops there is the mirror image of every motion. Raises ValueError where the stops or
+        the forces are not symmetric.
         """
         shares, _ = self._coded()
+        if merge_mirror_images and not self.plane.mirrors:
+            raise ValueError("the stops or the forces are not symmetric: motions have no mirror images")
         return _merged(shares, self.kind.size) if merge_mirror_images else shares
 
     def colours(self) -> dict[str, str]:
@@ -169,13 +172,14 @@ class UnfoldingMap(Observed, Result):
         return np.array([motion.label for motion in motions], dtype="<U32")[codes]
 
     @cached_property
-    def _plane(self) -> Plane:
+    def plane(self) -> Plane:
+        """The parameters that vary, with their values, and the values of the others."""
         return _plane(self.meta)
 
     @property
     def parameters(self) -> tuple[str, str]:
         """The names of the horizontal and of the vertical parameter, for example "omega" and "clearance"."""
-        return self._plane.names
+        return self.plane.names
 
     @property
     def roles(self) -> dict[str, str]:
@@ -197,7 +201,7 @@ class UnfoldingMap(Observed, Result):
         period = int(self.period[row, column])
         counts = int(self.impacts_right[row, column]), int(self.impacts_left[row, column])
         asked, request = self.meta["request"], None
-        there = self._plane.parameters.at({across: place[0], up: place[1]})
+        there = self.plane.parameters.at({across: place[0], up: place[1]})
         clearance = there.clearance.model_dump()
         if kind == "periodic" and asked.get("policy", "rest") == "rest" and max(counts) != -1:
             request = {
@@ -274,7 +278,7 @@ class UnfoldingMap(Observed, Result):
         quantity: str | Axes | None = None,
         ax: Axes | None = None,
         *,
-        curve: GrazingCurve | None = None,
+        curve: GrazingCurve | StopGrazingCurves | None = None,
         points: CodimensionTwoPoints | None = None,
         curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
         motions: int = 20,
@@ -294,8 +298,11 @@ class UnfoldingMap(Observed, Result):
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity
 
-        _expect("curve", curve, GrazingCurve)
+        _expect("curve", curve, GrazingCurve, StopGrazingCurves)
         _expect("points", points, CodimensionTwoPoints)
+        across, up = self.parameters
+        if (curve or points) is not None and not (across == "omega" and up.startswith("clearance")):
+            raise ValueError(f"curve and points are over omega and clearance, and the map is over {across} and {up}")
         for one in curves if isinstance(curves, Sequence) else [curves]:
             _expect("curves", one, BifurcationCurves)
             if one is not None and one.parameters != self.parameters:
@@ -369,10 +376,10 @@ def _axes(whole: Mapping[str, Any], plane: Plane) -> dict[str, Any]:
     return {name: named.get(name) for name in ("omega", "clearance")}
 
 
-def _expect(name: str, given: object, kind: type[Result]) -> None:
-    """Raise TypeError for an argument of `plot` that is not a result of its kind, or None."""
-    if not isinstance(given, kind | None):
-        raise TypeError(f"{name} is a {type(given).__name__}, and plot draws {kind.__name__} there")
+def _expect(name: str, given: object, *kinds: type[Result]) -> None:
+    """Raise TypeError for an argument of `plot` that is not a result of one of the kinds, or None."""
+    if given is not None and not isinstance(given, kinds):
+        raise TypeError(f"{name} is a {type(given).__name__}, and plot draws {kinds[0].__name__} there")
 
 
 def _nearest(name: str, values: FloatArray, value: float, units: str) -> int:

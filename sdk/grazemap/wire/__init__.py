@@ -25,6 +25,7 @@ from grazemap.wire.job import (
     ProblemError,
     Progress,
     Status,
+    impacts_on,
     motion_label,
 )
 from grazemap.wire.notes import notes_on, unstated
@@ -107,6 +108,7 @@ __all__ = [
     "canonical_id",
     "grid_points",
     "grid_values",
+    "impacts_on",
     "motion_label",
     "notes_on",
     "parse_request",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any, Literal
 
 from grazemap.wire.base import Response
@@ -105,6 +107,12 @@ class JobList(Response):
 
 INFINITE = -2
 """The number that stands for infinitely many impacts."""
+
+
+def impacts_on(stops: Iterable[int]) -> tuple[int, int]:
+    """Return the impacts on the right (1) and on the left stop (-1) as labels have them: -1 on a stop without any."""
+    counts = Counter(int(stop) for stop in stops)
+    return counts[1] or -1, counts[-1] or -1
 
 
 def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+StopName = Literal["right", "left"]
+
+STOPS: tuple[StopName, StopName] = ("right", "left")
 
 _SOLVED_AT_ONCE = 1 << 21
 """Entries of the matrices that are solved together: 32 MiB."""
@@ -155,26 +159,43 @@ def damping_ratios(oscillator: Oscillator) -> Floats:
     return np.append(ratio, np.full(count - len(ratio), np.nan))
 
 
-def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
-    """Return the largest displacement to the right of the contact coordinate in the steady motion without stops.
+def steady_amplitude(oscillator: Oscillator, omega: Floats, side: int = 1) -> Floats:
+    """Return the largest displacement to one side of the contact coordinate in the steady motion without stops.
 
-    It is measured from the equilibrium, at every omega (m,): with one harmonic the amplitude, and without a bias the
-    clearance at which the motion grazes the right stop. It is infinite at the resonance of an undamped mode.
+    It is measured from the equilibrium, at every omega (m,): with one harmonic the amplitude. `side` is 1 for the right
+    and -1 for the left. It is infinite at the resonance of an undamped mode.
     """
     samples = _SAMPLES * max(oscillator.orders, default=1)
     chunk = max(1, _SOLVED_AT_ONCE // max(oscillator.size**2, samples))
-    parts = [_amplitude(oscillator, omega[i : i + chunk]) for i in range(0, len(omega), chunk)]
+    parts = [_amplitude(oscillator, omega[i : i + chunk], side) for i in range(0, len(omega), chunk)]
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def _amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
+def contact_equilibrium(oscillator: Oscillator) -> float:
+    """Return the contact coordinate at the static equilibrium; a free mode, which it does not see, is left out."""
+    if not any(oscillator.bias or ()):
+        return 0.0
+    place = np.linalg.lstsq(matrices(oscillator)[2], np.array(oscillator.bias), rcond=None)[0]
+    return float(np.array(oscillator.contact_row) @ place)
+
+
+def grazing_clearance(oscillator: Oscillator, omega: Floats, stop: StopName) -> Floats:
+    """Return the clearance at which the steady motion without stops touches a stop, at omega (m,).
+
+    It is the farthest that the contact coordinate goes to that side of 0, where no spring is stretched.
+    """
+    side = 1 if stop == "right" else -1
+    return side * contact_equilibrium(oscillator) + steady_amplitude(oscillator, omega, side)
+
+
+def _amplitude(oscillator: Oscillator, omega: Floats, side: int) -> Floats:
     orders = oscillator.orders or [1]
     try:
-        responses = [_response(oscillator, order, omega) for order in orders]
+        responses = [side * _response(oscillator, order, omega) for order in orders]
     except np.linalg.LinAlgError:
         if len(omega) == 1:
             return np.full(1, np.inf)
-        return np.concatenate([_amplitude(oscillator, one) for one in np.split(omega, len(omega))])
+        return np.concatenate([_amplitude(oscillator, one, side) for one in np.split(omega, len(omega))])
     return np.abs(responses[0]) if len(orders) == 1 else _largest(np.array(orders), np.stack(responses, axis=1))
 
 
@@ -224,13 +245,32 @@ def _largest(orders: NDArray[np.int64], responses: Complexes) -> Floats:
     return np.asarray(found)
 
 
+def resonant_amplitude(oscillator: Oscillator) -> float:
+    """Return the largest amplitude of the contact coordinate at a natural frequency, summed over harmonics.
+
+    It is infinite for a mode without damping that the forces drive, or huge, as round-off has it.
+    """
+    natural = natural_frequencies(oscillator)
+    try:
+        responses = _responses(oscillator, oscillator.orders, natural[natural > 0.0])
+    except np.linalg.LinAlgError:
+        return float("inf")
+    return float(np.abs(responses).max(axis=0, initial=0.0).sum())
+
+
 def _response(oscillator: Oscillator, order: int, omega: Floats) -> Complexes:
     """Return the complex amplitude of the contact coordinate in one harmonic at every omega (m,)."""
+    return _responses(oscillator, [order], order * omega)[:, 0]
+
+
+def _responses(oscillator: Oscillator, orders: Sequence[int], frequency: Floats) -> Complexes:
+    """Return the complex amplitudes of the contact coordinate in harmonics at their frequencies (m,), (m, orders)."""
     mass, damping, stiffness = matrices(oscillator)
-    frequency = order * omega
     systems = stiffness - frequency[:, None, None] ** 2 * mass + 1j * frequency[:, None, None] * damping
-    forces = _forces(oscillator, order, frequency)[:, :, None]
-    return np.asarray(np.linalg.solve(systems, forces)[:, :, 0] @ np.array(oscillator.contact_row))
+    forces = np.zeros((len(frequency), oscillator.size, len(orders)), dtype=np.complex128)
+    for place, order in enumerate(orders):
+        forces[:, :, place] = _forces(oscillator, order, frequency)
+    return np.asarray(np.einsum("i,mij->mj", np.array(oscillator.contact_row), np.linalg.solve(systems, forces)))
 
 
 def _forces(oscillator: Oscillator, order: int, frequency: Floats) -> Complexes:

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from grazemap.wire.base import CoordinateRange, Interval, SignedInterval
+from grazemap.wire.base import CoordinateRange, Interval, Request, SignedInterval
 from grazemap.wire.diagrams import OneParameterRequest
 from grazemap.wire.job import Note
-from grazemap.wire.linear import antiresonances, steady_amplitude
+from grazemap.wire.linear import (
+    STOPS,
+    antiresonances,
+    contact_equilibrium,
+    grazing_clearance,
+    matrices,
+    resonant_amplitude,
+    steady_amplitude,
+)
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.planes import Axis, WindowAxis
+from grazemap.wire.planes import Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
+from grazemap.wire.structure import ClearancePair, OtherClearance, as_pair
 from grazemap.wire.structures import StructuresRequest
 
 Span = tuple[float, float]
@@ -23,8 +32,11 @@ _SAMPLES = 257
 _APART = 1.02
 # Frequencies below this share of the lowest natural one may be in hertz.
 _LOW = 0.5
-# Clearances above so many amplitudes may be in millimetres.
+# Clearances above so many times what the steady motion reaches may be in millimetres.
 _WIDE = 10.0
+_MILLIMETRES = 1000.0
+# Stiffnesses, and natural frequencies, from which numbers are hardly nondimensional: these are of the order of 1.
+_STIFF, _FAST = 100.0, 10.0
 # A damping in SI of which every mode has a smaller ratio may be a ratio itself.
 _WEAK = 1e-3
 # The damping ratio for which a note says gamma.
@@ -34,7 +46,7 @@ _EXAMPLE = 0.02
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    found = [*_lists(request), *_damping(request.oscillator)]
+    found = [*_lists(request), *_damping(request.oscillator), *_millimetres(request)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
         alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
@@ -56,7 +68,9 @@ def unstated(request: ProcessRequest) -> list[Note]:
     A job's request has every default filled in, so neither a job nor a result has these notes.
     """
     oscillator = request.oscillator
-    if oscillator.units != "SI" or "restitution" in oscillator.model_fields_set:
+    if oscillator.units != "SI":
+        return [] if "units" in oscillator.model_fields_set else [*_units(oscillator)]
+    if "restitution" in oscillator.model_fields_set:
         return []
     detail = (
         f"restitution is not given, and its default {oscillator.restitution:g} is used: give the oscillator its "
@@ -65,7 +79,28 @@ def unstated(request: ProcessRequest) -> list[Note]:
     return [Note(code="default-restitution", detail=detail)]
 
 
-def _values(request: ProcessRequest, name: str) -> object:
+def _units(oscillator: Oscillator) -> Iterator[Note]:
+    """Look for a chain in SI of which neither the units nor a damping in SI was given."""
+    listed = isinstance(oscillator.damping, list)
+    if oscillator.matrices is not None or not (listed or "damping" not in oscillator.model_fields_set):
+        return
+    stiffest, fastest = max(oscillator.stiffnesses), float(oscillator.natural_frequencies[-1])
+    if not (stiffest >= _STIFF and fastest >= _FAST):
+        return
+    means = (
+        "a list of dampings then has ratios, each link's coefficient being twice its number, not N s/m"
+        if listed
+        else f"damping, which is not given, then has its default {oscillator.damping:g}"
+    )
+    detail = (
+        f"units are not given, so that numbers are nondimensional: {means}. Stiffnesses up to {stiffest:.4g} and "
+        f'natural frequencies up to {fastest:.4g} look like SI: give the oscillator units "SI", or "nondimensional" '
+        "where that is meant"
+    )
+    yield Note(code="units-left-out", detail=detail)
+
+
+def _values(request: Request, name: str) -> object:
     if isinstance(request, OneParameterRequest) and request.vary == name:
         return request.range
     for axis in (getattr(request, role, None) for role in ("horizontal", "vertical")):
@@ -74,7 +109,7 @@ def _values(request: ProcessRequest, name: str) -> object:
     return getattr(request, name, None)
 
 
-def _span(request: ProcessRequest, name: str) -> Span | None:
+def _span(request: Request, name: str) -> Span | None:
     """Return the least and the largest value of a parameter of a request; None if it has none."""
     values = _values(request, name)
     if isinstance(values, Interval | SignedInterval | CoordinateRange):
@@ -145,12 +180,6 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
     if not np.isfinite(high) or high == 0.0:
         return
     unit = " m" if oscillator.units == "SI" else ""
-    if oscillator.units == "SI" and clearance[0] / 1000.0 < high < clearance[0] / _WIDE:
-        yield Note(
-            code="clearances-in-millimetres",
-            detail=f"clearance is in m and starts at {clearance[0]:.4g}; the steady motion has an amplitude of up to "
-            f"{high:.4g} m: divide by 1000 if clearance was meant in millimetres",
-        )
     if clearance[1] <= _APART * clearance[0] and omega[1] <= _APART * omega[0]:
         return  # a point, not a window
     where = f"which lies between {low:.4g} and {high:.4g}{unit} at {len(frequencies)} frequencies there"
@@ -162,3 +191,61 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
     elif clearance[1] < low:
         detail = f"every clearance is below the grazing curve, {where}: the steady motion would pass the stops"
         yield Note(code="below-grazing-curve", detail=detail)
+
+
+def _millimetres(request: ProcessRequest) -> Iterator[Note]:
+    """Compare the nearest stop with how far the steady motion goes, at the request's frequencies and at resonances.
+
+    Stops beyond resonances are hardly met by a motion that the forces sustain.
+    """
+    points = _corners(request) if request.oscillator.units == "SI" else []
+    nearest = [near for point in points if (near := _nearest_stop(point.clearance)) is not None]
+    if not nearest:
+        return
+    machines = {id(point.oscillator): point.oscillator for point in points}
+    reached = max(
+        _farthest(machine, {point.omega for point in points if point.oscillator is machine})
+        for machine in machines.values()
+    )
+    farthest = max(reached, *map(_farthest_at_resonance, machines.values()))
+    low, high = min(nearest), max(nearest)
+    if low > farthest and high > _WIDE * reached > 0.0 and low / _MILLIMETRES <= _WIDE * farthest:
+        yield Note(
+            code="clearances-in-millimetres",
+            detail=f"clearance is in m, and the nearest stop is {low:.4g} m away; the steady motion without stops goes "
+            f"at most {farthest:.4g} m from where no spring is stretched, at resonances too: divide by 1000 if "
+            "clearance was meant in millimetres",
+        )
+
+
+def _corners(request: ProcessRequest) -> list[PlanePoint]:
+    """Return the machine, the frequency and the clearances at the ends of what varies; none without a clearance."""
+    varied = getattr(request, "plane", None) or getattr(request, "line", None)
+    if varied is not None:
+        corners: list[PlanePoint] = varied.corners()
+        return corners
+    asked = getattr(request, "statement", request)
+    clearance, omega = getattr(asked, "clearance", None), _span(asked, "omega")
+    if clearance is None or omega is None:
+        return []
+    if isinstance(clearance, OtherClearance):
+        clearance = ClearancePair.model_construct(right=clearance.right, left=clearance.left)
+    return [PlanePoint(request.oscillator, end, as_pair(clearance)) for end in {*omega}]
+
+
+def _nearest_stop(clearance: ClearancePair) -> float | None:
+    """Return the least distance of a stop; None without any but stops at 0, where a unit makes no difference."""
+    return min((abs(stop) for stop in (clearance.right, clearance.left) if stop), default=None)
+
+
+def _farthest(oscillator: Oscillator, omega: Collection[float]) -> float:
+    """Return the farthest that the contact goes in the steady motion at frequencies."""
+    frequencies = np.array([*omega])
+    return max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in STOPS)
+
+
+def _farthest_at_resonance(oscillator: Oscillator) -> float:
+    """Return the farthest that the contact goes in the steady motion at resonances; 0 without damping."""
+    if not np.any(matrices(oscillator)[1]):
+        return 0.0
+    return abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator)

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import Float, LeftOut, Listable, Positive, Request, SignedInterval, invalid
 from grazemap.wire.error_texts import UNITS
-from grazemap.wire.job import motion_label
+from grazemap.wire.job import impacts_on, motion_label
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.planes import (
@@ -61,8 +61,7 @@ class OrbitMotion(Request):
 
     @model_validator(mode="after")
     def _label_fits(self) -> OrbitMotion:
-        right, left = (self.stops.count(stop) or -1 for stop in (1, -1))
-        if self.label not in (None, motion_label(self.period, right, left)):
+        if self.label not in (None, motion_label(self.period, *impacts_on(self.stops))):
             detail = "the label does not agree with the period and the stops"
             raise invalid(detail, "period-(stops 1)r-(stops -1)l, (-1) for none of them; or none", "label")
         return self

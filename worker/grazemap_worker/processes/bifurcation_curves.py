@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import BifurcationCurvesRequest, motion_label
+from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
 from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.orbit_branches import finite, whole_period
 from grazemap_worker.processes.process import Process
@@ -139,7 +139,7 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
     stops, phases, velocities = whole_period(
         curve.stops[keep], curve.phases[:, keep], curve.velocities[:, keep], curve.period, curve.symmetric
     )
-    right, left = (int(np.sum(stops == stop)) or -1 for stop in (1, -1))
+    right, left = impacts_on(stops)
     impact = None if further else curve.impact
     strikes = np.abs(velocities)
     if impact is not None:

@@ -15,10 +15,11 @@ export function element(name, properties = {}, ...children) {
   return made;
 }
 
-// A square of the colour of a motion.
-export function swatch(colour) {
+// A square of a colour, with stripes as a background of CSS where there are some.
+export function swatch(colour, image = "none") {
   const square = element("i", { className: "swatch" });
   square.style.backgroundColor = colour;
+  square.style.backgroundImage = image;
   return square;
 }
 

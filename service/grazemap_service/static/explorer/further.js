@@ -17,16 +17,19 @@ export async function showBasins(panel) {
   const columns = label[0].length;
   const canvas = element("canvas", { width: columns, height: rows });
   const names = attractors.map((one) => one.label ?? one.kind);
-  const unresolved = panel.colours.channels("unresolved");
-  const taken = names.map((name, k) =>
-    names.indexOf(name) < k ? unresolved.map((value) => 255 - value / 2) : panel.colours.channels(name),
-  );
+  // attractors of one name are numbered from the second on
+  const numbered = names.map((name, k) => {
+    const number = names.slice(0, k).filter((other) => other === name).length;
+    return number ? `${name}, ${number + 1}` : name;
+  });
+  const looks = panel.colours.together([...numbered, "unresolved"], Infinity);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(columns, rows);
   label.forEach((row, i) =>
-    row.forEach((number, j) =>
-      image.data.set([...(taken[number] ?? unresolved), 255], 4 * ((rows - 1 - i) * columns + j)),
-    ),
+    row.forEach((number, j) => {
+      const look = looks.get(numbered[number] ?? "unresolved");
+      image.data.set([...look.at(i, j), 255], 4 * ((rows - 1 - i) * columns + j));
+    }),
   );
   pen.putImageData(image, 0, 0);
   const edges = (values) => {
@@ -49,9 +52,10 @@ export async function showBasins(panel) {
     element(
       "ul",
       {},
-      ...attractors.map((one, k) =>
-        element("li", {}, swatch(`rgb(${taken[k]})`), `${names[k]}: ${percent(one.share)}`),
-      ),
+      ...attractors.map((one, k) => {
+        const { colour, image: stripes } = looks.get(numbered[k]);
+        return element("li", {}, swatch(colour, stripes), `${numbered[k]}: ${percent(one.share)}`);
+      }),
     ),
   );
 }

@@ -1,4 +1,4 @@
-// Names of motions, and their colours: the same for a label in every tile, view and session.
+// Names of motions, and their colours.
 
 // What a preview, which looks for periodic motions only, leaves open.
 export const OPEN = "not decided yet";
@@ -19,31 +19,126 @@ function crc32(text) {
 
 const channels = (colour) => [1, 3, 5].map((start) => Number.parseInt(colour.slice(start, start + 2), 16));
 
-// Colours of labels and of values. Motions that the palette does not name never have the colour of one of period 1,
-// which have the largest regions.
+export const NAMED = 24; // labels that the legend names
+const STRIPED = 8; // ways in which those are striped that it does not
+
+const DIRECTIONS = [
+  { across: 1, up: 1, angle: "45deg" },
+  { across: 1, up: -1, angle: "-45deg" },
+  { across: 0, up: 1, angle: "0deg" },
+  { across: 1, up: 0, angle: "90deg" },
+];
+const CLOSEST = 4; // points between stripes
+const STEP = 2; // by which they are farther apart in every further round of directions
+
+// What a label looks like: a colour, and stripes; hatching 0 has none.
+class Look {
+  constructor(colour, hatching = 0) {
+    Object.assign(this, { colour, hatching, text: `${colour} ${hatching}`, channels: channels(colour) });
+    const isDark = Math.max(...this.channels) < 160;
+    this.stripe = this.channels.map((value) => Math.round(isDark ? (value + 255) / 2 : value / 2));
+    this.direction = DIRECTIONS[(hatching - 1) % DIRECTIONS.length];
+    this.apart = CLOSEST + STEP * Math.floor((hatching - 1) / DIRECTIONS.length);
+  }
+
+  // The colour of a point of a map.
+  at(row, column) {
+    if (!this.hatching) return this.channels;
+    return (column * this.direction.across + row * this.direction.up) % this.apart ? this.channels : this.stripe;
+  }
+
+  // The stripes as a background of CSS.
+  get image() {
+    if (!this.hatching) return "none";
+    const { angle } = this.direction;
+    return `repeating-linear-gradient(${angle}, rgb(${this.stripe}) 0 1.5px, transparent 1.5px ${this.apart}px)`;
+  }
+}
+
+const made = new Map();
+function lookOf(colour, hatching = 0) {
+  const name = `${colour} ${hatching}`;
+  if (!made.has(name)) made.set(name, new Look(colour, hatching));
+  return made.get(name);
+}
+
+// The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
+// of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
+// one that is free, one of a motion of period 1 only where no other is left, and then stripes. Labels keep their looks
+// while they may.
 export class Colours {
   #named;
   #free;
-  #known = new Map();
+  #frequent;
+  #looks = new Map();
+  #shown = [];
+  version = 0; // changes where a label looks otherwise than before
 
   constructor(palette) {
     this.palette = palette;
     this.#named = { ...palette.kinds, [OPEN]: palette.kinds.unresolved, ...palette.motions };
-    const frequent = Object.entries(palette.motions)
-      .filter(([label]) => label.startsWith("1-"))
-      .map(([, colour]) => colour);
-    this.#free = [...Object.values(palette.motions), ...palette["other motions"]].filter(
-      (colour) => !frequent.includes(colour),
-    );
+    const isFrequent = (label) => label.startsWith("1-");
+    const motions = Object.entries(palette.motions);
+    const colours = (some) => some.map(([, colour]) => colour);
+    this.#frequent = colours(motions.filter(([label]) => isFrequent(label)));
+    this.#free = [...colours(motions.filter(([label]) => !isFrequent(label))), ...palette["other motions"]];
+  }
+
+  // The looks that a label may have, the first ones first.
+  *#candidates(label) {
+    const first = crc32(label) % this.#free.length;
+    const own = this.#named[label];
+    const colours = own ? [own] : [...this.#free.slice(first), ...this.#free.slice(0, first)];
+    for (const colour of own ? colours : [...colours, ...this.#frequent]) yield lookOf(colour);
+    const known = this.#looks.get(label);
+    if (known?.hatching) yield known;
+    for (let hatching = 1; ; hatching++) for (const colour of colours) yield lookOf(colour, hatching);
+  }
+
+  // The look, with stripes, of a label that the legend does not name.
+  *#striped(label) {
+    const number = crc32(label);
+    const known = this.#looks.get(label);
+    if (known?.hatching) yield known;
+    for (let k = number % STRIPED; ; k++) yield lookOf(this.#free[number % this.#free.length], 1 + k);
+  }
+
+  // The looks of different labels that are seen together, the largest share first, in a map; the legend names so many.
+  together(labels, most = NAMED) {
+    const taken = new Set();
+    const looks = new Map();
+    const give = (label, candidates) => {
+      for (const look of candidates) {
+        if (taken.has(look.text)) continue;
+        looks.set(label, look);
+        return look.text;
+      }
+      return null;
+    };
+    const seen = new Set(labels);
+    const named = Object.keys(this.#named).filter((label) => seen.has(label));
+    const first = labels.slice(0, most);
+    const kept = first.filter((label) => this.#looks.get(label)?.hatching === 0);
+    for (const label of named) taken.add(give(label, this.#candidates(label)));
+    for (const label of kept) if (!looks.has(label)) taken.add(give(label, [this.#looks.get(label)]));
+    for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
+    for (const label of labels) if (!looks.has(label)) give(label, this.#striped(label));
+    return looks;
+  }
+
+  // Takes note of the labels in a view, the largest share first.
+  see(labels) {
+    this.#shown = labels;
+    for (const [label, look] of this.together(labels)) {
+      const before = this.#looks.get(label);
+      if (before && before.text !== look.text) this.version += 1;
+      this.#looks.set(label, look);
+    }
   }
 
   of(label) {
-    return this.#named[label] ?? this.#free[crc32(label) % this.#free.length];
-  }
-
-  channels(label) {
-    if (!this.#known.has(label)) this.#known.set(label, channels(this.of(label)));
-    return this.#known.get(label);
+    if (!this.#looks.has(label)) this.#looks.set(label, this.together([...this.#shown, label]).get(label));
+    return this.#looks.get(label);
   }
 }
 

@@ -55,12 +55,12 @@ export function paint(tile, layer, { hidden, range, colours }) {
   const image = pen.createImageData(n, n);
   const { field, diverging } = LAYERS[layer];
   const values = tile[field];
-  const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.channels(label)));
+  const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.of(label)));
   for (let k = 0; k < n * n; k++) {
     const row = Math.floor(k / n);
     const place = 4 * ((n - 1 - row) * n + (k - row * n));
     let colour = null;
-    if (!field) colour = ofLabels[tile.motion[k]];
+    if (!field) colour = ofLabels[tile.motion[k]]?.at(row, k - row * n);
     else if (values && range && Number.isFinite(values[k]))
       colour = onRamp(diverging, (values[k] - range[0]) / (range[1] - range[0]));
     if (!colour) continue;

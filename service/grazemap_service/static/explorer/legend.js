@@ -1,10 +1,10 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
-import { LAYERS, percent, shares } from "./layers.js";
+import { NAMED } from "./labels.js";
+import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { named } from "./units.js";
 
-const NAMED = 24;
 const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
 
 export class Legend {
@@ -42,12 +42,13 @@ export class Legend {
     for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
   }
 
-  show(state, tiles, range) {
+  // Shows the motions with their shares, the largest first, or the range of a layer's values.
+  show(state, motions, range) {
     const { field } = LAYERS[state.layer];
     byId("ramp").hidden = !field;
     byId("legend").hidden = Boolean(field);
     if (field) this.#showRamp(state, range);
-    else this.#showMotions(state, tiles);
+    else this.#showMotions(motions);
   }
 
   #showRamp({ layer, machine }, range) {
@@ -60,10 +61,9 @@ export class Legend {
       : `${name}: comes with the complete tiles; the motions stand, pale`;
   }
 
-  #showMotions(view, tiles) {
-    const all = shares(tiles, view);
+  #showMotions(all) {
     const first = all.slice(0, NAMED);
-    const signature = JSON.stringify([first, [...this.hidden]]);
+    const signature = JSON.stringify([first, [...this.hidden], this.colours.version]);
     if (signature === this.#shown) return; // so that a box keeps the focus
     this.#shown = signature;
     const focused = document.activeElement?.value;
@@ -85,6 +85,7 @@ export class Legend {
       this.changed();
     });
     const part = element("small", { textContent: percent(share) });
-    return element("li", {}, element("label", {}, box, swatch(this.colours.of(label)), `${label} `, part));
+    const { colour, image } = this.colours.of(label);
+    return element("li", {}, element("label", {}, box, swatch(colour, image), `${label} `, part));
   }
 }

@@ -8,7 +8,7 @@ import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
 import { exponentFor, tilesOf } from "./lattice.js";
-import { LAYERS, paint, rangeOf, reading, withoutRemedy } from "./layers.js";
+import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
@@ -280,7 +280,10 @@ function refresh() {
 function show() {
   const found = seen();
   const range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
-  const style = JSON.stringify([state.layer, range, [...legend.hidden]]);
+  const motions = LAYERS[state.layer].field ? [] : shares(found, state);
+  const labels = [...motions.map(({ label }) => label), ...found.flatMap((tile) => tile.labels)];
+  if (motions.length) colours.see([...new Set(labels)]);
+  const style = JSON.stringify([state.layer, range, [...legend.hidden], colours.version]);
   for (const tile of found) {
     if (tile.paintedAs === style) continue;
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
@@ -300,7 +303,7 @@ function show() {
   };
   plane.draw();
   pointForm.show(state);
-  legend.show(state, found, range);
+  legend.show(state, motions, range);
   legend.explain(plane.scene);
   say(found);
 }
@@ -417,8 +420,7 @@ offer(() => {
   return {
     state,
     ...plane.scene,
-    tiles: finestSeen().sort((one, other) => middle(one) - middle(other)),
-    total: tiles.progress().total,
+    tiles: tiles.ofView().sort((one, other) => middle(one) - middle(other)),
     canvas: byId("plane"),
   };
 });

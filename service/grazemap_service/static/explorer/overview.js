@@ -13,6 +13,11 @@ const LOWEST = 0.15;
 const HIGHEST = 1.1; // times the largest clearance of the curve in the window
 const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
 
+// Of the curves of two stops the larger one: that stop is touched first.
+function firstTouched({ clearance_right: right, clearance_left: left }) {
+  return right && left ? right.map((value, k) => Math.max(value, left[k])) : (right ?? left);
+}
+
 export class Overview {
   #abort = new AbortController();
 
@@ -51,7 +56,7 @@ export class Overview {
       const { data } = await compute("grazing-curves", requests.curve(machine, range), { signal });
       if (signal.aborted) return;
       this.first = modes[0];
-      this.curve = { x: data.omega, y: data.clearance ?? data.clearance_right ?? data.clearance_left };
+      this.curve = { x: data.omega, y: data.clearance ?? firstTouched(data) };
       byId("overview-says").textContent = "";
     } catch (error) {
       if (!isAborted(error)) byId("overview-says").textContent = error.message;

@@ -115,7 +115,7 @@ export class PointPanel {
     const { motion } = path;
     const { label, why } = motion.kind === "unresolved" ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const units = (quantity) => unitOf(machine, quantity);
-    byId("point-name").replaceChildren(swatch(this.colours.of(label)), label);
+    byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
     const present = stops.filter((stop) => stop !== null);
@@ -165,7 +165,7 @@ export class PointPanel {
       masses: chain ? path.displacement : [contactOf(machine, path.displacement)],
       stops,
       period,
-      colour: this.colours.of(label),
+      colour: this.colours.of(label).colour,
     });
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.#animation.play();
     this.#name();

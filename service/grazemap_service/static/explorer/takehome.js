@@ -66,23 +66,42 @@ umap.plot().figure.savefig("map.png")
 `;
 }
 
-// The points of tiles inside a window, as text with commas.
+const isThere = (tile) => Boolean(tile.labels);
+
+// How a file of a view that is not complete is named, and what the page says of it; nothing of a complete one.
+function partOf(tiles) {
+  const count = tiles.filter(isThere).length;
+  if (count === tiles.length) return { name: "", text: "" };
+  return {
+    name: `-${count}-of-${tiles.length}-tiles`,
+    text: `The file has ${count} of the ${tiles.length} tiles, as yet.`,
+  };
+}
+
+// The points of tiles inside a window, as text with commas: by rows, from below. Those of a tile that is not there are
+// "not computed".
 export function asCsv(tiles, { plane, x, y }) {
   const lines = [`${plane.horizontal},${plane.vertical},motion,verified,sensitive,lyapunov,least_impact_velocity`];
-  for (const tile of tiles) {
-    const n = tile.points;
-    const width = (tile.x[1] - tile.x[0]) / n;
-    const height = (tile.y[1] - tile.y[0]) / n;
-    for (let k = 0; k < n * n; k++) {
-      const across = tile.x[0] + ((k % n) + 0.5) * width;
-      const up = tile.y[0] + (Math.floor(k / n) + 0.5) * height;
-      if (across < x[0] || across > x[1] || up < y[0] || up > y[1]) continue;
-      const values = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
-        array && Number.isFinite(array[k]) ? array[k] : "",
-      );
-      lines.push([across, up, tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...values].join(","));
-    }
-  }
+  const places = ([low, high], points, [from, to]) =>
+    Array.from({ length: points }, (_, k) => ({ k, value: low + ((k + 0.5) * (high - low)) / points })).filter(
+      ({ value }) => from <= value && value <= to,
+    );
+  const values = (tile, k) => {
+    if (!isThere(tile)) return ["not computed", "", "", "", ""];
+    const figures = [tile.lyapunov, tile.least_impact_velocity].map((array) =>
+      array && Number.isFinite(array[k]) ? array[k] : "",
+    );
+    return [tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...figures];
+  };
+  const bands = Map.groupBy(
+    [...tiles].sort((one, other) => one.y[0] - other.y[0] || one.x[0] - other.x[0]),
+    (tile) => tile.y[0],
+  );
+  for (const band of bands.values())
+    for (const up of places(band[0].y, band[0].points, y))
+      for (const tile of band)
+        for (const across of places(tile.x, tile.points, x))
+          lines.push([across.value, up.value, ...values(tile, up.k * tile.points + across.k)].join(","));
   return `${lines.join("\n")}\n`;
 }
 
@@ -146,8 +165,8 @@ export function asSvg({ x, y }, lines, marks, names) {
   return new XMLSerializer().serializeToString(svg);
 }
 
-// `now()` is { state, tiles, total, lines, marks, names, canvas }, with those tiles of all of the view that are complete,
-// the middle one last.
+// `now()` is { state, tiles, lines, marks, names, canvas }, with all tiles of the view, the middle one last; those that
+// are not complete have their points alone.
 export function offer(now) {
   const address = new URL(".", location.href).href.replace(/\/$/, "");
   const on = (id, task) =>
@@ -163,22 +182,23 @@ export function offer(now) {
   on("copy-link", () => copy(location.href, "The link was"));
   on("copy-python", ({ state }) => copy(asPython(state, address), "Python was"));
   on("copy-curl", ({ state }) => copy(asCurl(state, address), "The command was"));
-  on("save-png", async ({ canvas }) => save("grazemap.png", await new Promise((done) => canvas.toBlob(done))));
+  on("save-png", async ({ canvas, tiles }) => {
+    const part = partOf(tiles);
+    save(`grazemap${part.name}.png`, await new Promise((done) => canvas.toBlob(done)));
+    byId("copied").textContent = part.text;
+  });
   on("save-svg", ({ state, lines, marks, names }) =>
     save("grazemap.svg", new Blob([asSvg(state, lines, marks, names)], { type: "image/svg+xml" })),
   );
-  const require = (tiles) => {
-    if (!tiles.length) throw new Error("No tile of this window is complete yet.");
-  };
-  on("save-csv", ({ state, tiles, total }) => {
-    require(tiles);
-    save("grazemap.csv", new Blob([asCsv(tiles, state)], { type: "text/csv" }));
-    if (tiles.length < total)
-      byId("copied").textContent = `The file has ${tiles.length} of the ${total} tiles, as yet.`;
+  on("save-csv", ({ state, tiles }) => {
+    if (!tiles.some(isThere)) throw new Error("No tile of this window is complete yet.");
+    const part = partOf(tiles);
+    save(`grazemap${part.name}.csv`, new Blob([asCsv(tiles, state)], { type: "text/csv" }));
+    byId("copied").textContent = part.text && `${part.text} The points of the others are “not computed”.`;
   });
   on("save-npz", async ({ tiles }) => {
-    require(tiles);
-    const tile = tiles[tiles.length - 1];
+    const tile = tiles.at(-1);
+    if (!tile || !isThere(tile)) throw new Error("The tile in the middle is not complete yet.");
     const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
   });

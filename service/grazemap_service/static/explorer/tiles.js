@@ -146,6 +146,14 @@ export class Tiles {
     return found.sort((one, other) => size(other) - size(one) || other.preview - one.preview);
   }
 
+  // The verified tiles of the view; of those that have not come, the points alone.
+  ofView() {
+    const full = this.#wanted.filter(({ preview }) => !preview);
+    return full.map(
+      ({ name, tile, points }) => this.#kept.get(name) ?? { points, x: bounds(tile.i, tile.ex), y: bounds(tile.j, tile.ey) },
+    );
+  }
+
   // How many of the view's verified tiles are there, of how many; and what an unfinished job waits for.
   progress() {
     const full = this.#wanted.filter(({ preview }) => !preview);

@@ -1,0 +1,177 @@
+"""Modules of the page by themselves, in a browser without a service: looks of motions, tables of points."""
+
+from __future__ import annotations
+
+import csv
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+import grazemap_service
+from grazemap.colours import PALETTE
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+STATIC = Path(grazemap_service.__file__).parent / "static" / "explorer"
+LEGEND = 24
+"""Motions that the legend of the page names."""
+# what met in one window, of which pairs had one colour, and many more
+MET = ["2-3r-4l", "3-7r-7l", "9-13r-13l", "5-8r-8l", "2-5r-5l", "2-(-1)r-1l", "1-1r-1l", "1-(-1)r-(-1)l"]
+MANY = [f"{n}-{n + k}r-{n}l" for n in range(4, 14) for k in range(5)]
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser) -> Iterator[Page]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=STATIC)) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        page = browser.new_page()
+        page.goto(f"http://127.0.0.1:{server.server_address[1]}/tiles.js")
+        page.evaluate("palette => { window.palette = palette; }", PALETTE)
+        yield page
+        page.close()
+        server.shutdown()
+        thread.join()
+
+
+SEEN = """async (views) => {
+    const { Colours } = await import("/labels.js");
+    const { swatch } = await import("/dom.js");
+    const colours = new Colours(palette);
+    return views.map((labels) => {
+        colours.see(labels);
+        return labels.map((label) => {
+            const look = colours.of(label);
+            const { backgroundColor, backgroundImage } = swatch(look.colour, look.image).style;
+            const places = Array.from({ length: 24 }, (_, k) => k);
+            const points = places.flatMap((row) => places.map((column) => String(look.at(row, column))));
+            return { colour: look.colour, swatch: backgroundColor + backgroundImage, points: points.join(";") };
+        });
+    });
+}"""
+
+
+def test_no_two_motions_of_a_legend_look_the_same_and_no_other_as_one_of_them(page: Page) -> None:
+    named = {**PALETTE["kinds"], **PALETTE["motions"]}
+    everything = [*MANY, *(label for label in named if label not in MET), "not decided yet", *MET]
+    for labels in (MET, MANY, everything, everything[::-1], ["not decided yet", "unresolved"]):
+        (looks,) = page.evaluate(SEEN, [labels])
+        for what in ("swatch", "points"):  # of the legend, and of the plane
+            first = {look[what] for look in looks[:LEGEND]}
+            assert len(first) == min(LEGEND, len(labels))
+            assert not first & {look[what] for look in looks[LEGEND:]}
+        assert all(look["colour"] == named[label] for label, look in zip(labels, looks, strict=True) if label in named)
+    (looks,) = page.evaluate(SEEN, [MET + MANY])
+    assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND  # without stripes while there are colours
+
+
+def test_a_motion_keeps_its_look_while_no_other_takes_it(page: Page) -> None:
+    before, after, again = page.evaluate(SEEN, [MET[:4], [*MANY[:10], *MET[:4]], MET[:4]])
+    assert before == after[10:] == again
+    # those that come into the legend have a colour without stripes, whatever had it before
+    few, many = MANY[:LEGEND], MANY[LEGEND:]
+    _, looks = page.evaluate(SEEN, [[*many, *few], [*few, *many]])
+    assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND
+    # the name gives the colour wherever that is free
+    ((alone,),), ((also,),) = page.evaluate(SEEN, [["7-9r-8l"]]), page.evaluate(SEEN, [["7-9r-8l"]])
+    assert alone == also
+
+
+TABLE = """async ({ tiles, view }) => {
+    const { asCsv } = await import("/takehome.js");
+    return asCsv(tiles, view);
+}"""
+
+
+def tile(across: int, up: int, motion: str | None) -> dict[str, Any]:
+    found = {"points": 2, "x": [across, across + 1], "y": [up, up + 1]}
+    if motion is None:
+        return found
+    values = {"verified": [1] * 4, "sensitive": [0] * 4, "lyapunov": [-0.5] * 4, "least_impact_velocity": [None] * 4}
+    return {**found, "labels": [motion], "motion": [0] * 4, **values}
+
+
+def test_a_table_has_every_point_of_the_view_and_says_which_were_not_computed(page: Page) -> None:
+    # as they come: in no order, one not at all
+    tiles = [tile(2, 1, "1-1r-1l"), tile(1, 1, None), tile(1, 2, "1-2r-2l"), tile(2, 2, "1-3r-3l")]
+    view = {"plane": {"horizontal": "omega", "vertical": "clearance"}, "x": [1.0, 2.9], "y": [1.3, 3.0]}
+    text = page.evaluate(TABLE, {"tiles": tiles, "view": view})
+    rows = list(csv.DictReader(text.splitlines()))
+    points = [(float(row["omega"]), float(row["clearance"])) for row in rows]
+    across, up = [1.25, 1.75, 2.25, 2.75], [1.75, 2.25, 2.75]
+    assert points == [(x, y) for y in up for x in across]
+    expected = {(1, 1): "not computed", (2, 1): "1-1r-1l", (1, 2): "1-2r-2l", (2, 2): "1-3r-3l"}
+    assert [row["motion"] for row in rows] == [expected[int(x), int(y)] for x, y in points]
+    for row in rows:
+        known = row["motion"] != "not computed"
+        assert (row["verified"], row["sensitive"], row["lyapunov"]) == (("1", "0", "-0.5") if known else ("", "", ""))
+        assert row["least_impact_velocity"] == ""
+
+
+OFFERED = """async (tiles) => {
+    const names = ["copy-link", "copy-python", "copy-curl", "save-png", "save-svg", "save-csv", "save-npz", "copied"];
+    document.body.replaceChildren(...[...names, "to-copy"].map((id) => {
+        const made = document.createElement(id === "copied" ? "p" : "button");
+        made.id = id;
+        return made;
+    }));
+    const { offer } = await import("/takehome.js");
+    const files = [];
+    HTMLAnchorElement.prototype.click = function () { files.push(this.download); };
+    const canvas = document.createElement("canvas");
+    const state = { plane: { horizontal: "omega", vertical: "clearance" }, x: [1, 3], y: [1, 3] };
+    offer(() => ({ state, tiles, canvas }));
+    const said = {};
+    for (const name of ["png", "csv", "npz"]) {
+        document.getElementById(`save-${name}`).click();
+        await new Promise((resolve) => setTimeout(resolve, 300));
+        said[name] = document.getElementById("copied").textContent;
+    }
+    return { files, said };
+}"""
+
+
+def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_the_middle(page: Page) -> None:
+    there, middle = tile(1, 1, "1-1r-1l"), tile(2, 1, None)
+    found = page.evaluate(OFFERED, [there, middle])
+    assert found["files"] == ["grazemap-1-of-2-tiles.png", "grazemap-1-of-2-tiles.csv"]
+    assert all("1 of the 2 tiles" in found["said"][name] for name in ("png", "csv"))
+    assert "middle" in found["said"]["npz"]
+    assert page.evaluate(OFFERED, [there])["files"][:2] == ["grazemap.png", "grazemap.csv"]
+    assert page.evaluate(OFFERED, [middle])["files"] == ["grazemap-0-of-1-tiles.png"]
+
+
+BASINS = """async (names) => {
+    document.body.innerHTML = '<div id="basins"></div>';
+    const { showBasins } = await import("/further.js");
+    const { Colours } = await import("/labels.js");
+    const colours = new Colours(palette);
+    const label = names.map((_, k) => [k, k, -1]);
+    const attractors = names.map((label) => ({ label, kind: "periodic", share: 1 / names.length }));
+    const machine = { oscillator: null, stops: "equal", left: null, periods: 400 };
+    const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k) };
+    await showBasins({ machine, at: [0.29, 1.6], colours, compute: async () => answer });
+    return [...document.querySelectorAll("#basins li")].map((entry) => {
+        const { backgroundColor, backgroundImage } = entry.querySelector(".swatch").style;
+        return { text: entry.textContent, swatch: backgroundColor + backgroundImage };
+    });
+}"""
+
+
+def test_attractors_of_one_name_look_different_and_are_numbered(page: Page) -> None:
+    names = ["1-1r-1l", "1-2r-1l", "1-2r-1l", "1-2r-1l", "7-9r-8l", "7-9r-8l"]
+    entries = page.evaluate(BASINS, names)
+    assert len({entry["swatch"] for entry in entries}) == len(names)
+    said = [entry["text"].partition(":")[0] for entry in entries]
+    assert said == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]
