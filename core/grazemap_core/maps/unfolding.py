@@ -16,6 +16,7 @@ from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSI
 from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.settling import Settling
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
 
@@ -26,6 +27,7 @@ several random states, of which the most frequent motion counts."""
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
 
+@in_own_period
 def unfolding_map_tile(
     plane: Plane,
     max_periods: int = 1000,

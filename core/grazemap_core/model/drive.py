@@ -71,8 +71,8 @@ def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
 
 
 def fundamental(drive: Iterable[Harmonic]) -> int:
-    """Return the greatest common divisor p of the orders: the forces have the period ``2 pi/(p omega)``."""
-    return math.gcd(*(one.order for one in drive))
+    """Return the greatest common divisor p of the orders, 1 without forces: the period is T = ``2 pi/(p omega)``."""
+    return math.gcd(*(one.order for one in drive)) or 1
 
 
 def is_half_wave_symmetric(drive: Iterable[Harmonic]) -> bool:

@@ -34,7 +34,7 @@ _EXAMPLE = 0.02
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    found = [*_lists(request), *_damping(request.oscillator)]
+    found = [*_lists(request), *_damping(request.oscillator), *_period(request)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
         alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
@@ -122,6 +122,18 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
     elif 0.0 < ratios.max() < _WEAK:
         detail = f"the damping ratios of the modes are at most {ratios.max():.2g}: {what}; {gamma}"
         yield Note(code="weak-damping", detail=detail)
+
+
+def _period(request: ProcessRequest) -> Iterator[Note]:
+    """Say what a period is where it is not 2 pi/omega."""
+    divisor = request.oscillator.common_divisor
+    if divisor == 1 or isinstance(request, StructuresRequest):
+        return
+    yield Note(
+        code="forcing-period",
+        detail=f"every harmonic of the forces is a multiple of {divisor}: periods, labels and exponents count their "
+        f"period T = 2 pi/({divisor} omega); phases are omega t, modulo 2 pi/{divisor}",
+    )
 
 
 def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:
