@@ -61,7 +61,7 @@ class GrazingPoint:
     clearance : float
         Of the stop, on the grazing curve.
     state : ndarray of shape (2N + 1,)
-        x*; theta in (-pi, pi] is the phase of the forcing, omega t.
+        x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t.
     vector_field : ndarray of shape (2N + 1,)
         f(x*), its last entry omega, equation (20).
     acceleration : float
@@ -122,7 +122,8 @@ class GrazingPoint:
         """Return the point after a return: that of the other stop, the mirror image S x, or this one."""
         if self.varied is not None:
             return self
-        theta = _wrapped(float(self.state[-1]) + self.turn)
+        times = fundamental(self.oscillator.drive)
+        theta = _wrapped(times * (float(self.state[-1]) + self.turn)) / times
         graze = _Graze(-self.stop, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
         return _point(self.oscillator, self.omega, None, self.model, graze)
 

@@ -52,11 +52,11 @@ class PeriodicOrbit:
         The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
         lies within `radius`, as certainly as floating-point numbers allow.
     radius : float
-        For phases in radians, and for velocities in units of omega times the unit of `residual`.
+        For phases p omega t in radians, and for velocities in units of p omega times the unit of `residual`.
     displacement, velocity : ndarray of shape (N,)
         Physical state just before the first impact; a trajectory started there begins with the impact.
     phase : float
-        Forcing phase there, in (-pi, pi].
+        Forcing phase there, in (-pi/p, pi/p].
     start : State
         State at forcing phase 0, on the stroboscopic section.
     multipliers : ndarray of complex, shape (2N,)

@@ -1,4 +1,4 @@
-"""Notes on requests that are allowed and probably not meant: a window off the grazing curve, hertz for rad/s."""
+"""Notes on requests that are allowed: what is probably not meant, as hertz for rad/s, and what a forcing period is."""
 
 from __future__ import annotations
 
