@@ -23,10 +23,13 @@ FIGURES = 1e-12
 """Largest difference with p = 3, relative to the largest entry of an array, over the condition of what it is of."""
 
 # omega t of the request's omega, and frequencies; others of these names are those of a force, or have their own rules
-_PHASES = ("phase", "phases", "phase_before", "phase_after")
+_PHASES = ("phase", "phases", "phase_before", "phase_after", "excess_phase")
 _FREQUENCIES = ("omega", "omega_error")
 # derivatives by omega
 _SLOPES = {"amplitude_slope": 1, "slope_before": 1, "slope_after": 1, "slope": 1, "velocity_slope": 1, "quadratic": 2}
+
+
+_ROUNDING = ("residual", "omega_error", "kantorovich", "radius", "error", "fitted_order", "fitted_order_of_second")
 
 
 def computed(process: str, body: Document) -> Document:
@@ -147,9 +150,19 @@ def differences(expected: Any, got: Any, exact: bool, at: str = "") -> Iterator[
             if not np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"):
                 yield f"{at}: {one} and {other}"
         elif one.size:
-            size = float(np.nanmax(np.abs(one), initial=0.0))
-            if not np.allclose(one, other, rtol=0.0, atol=FIGURES * size, equal_nan=True):
-                yield f"{at}: differ by {np.nanmax(np.abs(one - other)) / size:.2g}"
+            yield from _inexact(at, one, other)
+
+
+def _inexact(at: str, one: Any, other: Any) -> Iterator[str]:
+    """Yield whether numbers differ by more than `FIGURES` of the largest one."""
+    name = at.rpartition(".")[2]
+    if name in _ROUNDING:  # they measure round-off, so only their size is known
+        return
+    if name == "multipliers":  # pairs of one modulus, in either order
+        one, other = np.abs(one), np.abs(other)
+    size = float(np.max(np.abs(one[np.isfinite(one)]), initial=0.0))
+    if not np.allclose(one, other, rtol=0.0, atol=FIGURES * size, equal_nan=True):
+        yield f"{at}: differ by {np.nanmax(np.abs(one - other)) / (size or 1.0):.2g}"
 
 
 def systems() -> dict[str, Document]:
@@ -188,7 +201,7 @@ def systems() -> dict[str, Document]:
 
 
 def requests(machine: Document) -> Iterator[tuple[str, Document]]:
-    """Yield requests of every process for a machine, the names of the processes first; small ones."""
+    """Yield small requests of every process for a machine, with the names of the processes."""
     of, omega, stops = machine["oscillator"], machine["omega"], machine["clearance"]
     both = not isinstance(stops, dict)
     place = stops if both else stops["right"]
@@ -223,8 +236,9 @@ def requests(machine: Document) -> Iterator[tuple[str, Document]]:
     yield "unfolding-maps", {**plain, **ranges, "max_periods": 100, "policy": "ensemble", "initial_conditions": 3}
     yield "unfolding-maps", {**plain, "clearance": stops, **plane, "max_periods": 200}
     yield "unfolding-maps", {**plain, **ranges, "max_periods": 200, "adaptive": True}
-    yield "unfolding-diagrams", {**plain, **ranges, "max_periods": 200, "borders": True}
-    yield "unfolding-diagrams", {**plain, "clearance": stops, **plane, "max_periods": 200, "borders": True}
+    yield "unfolding-diagrams", {**plain, **ranges, "max_periods": 200}
+    small = {side: {**axis, "values": {**axis["values"], "points": 3}} for side, axis in plane.items()}
+    yield "unfolding-diagrams", {**plain, "clearance": stops, **small, "max_periods": 200, "borders": True}
     reach = {"start": -0.5 * place, "stop": 0.9 * place, "points": 4}
     yield (
         "basins",

@@ -61,7 +61,8 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
     Of a chain the masses are eliminated one by one, from the ground.
     """
     if oscillator.beyond_the_chain() is not None:
-        found = linear.contact_forces(oscillator, np.ravel(omega), 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
+        growth = oscillator.common_divisor / (2.0 * math.pi * rates.GROWTH_PERIODS)
+        found = linear.contact_forces(oscillator, np.ravel(omega), growth)
         return found[0].reshape(np.shape(omega)), found[1].reshape(np.shape(omega))
     rate = omega * (1j + 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
     forces, force, dynamic = oscillator.amplitudes, 0.0 * rate, 0.0 * rate
@@ -120,6 +121,7 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
         force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
         mass, slowing = _contact_mass(oscillator)
         period, restitution = oscillator.forcing_period(omega), _largest_restitution(oscillator)
+        omega = oscillator.common_divisor * omega
         acceleration = force / mass
         clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
