@@ -23,7 +23,8 @@ FIGURES = 1e-12
 """Largest difference with p = 3, relative to the largest entry of an array, over the condition of what it is of."""
 
 # omega t of the request's omega, and frequencies; others of these names are those of a force, or have their own rules
-_PHASES = ("phase", "phases", "phase_before", "phase_after", "excess_phase")
+_OF_CONTACT = ("phase", "phase_right", "phase_left", "phase_before", "phase_after")
+_PHASES = (*_OF_CONTACT, "phases", "excess_phase")
 _FREQUENCIES = ("omega", "omega_error")
 # derivatives by omega
 _SLOPES = {"amplitude_slope": 1, "slope_before": 1, "slope_after": 1, "slope": 1, "velocity_slope": 1, "quadratic": 2}
@@ -148,7 +149,7 @@ def differences(expected: Any, got: Any, exact: bool, at: str = "") -> Iterator[
             yield f"{at}: shapes {one.shape} and {other.shape}, {one.dtype} and {other.dtype}"
         elif exact or one.dtype.kind not in "fc":
             if not np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"):
-                yield f"{at}: {one} and {other}"
+                yield f"{at}: {np.count_nonzero(one != other)} of {one.size} numbers differ"
         elif one.size:
             yield from _inexact(at, one, other)
 
@@ -237,8 +238,6 @@ def requests(machine: Document) -> Iterator[tuple[str, Document]]:
     yield "unfolding-maps", {**plain, "clearance": stops, **plane, "max_periods": 200}
     yield "unfolding-maps", {**plain, **ranges, "max_periods": 200, "adaptive": True}
     yield "unfolding-diagrams", {**plain, **ranges, "max_periods": 200}
-    small = {side: {**axis, "values": {**axis["values"], "points": 3}} for side, axis in plane.items()}
-    yield "unfolding-diagrams", {**plain, "clearance": stops, **small, "max_periods": 200, "borders": True}
     reach = {"start": -0.5 * place, "stop": 0.9 * place, "points": 4}
     yield (
         "basins",
@@ -277,6 +276,8 @@ def requests(machine: Document) -> Iterator[tuple[str, Document]]:
     }
     yield "bifurcation-curves", {**plain, **window, "points": 40}
     yield "bifurcation-curves", {**plain, **window, "motions": [{"period": 1, "stops": [1]}]}
+    small = {side: {**axis, "values": {**axis["values"], "points": 3}} for side, axis in plane.items()}
+    yield "unfolding-diagrams", {**plain, "clearance": stops, **small, "max_periods": 200, "borders": True}
 
 
 def compared(process: str, body: Document, times: int, own: Document | None = None) -> list[str]:
