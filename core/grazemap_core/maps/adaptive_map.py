@@ -26,7 +26,6 @@ from grazemap_core.maps.tolerances import (
     RUN_ON_PERIODS,
 )
 from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
-from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS, REASONS
 
 Arrays = dict[str, NDArray[Any]]
@@ -54,7 +53,6 @@ NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
 _PERIODIC: Final = KINDS.index("periodic")
 
 
-@in_own_period
 def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
     """Find the motions of a grid as `unfolding.unfolding_map_tile`, but compute points only where motions differ.
 
@@ -87,7 +85,6 @@ def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
     return arrays
 
 
-@in_own_period
 def complete_map(
     plane: Plane,
     arrays: Arrays,

@@ -69,7 +69,6 @@ class ChanceToSettle:
     high: float
 
 
-@in_own_period
 def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]) -> ChanceToSettle | None:
     """Return the chance of the chaotic points of an unfolding map to settle; None if it has none.
 

@@ -16,7 +16,6 @@ from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSI
 from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.settling import Settling
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
 
@@ -27,7 +26,6 @@ several random states, of which the most frequent motion counts."""
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
 
-@in_own_period
 def unfolding_map_tile(
     plane: Plane,
     max_periods: int = 1000,
@@ -107,11 +105,12 @@ def unfolding_map_tile(
         linearised=not preview,
         observed=observed,
     )
-    codes, figures = PlaneSettler(plane, task).grid(down=policy == "sweep-down")
+    settler = PlaneSettler(plane, task)
+    codes, figures = settler.grid(down=policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(plane, task, sensitive, codes, figures)
+        resolved = resolve_grid(settler.plane, task, sensitive, codes, figures)
     return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
 
 

@@ -54,8 +54,7 @@ def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
 
 def at_own_period(value: Found) -> Found:
     """Return a record with an oscillator, such as a plane, at the own frequency."""
-    times = divisor_of(value)
-    return value if times == 1 else _Inward(times).of(value)
+    return _Inward(divisor_of(value)).of(value)  # type: ignore[no-any-return]
 
 
 def divisor_of(value: Any) -> int:

@@ -335,7 +335,7 @@ def _largest_row_sum(masses: list[float], links: list[float]) -> float:
 def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
     highest = max(oscillator.orders, default=1) // oscillator.common_divisor
     least = max(rates.LEAST_CELLS, 2.0 * math.pi * highest)
-    return np.maximum(least, fastest_exponent(oscillator) * oscillator.forcing_period(omega))
+    return np.asarray(np.maximum(least, fastest_exponent(oscillator) * oscillator.forcing_period(omega)))
 
 
 def _rests(oscillator: Oscillator, impacts: Floats) -> NDArray[np.bool_]:
