@@ -238,7 +238,7 @@ def requests(machine: Document) -> Iterator[tuple[str, Document]]:
     plain: Document = {"oscillator": of}
     curve = plain if both else {**plain, "clearance": {"right": None, "left": stops["left"]}}
     yield "structures", {**plain, "omega": [0.5 * omega, omega], "times": [0.0, 1.0], "clearance": stops}
-    for each in (plain, curve) if not both else (plain,):
+    for each in (plain,) if both or stops["left"] is None else (plain, curve):
         yield "grazing-curves", {**each, "omega": {"start": 0.75 * omega, "stop": 1.5 * omega, "points": 5}}
         yield "codimension-two-points", {**each, "omega": {"start": 0.75 * omega, "stop": 1.5 * omega}}
     yield "discontinuity-mappings", {**plain, "omega": omega, "overshoot": [1e-6, 1e-4], "returns": 3}
