@@ -30,6 +30,8 @@ _FREQUENCIES = ("omega", "omega_error")
 _SLOPES = {"amplitude_slope": 1, "slope_before": 1, "slope_after": 1, "slope": 1, "velocity_slope": 1, "quadratic": 2}
 
 
+# differences of displacements, which are of the size of 1
+_GAPS = ("excess", "margin", "margin_right", "margin_left")
 # points of a curve that are not as far apart as its steps
 _STEP = 1e-6
 _ROUNDING = ("residual", "omega_error", "kantorovich", "radius", "error", "fitted_order", "fitted_order_of_second")
@@ -190,7 +192,7 @@ def _inexact(at: str, one: Any, other: Any) -> Iterator[str]:
         return
     if name == "multipliers":  # pairs of one modulus, in either order
         one, other = np.abs(one), np.abs(other)
-    size = float(np.max(np.abs(one[np.isfinite(one)]), initial=0.0))
+    size = float(np.max(np.abs(one[np.isfinite(one)]), initial=1.0 if name in _GAPS else 0.0))
     if not np.allclose(one, other, rtol=0.0, atol=FIGURES * size, equal_nan=True):
         yield f"{at}: differ by {np.nanmax(np.abs(one - other)) / (size or 1.0):.2g}"
 
