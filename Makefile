@@ -162,6 +162,11 @@ long-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 long-transients: $(STAMP)  ## how many of 500 long transients that double precision follows are called sensitive (ten minutes)
 	$(BIN)/python tests/long_transients.py 500
 
+one-period: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+one-period: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+one-period: kernels $(STAMP)  ## ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
+	$(BIN)/python -m tests.one_period
+
 resolve: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (an hour)

@@ -36,6 +36,7 @@ TARGETS = (
     "beside-borders",
     "chaotic-transients",
     "long-transients",
+    "one-period",
     "resolve",
     "memory",
     "schemathesis",

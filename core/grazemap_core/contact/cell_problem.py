@@ -22,6 +22,7 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.reference_motion import reference_motion
 from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import effective_gaps
 from grazemap_core.model.held_structure import held_structure
 from grazemap_core.model.modal import KEPT_MODELS, ModalModel, modal_model
@@ -110,8 +111,8 @@ def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float 
 
 
 def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
-    """Return whether the forces change their sign after half a period."""
-    return all(one.order % 2 == 1 for one in oscillator.forces)
+    """Return whether the forces change their sign after half of their period."""
+    return is_half_wave_symmetric(oscillator.drive)
 
 
 def stops_table(

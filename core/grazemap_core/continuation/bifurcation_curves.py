@@ -21,6 +21,7 @@ from grazemap_core.continuation.special_points import SpecialPoint, SpecialType,
 from grazemap_core.continuation.tolerances import CURVE_DIFFERENCE
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
@@ -184,6 +185,7 @@ class BifurcationProblem(ContinuationProblem):
         return ContinuationProblem(family, stops, self.parameters, self.fixed)
 
 
+@in_own_period
 def bifurcation_curve(
     oscillator: Oscillator,
     point: SpecialPoint,

@@ -8,11 +8,13 @@ from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branches import OrbitBranch
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.orbit_observables import OrbitObserver
 from grazemap_core.simulation.observables import Observables
 
 
+@in_own_period
 def of_branch(oscillator: Oscillator, branch: OrbitBranch, wanted: Observables) -> Floats:
     """Return the figures (m, count) of the m orbits of a branch, each over its period; NaN of those not admissible.
 

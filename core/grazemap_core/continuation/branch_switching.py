@@ -24,6 +24,7 @@ from grazemap_core.continuation.parameters import (
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 
@@ -47,6 +48,7 @@ class OrbitStart(ParameterOrbit):
     admissible: bool
 
 
+@in_own_period
 def starts_beyond(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter = "clearance"
 ) -> tuple[OrbitStart, ...]:
@@ -102,7 +104,7 @@ def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | N
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
     """Return a sequence with a contact of velocity 0 at a phase and a stop inserted, and the index of that contact."""
-    turn = math.pi * impacts.period * (1 if impacts.symmetric else 2)
+    turn = math.pi * impacts.period * (1 if impacts.symmetric else 2) / impacts.divisor
     spans = math.floor((phase - impacts.phases[0]) / turn)
     phase -= spans * turn
     if impacts.symmetric and spans % 2:
@@ -115,6 +117,7 @@ def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[Impact
             np.insert(impacts.phases, place, phase),
             np.insert(impacts.velocities, place, 0.0),
             impacts.symmetric,
+            impacts.divisor,
         ),
         place,
     )

@@ -31,6 +31,7 @@ from grazemap_core.continuation.special_points import Segment, SpecialPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 
@@ -98,6 +99,7 @@ class OrbitBranch(ParameterCurve):
     ends: tuple[str, str]
 
 
+@in_own_period
 def orbit_branch(
     oscillator: Oscillator,
     orbit: PeriodicOrbit | OrbitPoint,

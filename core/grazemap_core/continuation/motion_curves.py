@@ -25,6 +25,7 @@ from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import SAME_CURVE
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences, mirrored, sequence_of_stops, turned_to
@@ -44,6 +45,7 @@ Through = Callable[[OrbitPoint], OrbitBranch]
 OMEGA_CLEARANCE: Final[tuple[Parameter, Parameter]] = ("omega", "clearance")
 
 
+@in_own_period
 def motion_curves(
     oscillator: Oscillator,
     orbit: PeriodicOrbit | OrbitPoint,
@@ -95,6 +97,7 @@ def motion_curves(
     return curves
 
 
+@in_own_period
 def orbit_in_window(
     oscillator: Oscillator,
     at: ParameterPoint,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -206,9 +206,12 @@ class ParameterCurve:
     Attributes
     ----------
     points : tuple of ParameterPoint
+    divisor : int
+        p: a period is ``2 pi/p`` in the phases of impacts.
     """
 
     points: tuple[ParameterPoint, ...]
+    divisor: int = field(default=1, kw_only=True)
 
     def values_of(self, name: str) -> Floats:
         """Return the values (m,) of a field of `ParameterPoint`."""

@@ -32,7 +32,7 @@ from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.grazing.one_stop import VariedStop, double_grazes
 from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
-from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
+from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
 from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import contact_equilibrium
@@ -68,7 +68,7 @@ class Corner:
     Attributes
     ----------
     phase_before, phase_after : float
-        omega t in (-pi, pi] of the maximum that is the larger one below the frequency of the corner, and above it.
+        omega t in (-pi/p, pi/p] of the maximum that is the larger one below the frequency of the corner, and above it.
     slope_before, slope_after : float
         d A/d omega of these maxima: that of the grazing curve below the corner is the smaller one.
     recurrence_before, recurrence_after : int
@@ -213,7 +213,7 @@ def codimension_two_points(
         raise ParameterError("omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times start")
     if varied is None:
         require_alike(oscillator)
-    own, times = at_own_period(oscillator)
+    own, times = oscillator.at_own_period
     if times > 1:
         ends = omega_start, omega_stop
         found = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
@@ -257,11 +257,10 @@ def _at_declared_frequency(point: CodimensionTwoPoint, times: int, start: float,
             velocity_slope=times * unfolding.velocity_slope,
         )
     if corner is not None:
-        before, after = first_phase(np.array([corner.phase_before, corner.phase_after]), times).tolist()
         corner = replace(
             corner,
-            phase_before=before,
-            phase_after=after,
+            phase_before=corner.phase_before / times,
+            phase_after=corner.phase_after / times,
             slope_before=times * corner.slope_before,
             slope_after=times * corner.slope_after,
         )

@@ -11,7 +11,7 @@ the same stop, after whole periods of the forces: half periods have a meaning fo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,13 +21,14 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
-from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
+from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import DOUBLE_GRAZE_STEPS, REAL_EIGENVALUE
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import require_forced
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.model.summary import harmonic_response
 from grazemap_core.tolerances import EPSILON
 
@@ -88,7 +89,7 @@ class StopGrazes:
     clearance : ndarray of shape (n,)
         Of this stop, at which the steady motion touches it; of both stops, its largest displacement.
     phase : ndarray of shape (n,)
-        omega t at the contact, in (-pi, pi], the smallest one if there are several.
+        omega t at the contact, in (-pi/p, pi/p].
     acceleration : ndarray of shape (n,)
         Away from the stop, at the graze.
     margin : ndarray of shape (n,)
@@ -123,6 +124,7 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     return stop_grazes(oscillator, omega, None, max_order)
 
 
+@in_own_period
 def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | None, max_order: int = 8) -> StopGrazes:
     """Return the grazes of one stop, or of both.
 
@@ -153,10 +155,6 @@ def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | N
         require_alike(oscillator)
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
-    own, times = at_own_period(oscillator)
-    if times > 1:
-        grazes = stop_grazes(own, times * values, varied, max_order)
-        return replace(grazes, omega=values, phase=first_phase(grazes.phase, times))
     motion = steady_motion(oscillator, values)
     maxima = motion.toward(1 if varied is None else varied.stop)
     if varied is None and not np.all(np.isfinite(maxima.amplitude) & (maxima.amplitude > 0.0)):

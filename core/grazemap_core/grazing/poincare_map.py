@@ -160,7 +160,7 @@ def simulated_returns(point: GrazingPoint, deviation: ArrayLike, returns: int, d
         displacement,
         velocity,
         state[-1],
-        periods=math.ceil(returns * point.turn / (2.0 * math.pi)) + 2,
+        periods=math.ceil(returns * point.return_time / (2.0 * point.half_period)) + 2,
         max_period=1,
         times=turns / point.omega,
     )

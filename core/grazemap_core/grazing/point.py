@@ -22,7 +22,7 @@ from grazemap_core.checks import checked_omega
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import VariedStop
-from grazemap_core.grazing.steady_maxima import at_own_period, first_phase, require_alike, steady_motion
+from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
 from grazemap_core.model.drive import fundamental
 from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
@@ -61,7 +61,7 @@ class GrazingPoint:
     clearance : float
         Of the stop, on the grazing curve.
     state : ndarray of shape (2N + 1,)
-        x*; theta in (-pi, pi] is the phase of the forcing, omega t.
+        x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t.
     vector_field : ndarray of shape (2N + 1,)
         f(x*), its last entry omega, equation (20).
     acceleration : float
@@ -122,7 +122,8 @@ class GrazingPoint:
         """Return the point after a return: that of the other stop, the mirror image S x, or this one."""
         if self.varied is not None:
             return self
-        theta = _wrapped(float(self.state[-1]) + self.turn)
+        times = fundamental(self.oscillator.drive)
+        theta = _wrapped(times * (float(self.state[-1]) + self.turn)) / times
         graze = _Graze(-self.stop, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
         return _point(self.oscillator, self.omega, None, self.model, graze)
 
@@ -134,9 +135,10 @@ class GrazingPoint:
         return (here, self.varied.other) if self.stop > 0 else (self.varied.other, here)
 
     def size(self, deviation: Floats) -> float:
-        """Return the largest entry of a deviation in units of amplitude, omega amplitude and radians."""
-        pair = [1.0 / self.amplitude, 1.0 / (self.omega * self.amplitude)]
-        return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), 1.0])))
+        """Return the largest entry of a deviation in units of amplitude, p omega amplitude, and radians of p theta."""
+        times = fundamental(self.oscillator.drive)
+        pair = [1.0 / self.amplitude, 1.0 / (times * self.omega * self.amplitude)]
+        return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), times])))
 
     def contact_of(self, deviation: Floats) -> tuple[float, float]:
         """Return q and its velocity in a deviation."""
@@ -207,7 +209,7 @@ def grazing_point(
             raise ParameterError(
                 "bias", "moves the equilibrium from the middle, so that the stops are grazed one by one"
             )
-    own, times = at_own_period(oscillator)
+    own, times = oscillator.at_own_period
     values = checked_omega([times * omega])
     motion = steady_motion(own, values)
     # that of C half a period after that of A, where both are grazed at once
@@ -220,8 +222,7 @@ def grazing_point(
         margin = float(np.ravel(varied.margin(oscillator, maxima.amplitude, motion.toward(-stop).amplitude))[0])
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
-    theta = float(first_phase(maxima.phase, times)[0]) if times > 1 else phase
-    theta, phase = _wrapped(theta + later / times), phase + later
+    theta, phase = _wrapped(phase + later) / times, phase + later
     responses = [harmonic_amplitudes(own, values, one) for one in own.drive]
     if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
         ((response, coordinate, _),) = responses

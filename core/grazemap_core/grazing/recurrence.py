@@ -19,7 +19,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.one_stop import VariedStop, grazing_curve
 from grazemap_core.grazing.point import GrazingPoint
-from grazemap_core.grazing.steady_maxima import at_own_period, steady_motion
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.drive import fundamental
 from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import evaluate, impulse_response
@@ -171,7 +171,7 @@ def next_contact(
         raise ParameterError("distance", "must lie between 0 and 1, both excluded")
     rebound = 1.0 + oscillator.restitution_of(stop)
     response = impulse_response(modal_model(oscillator))
-    own, times = at_own_period(oscillator)
+    own, times = oscillator.at_own_period
     values = times * values
     maxima = steady_motion(own, values).toward(stop)
     u = np.sqrt(2.0 * below * (maxima.amplitude / maxima.curvature)) / values

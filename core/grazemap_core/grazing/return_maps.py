@@ -16,6 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.point import GrazingPoint, checked_deviation, interleaved
 from grazemap_core.grazing.tolerances import RETURN_SETTLED, RETURN_STEPS
+from grazemap_core.model.drive import fundamental
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.tolerances import EPSILON
@@ -80,6 +81,7 @@ def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Float
         The contact is not at rest within a quarter period of the point.
     """
     model, omega = point.model, point.omega
+    times = fundamental(point.oscillator.drive)  # phases are those of omega, and speeds are compared with omega
     speed = point.stop * omega * point.amplitude
     velocity = point.oscillator.contact @ model.from_modal[point.oscillator.size :]
     scale = -point.stop * point.amplitude  # a quotient of complex numbers would be rounded more than once
@@ -101,7 +103,8 @@ def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Float
         before, end = end, end - rest / slope
         if not abs(end) < point.quarter_turn:
             break
-        if abs(end - before) <= RETURN_SETTLED * float(np.sum(np.abs(terms))) + rounding / slope:
+        settled = RETURN_SETTLED * float(np.sum(np.abs(terms))) / times**2
+        if abs(end - before) <= settled + rounding / slope:
             return advanced(model, free, (end - phase) / omega), end
     raise ParameterError("deviation", NOT_NEARBY)
 

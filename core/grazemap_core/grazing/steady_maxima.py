@@ -6,14 +6,14 @@ largest q, the left one at the largest -q (theory, "Several harmonics"). With on
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.peaks import Coefficients, derivatives, highest_of_cells, highest_peaks, roundoff
-from grazemap_core.model.drive import fundamental, is_half_wave_symmetric
+from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope
 from grazemap_core.model.oscillator import Oscillator
 
@@ -97,19 +97,6 @@ def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -
     return SteadyMotion(orders, response, np.full_like(response, np.nan))
 
 
-def at_own_period(oscillator: Oscillator) -> tuple[Oscillator, int]:
-    """Return the oscillator with orders without a common divisor p, and p.
-
-    Forces whose orders are all multiples of p have the period 2 pi/(p omega): they are those of the returned oscillator
-    at p omega.
-    """
-    times = fundamental(oscillator.drive)
-    if times == 1:
-        return oscillator, 1
-    drive = tuple(replace(one, order=one.order // times) for one in oscillator.drive)
-    return replace(oscillator, drive=drive), times
-
-
 def require_alike(oscillator: Oscillator) -> None:
     """Raise ParameterError unless the forces change their sign after half of their period, so that A_R = A_L."""
     if not is_half_wave_symmetric(oscillator.drive):
@@ -119,8 +106,3 @@ def require_alike(oscillator: Oscillator) -> None:
 def wrapped(phase: Floats) -> Floats:
     """Return phases between -3 pi and 3 pi in (-pi, pi]."""
     return np.where(phase > np.pi, phase - 2.0 * np.pi, np.where(phase <= -np.pi, phase + 2.0 * np.pi, phase))
-
-
-def first_phase(phase: Floats, times: int) -> Floats:
-    """Return the smallest of the phases ``(phase + 2 pi j)/times`` in (-pi, pi], for phases in (-pi, pi]."""
-    return phase / times - 2.0 * np.pi / times * ((times - 1) // 2 + (times % 2 == 0) * (phase > 0.0))

@@ -39,6 +39,7 @@ from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 
@@ -106,6 +107,7 @@ def points_along(line: Line) -> list[Point]:
     return [Point(*line.point(index)) for index in range(len(line.axis.values))]
 
 
+@in_own_period
 def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> Ranges:
     """Return the ranges of initial states, with those that are left out.
 
@@ -156,6 +158,7 @@ def random_states(points: Sequence[Point], ranges: Ranges, count: int, seed: int
     return np.concatenate(kept)[:count]
 
 
+@in_own_period
 def fraction_tile(
     points: Sequence[Point], states: Floats, phase: float = 0.0, max_periods: int = 1000, max_period: int = 32
 ) -> dict[str, NDArray[Any]]:

@@ -20,6 +20,7 @@ from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
@@ -85,6 +86,7 @@ class Attractor:
     share: float
 
 
+@in_own_period
 def basin_tile(
     oscillator: Oscillator,
     omega: float,

@@ -22,6 +22,7 @@ from grazemap_core.maps.planes import Line
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS, REASONS, Motion
 from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import State, forced_oscillator, initial_state
@@ -70,6 +71,7 @@ class Section:
     figures: Floats
 
 
+@in_own_period
 def sections(
     line: Line,
     policy: str = "rest",

@@ -34,6 +34,7 @@ from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.start import forced_oscillator
 
@@ -119,6 +120,7 @@ def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns:
     return np.stack(codes)
 
 
+@in_own_period
 def chance_in_basins(
     kind: NDArray[Any],
     oscillator: Oscillator,
@@ -155,6 +157,7 @@ def chance_in_basins(
     return _chance(len(rows), max_periods, codes[:, None], longer)
 
 
+@in_own_period
 def chance_in_fractions(
     kind: NDArray[Any], points: Sequence[Point], states: Floats, phase: float, max_periods: int, max_period: int
 ) -> ChanceToSettle | None:
@@ -180,6 +183,7 @@ def chance_in_fractions(
     return _chance(len(rows), max_periods, np.concatenate(codes)[:, None], longer)
 
 
+@in_own_period
 def chance_in_diagram(
     line: Line,
     sections: Sequence[Section],

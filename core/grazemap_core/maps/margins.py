@@ -8,7 +8,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import CoreError
-from grazemap_core.grazing.steady_maxima import at_own_period, steady_motion
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Conditions
 from grazemap_core.model.equilibrium import contact_equilibrium
@@ -68,7 +68,7 @@ def _amplitudes(oscillator: Oscillator, omega: Floats) -> Floats:
     """Return the largest displacements toward the right and the left stop, (n, 2); NaN without a steady motion."""
     if not oscillator.drive:
         return np.zeros((len(omega), 2))
-    own, times = at_own_period(oscillator)
+    own, times = oscillator.at_own_period
     try:
         motion = steady_motion(own, times * omega)
         return np.stack([motion.toward(stop).amplitude for stop in (1, -1)], axis=1)

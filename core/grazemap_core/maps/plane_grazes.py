@@ -20,6 +20,7 @@ from grazemap_core.continuation.parameters import PARAMETERS
 from grazemap_core.maps.margins import SteadyContact, grazing_margins, steady_on
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.tolerances import EPSILON
 
 _SAMPLES = 4
@@ -37,17 +38,22 @@ class GrazeLine(NamedTuple):
     ----------
     stop : int
         The stop that is touched: +1 right, -1 left.
+    plane : (str, str)
+        The two parameters that vary.
     horizontal, vertical : (m,)
+        Their values.
     admissible : bool (m,)
         Whether the steady motion does not reach beyond the other stop.
     """
 
     stop: int
+    plane: tuple[str, str]
     horizontal: Floats
     vertical: Floats
     admissible: Booleans
 
 
+@in_own_period
 def graze_lines(plane: Plane) -> Iterator[GrazeLine]:
     """Yield the grazing curves of each stop; those of symmetric stops are one, of the right stop."""
     for stop in (1,) if plane.mirrors else (1, -1):
@@ -91,7 +97,7 @@ def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
     for run in np.split(np.arange(len(found)), np.flatnonzero(np.diff(exists)) + 1):
         if exists[run[0]]:
             sides = (fine[run], found[run]) if place == 1 else (found[run], fine[run])
-            yield GrazeLine(stop, *sides, admissible[run])
+            yield GrazeLine(stop, plane.names, *sides, admissible[run])
 
 
 def _solved(extent: SteadyContact, stop: int, name: str) -> Floats:
@@ -138,7 +144,7 @@ def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
     for path in _paths(grazing_margins(fine)[own]):
         points = np.array([solved(side) for side in path])
         beside = np.array([_margins_at(plane, *point)[other] for point in points.tolist()])
-        yield GrazeLine(stop, points[:, 0].copy(), points[:, 1].copy(), ~(beside < 0.0) | plane.mirrors)
+        yield GrazeLine(stop, plane.names, points[:, 0].copy(), points[:, 1].copy(), ~(beside < 0.0) | plane.mirrors)
 
 
 def _margins_at(plane: Plane, horizontal: float, vertical: float) -> Floats:

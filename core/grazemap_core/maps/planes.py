@@ -33,6 +33,7 @@ from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, Settler, Settling, run_apart
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import at_own_period, divisor_of
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
@@ -106,6 +107,11 @@ class Plane:
         name, values = varied_clearance(clearance)
         first = tuple(np.broadcast_to(clearance[0], 2).tolist())
         return cls(oscillator, ParameterPoint.of(oscillator, 1.0, first), Axis("omega", omega), Axis(name, values))
+
+    @cached_property
+    def at_own_period(self) -> Plane:
+        """The plane at the own frequency of the forces, where trajectories are run."""
+        return self if divisor_of(self) == 1 else at_own_period(self)
 
     @property
     def axes(self) -> tuple[Axis, Axis]:
@@ -228,7 +234,7 @@ class PlaneSettler:
 
     def __init__(self, plane: Plane, task: Settling) -> None:
         """Allocate scratch for one structure at a time; nothing is run."""
-        self.plane, self._task = plane, task
+        self.plane, self._task = plane.at_own_period, task
         # what is observed is of the motion itself, not of it over the factor of the forces
         self._scaled = () if task.observed is None else tuple({"bias", "forcing"} & {*plane.names})
         self._starts = np.zeros((1, 2, plane.oscillator.size)) if task.starts is None else task.starts

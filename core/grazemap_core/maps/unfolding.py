@@ -105,11 +105,12 @@ def unfolding_map_tile(
         linearised=not preview,
         observed=observed,
     )
-    codes, figures = PlaneSettler(plane, task).grid(down=policy == "sweep-down")
+    settler = PlaneSettler(plane, task)
+    codes, figures = settler.grid(down=policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(plane, task, sensitive, codes, figures)
+        resolved = resolve_grid(settler.plane, task, sensitive, codes, figures)
     return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
 
 

@@ -7,6 +7,7 @@ second-order blocks (the modal model), and computes its steady response and its 
 - `structure`: what the modal model needs to know of a structure.
 - `chain`, `matrices`: the two kinds of structure: masses and links, or dense matrices.
 - `drive`: harmonic forces, and how they depend on the forcing frequency.
+- `own_period`: the period of the forces, and computations at their own frequency.
 - `modal`: the modal model, for every kind of damping.
 - `damped_blocks`: second-order blocks of a structure whose damping couples its modes.
 - `modal_refinement`: refinement of a modal decomposition to a few roundings.

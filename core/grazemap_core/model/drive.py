@@ -9,7 +9,7 @@ ground (theory, "Any linear structure").
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,27 +52,27 @@ class Harmonic:
 
 def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
     """Return harmonics in increasing order, those of one order added up, without those that are zero."""
-    found: dict[int, Harmonic] = {}
+    of_orders: dict[int, list[Harmonic]] = {}
     for one in parts:
-        other = found.get(one.order)
-        if other is not None:
-            one = Harmonic(
-                one.order,
-                other.constant + one.constant,
-                other.rate + one.rate,
-                other.quadratic + one.quadratic,
-            )
-        found[one.order] = one
-    return tuple(
-        found[order]
-        for order in sorted(found)
-        if any(np.any(part) for part in (found[order].constant, found[order].rate, found[order].quadratic))
-    )
+        of_orders.setdefault(one.order, []).append(one)
+    found = (_sum(of_orders[order]) for order in sorted(of_orders))
+    return tuple(one for one in found if any(np.any(part) for part in (one.constant, one.rate, one.quadratic)))
+
+
+def _sum(parts: Sequence[Harmonic]) -> Harmonic:
+    """Return the sum of harmonics of one order, rounded once."""
+    if len(parts) == 1:
+        return parts[0]
+    sums = []
+    for name in ("constant", "rate", "quadratic"):
+        terms = np.stack([getattr(one, name) for one in parts], axis=1)
+        sums.append(np.array([complex(math.fsum(row.real), math.fsum(row.imag)) for row in terms]))
+    return Harmonic(parts[0].order, *sums)
 
 
 def fundamental(drive: Iterable[Harmonic]) -> int:
-    """Return the greatest common divisor p of the orders: the forces have the period ``2 pi/(p omega)``."""
-    return math.gcd(*(one.order for one in drive))
+    """Return the greatest common divisor p of the orders, 1 without forces: the period is T = ``2 pi/(p omega)``."""
+    return math.gcd(*(one.order for one in drive)) or 1
 
 
 def is_half_wave_symmetric(drive: Iterable[Harmonic]) -> bool:

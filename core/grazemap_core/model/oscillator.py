@@ -16,7 +16,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
-from grazemap_core.model.drive import Harmonic, force, harmonics
+from grazemap_core.model.drive import Harmonic, force, fundamental, harmonics
 from grazemap_core.model.structure import Structure
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
@@ -230,6 +230,26 @@ class Oscillator:
         """The direction ``a = m_c M^-1 h`` of the change of velocity by an impulse along the stop, ``h^T a = 1``."""
         response = self.structure.solve_mass(self.contact)
         return np.asarray(response / (self.contact @ response))
+
+    @cached_property
+    def at_own_period(self) -> tuple[Oscillator, int]:
+        """The oscillator with orders without a common divisor p, and p.
+
+        Forces whose orders are all multiples of p have the period T = 2 pi/(p omega): they are those of the returned
+        oscillator at p omega.
+        """
+        times = fundamental(self.drive)
+        if times == 1:
+            return self, 1
+        variants = self.variants
+        if variants is not None:
+            create = variants.create
+            variants = replace(variants, create=lambda values: create(values)._over(times))
+        return replace(self._over(times), variants=variants), times
+
+    def _over(self, divisor: int) -> Oscillator:
+        """Return the oscillator with all orders divided by a common divisor."""
+        return replace(self, drive=tuple(replace(one, order=one.order // divisor) for one in self.drive))
 
     @cached_property
     def forces(self) -> tuple[Harmonic, ...]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.tolerances import SAME_ORBIT
 from grazemap_core.simulation.trajectories import Trajectory
 
@@ -35,6 +36,8 @@ class ImpactSequence:
         Velocity of the contact before the impact. It has the sign of the stop; for a virtual impact, the opposite sign.
     symmetric : bool
         Whether these are the impacts of half the period; those of the other half are their mirror images.
+    divisor : int
+        p: a period is ``2 pi/p`` in the phases.
     """
 
     period: int
@@ -42,6 +45,7 @@ class ImpactSequence:
     phases: Floats
     velocities: Floats
     symmetric: bool = False
+    divisor: int = 1
 
     @classmethod
     def create(
@@ -88,11 +92,12 @@ class ImpactSequence:
         """The impacts of the whole period; of a symmetric motion, the mirror images included."""
         if not self.symmetric:
             return self
-        return ImpactSequence(
-            self.period,
-            np.concatenate([self.stops, -self.stops]),
-            np.concatenate([self.phases, self.phases + math.pi * self.period]),
-            np.concatenate([self.velocities, -self.velocities]),
+        return replace(
+            self,
+            stops=np.concatenate([self.stops, -self.stops]),
+            phases=np.concatenate([self.phases, self.phases + math.pi * self.period / self.divisor]),
+            velocities=np.concatenate([self.velocities, -self.velocities]),
+            symmetric=False,
         )
 
     def repeats_after(self, tolerance: float = SAME_ORBIT) -> int:
@@ -119,22 +124,30 @@ class ImpactSequence:
         if self.symmetric:
             return self
         count = len(self.stops) // 2
-        return ImpactSequence(self.period, self.stops[:count], self.phases[:count], self.velocities[:count], True)
+        return replace(
+            self,
+            stops=self.stops[:count],
+            phases=self.phases[:count],
+            velocities=self.velocities[:count],
+            symmetric=True,
+        )
 
 
 def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int, tolerance: float) -> bool:
     """Return whether the impacts repeat after `count` impacts and `periods` forcing periods, mirrored for sign -1."""
-    turn = 2.0 * math.pi * sequence.period
+    once = 2.0 * math.pi / sequence.divisor
+    turn = once * sequence.period
     later = np.roll(sequence.phases, -count)
     later[len(later) - count :] += turn
     speed = np.max(np.abs(sequence.velocities))
     return bool(
         np.all(np.roll(sequence.stops, -count) == sign * sequence.stops)
-        and np.all(np.abs(later - sequence.phases - 2.0 * math.pi * periods) <= tolerance * turn)
+        and np.all(np.abs(later - sequence.phases - once * periods) <= tolerance * turn)
         and np.all(np.abs(np.roll(sequence.velocities, -count) - sign * sequence.velocities) <= tolerance * speed)
     )
 
 
+@in_own_period
 def impacts_of(run: Trajectory) -> ImpactSequence:
     """Return the impacts of the last period of a trajectory that has settled to a periodic motion.
 

@@ -11,6 +11,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.cell_problem import Clearance, cell_problem, stops_between, trajectory_models
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, HALF, TIME
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
@@ -50,6 +51,7 @@ class OrbitObserver:
         return self._wanted.figures(found.contacts, found.outputs, omega, whole.period)
 
 
+@in_own_period
 def of_orbit(oscillator: Oscillator, orbit: PeriodicOrbit | SimulatedOrbit, wanted: Observables) -> Floats:
     """Return the figures (count,) of an orbit over its period; NaN where it has not converged or is not admissible."""
     if isinstance(orbit, SimulatedOrbit):

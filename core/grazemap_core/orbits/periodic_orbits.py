@@ -18,6 +18,7 @@ from grazemap_core.contact.cell_problem import Clearance, stops_between
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.batches import CONTACTS, REASONS, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -51,11 +52,11 @@ class PeriodicOrbit:
         The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
         lies within `radius`, as certainly as floating-point numbers allow.
     radius : float
-        For phases in radians, and for velocities in units of omega times the unit of `residual`.
+        For phases p omega t in radians, and for velocities in units of p omega times the unit of `residual`.
     displacement, velocity : ndarray of shape (N,)
         Physical state just before the first impact; a trajectory started there begins with the impact.
     phase : float
-        Forcing phase there, in (-pi, pi].
+        Forcing phase there, in (-pi/p, pi/p].
     start : State
         State at forcing phase 0, on the stroboscopic section.
     multipliers : ndarray of complex, shape (2N,)
@@ -152,6 +153,7 @@ class PeriodicOrbit:
         return f"{self.least_period}-{right if right > 0 else '(-1)'}r-{left if left > 0 else '(-1)'}l"
 
 
+@in_own_period
 def periodic_orbit(oscillator: Oscillator, omega: float, clearance: Clearance, guess: ImpactSequence) -> PeriodicOrbit:
     """Return the periodic orbit near a guess of its impacts.
 

@@ -17,6 +17,7 @@ from grazemap_core.contact.cell_problem import Clearance, stops_between
 from grazemap_core.contact.kernels.stops import gap_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.explicit_orbits import one_impact_sequences, two_impact_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
@@ -31,6 +32,7 @@ TRANSIENT_PERIODS = 400
 """Number of forcing periods in which a trajectory must settle."""
 
 
+@in_own_period
 def sequence_of_stops(
     oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Sequence[int], seed: int = 0
 ) -> ImpactSequence | None:
@@ -78,6 +80,7 @@ def sequence_of_stops(
     return None
 
 
+@in_own_period
 def explicit_sequences(
     oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Integers
 ) -> list[ImpactSequence]:

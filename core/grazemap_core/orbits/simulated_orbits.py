@@ -17,6 +17,7 @@ from grazemap_core.arrays import Complexes
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.record import Impacts, Record, Sticking
@@ -79,6 +80,7 @@ class SimulatedOrbit:
         return bool(np.all(np.abs(self.multipliers) < 1.0))
 
 
+@in_own_period
 def simulated_orbit(
     oscillator: Oscillator, omega: float, clearance: Clearance, run: Trajectory, max_period: int = 32
 ) -> SimulatedOrbit:

@@ -20,9 +20,10 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import VariedStop
-from grazemap_core.grazing.steady_maxima import at_own_period, steady_motion
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily, explicit_curves
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.fixed_stop_curves import (
@@ -104,6 +105,7 @@ class _Window:
             return np.asarray(np.isfinite(values) & (self.start <= values) & (values <= self.stop))
 
 
+@in_own_period
 def window_curves(
     oscillator: Oscillator,
     omega: tuple[float, float],
@@ -239,8 +241,7 @@ def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: 
     """Return the curve on which the steady motion touches a stop, over a factor."""
     gaps = varied_gaps(oscillator, varied, stop)
     assert gaps is not None  # a factor moves both stops
-    own, times = at_own_period(oscillator)
-    motion = steady_motion(own, times * window.omega)
+    motion = steady_motion(oscillator, window.omega)
     gap, other = (motion.toward(side).amplitude for side in (stop, -stop))
     size = len(window.omega)
     admissible = ~(gaps.other.fixed + gaps.other.by_gap * gap < other)

@@ -16,6 +16,7 @@ from grazemap_core.contact.kernels.half_period import is_free_for_ever
 from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
 from grazemap_core.simulation.motion import REASONS
@@ -66,6 +67,7 @@ class Monodromy:
         return math.log(largest) / self.time if largest > 0.0 else -math.inf
 
 
+@in_own_period
 def monodromy(
     oscillator: Oscillator,
     omega: float,

@@ -57,7 +57,9 @@ class ForcedOscillator:
     Attributes
     ----------
     oscillator : Oscillator
+        The forces' orders have no common divisor.
     omega : float
+        The own frequency of the forces, of which their period is one.
     clearance : Clearance
     models : HeldModel
     steady : complex (H, 2, N + 1)
@@ -130,7 +132,7 @@ class Start:
 
 
 def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:
-    """Return an oscillator with a forcing frequency > 0 and the clearance of its stops.
+    """Return an oscillator with a forcing frequency > 0 and the clearance of its stops, at its own period.
 
     One number > 0 is that of both stops; of two, one may be None, or negative if the other one is larger.
 
@@ -141,6 +143,8 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
     ConditioningError
         The modal model is ill-conditioned.
     """
+    oscillator, times = oscillator.at_own_period
+    omega = times * omega
     values = checked_omega([omega])
     if not isinstance(clearance, tuple) and not clearance > 0.0:
         raise ParameterError("clearance", "of both stops must be greater than 0")

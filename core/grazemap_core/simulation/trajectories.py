@@ -29,6 +29,7 @@ from grazemap_core.contact.kernels.workspace import (
 from grazemap_core.errors import RecordSizeError
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
@@ -64,11 +65,13 @@ class Trajectory:
     motion : Motion
         Unresolved, with the reason, if the trajectory ended early; the arrays then end there too.
     final : State or None
-        State at the end of the record, with the phase in (-pi, pi]: a trajectory from it continues this one. During the
-        summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began, or
-        if a number is not finite.
+        State at the end of the record, with the phase in (-pi/p, pi/p]: a trajectory from it continues this one. During
+        the summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began,
+        or if a number is not finite.
     record : Record
         The events, from which all of this is derived.
+    divisor : int
+        p: phases repeat after 2 pi/p.
     """
 
     time: Floats
@@ -80,6 +83,7 @@ class Trajectory:
     motion: Motion
     final: State | None
     record: Record
+    divisor: int = 1
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacement and velocity, each (N, n), at any times (n,) of the record, in closed form.
@@ -110,6 +114,7 @@ class Plan:
     most_events: int
 
 
+@in_own_period
 def trajectory(
     oscillator: Oscillator,
     omega: float,
@@ -159,6 +164,7 @@ def trajectory(
     return _follow(forced, initial_state(forced, displacement, velocity, phase), plan, plan.most_events)
 
 
+@in_own_period
 def trajectories(
     oscillator: Oscillator,
     omega: float,

@@ -11,8 +11,8 @@ from grazemap.errors import RequestWarning
 from grazemap.wire import Note
 
 # What is below the grazing curve are the motions with impacts, which most maps of a part are about. A request whose
-# kernels are compiled first is meant, and only takes longer.
-_QUIET = frozenset({"below-grazing-curve", "compiles-first"})
+# kernels are compiled first is meant, and only takes longer. What a period is, a result says.
+_QUIET = frozenset({"below-grazing-curve", "compiles-first", "forcing-period"})
 _PACKAGE = str(Path(__file__).parents[1])
 
 

@@ -198,7 +198,9 @@ def _name(mass: int | None) -> str:
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     """Return which times are in the last periods of a trajectory; none where it has ended early."""
     end = time[-1] if len(time) else 0.0
-    shown: NDArray[np.bool_] = time >= end - _HISTORY_PERIODS * 2 * np.pi / trajectory.meta["request"]["omega"]
+    request = trajectory.meta["request"]
+    period = Oscillator.model_validate(request["oscillator"]).forcing_period(request["omega"])
+    shown: NDArray[np.bool_] = time >= end - _HISTORY_PERIODS * period
     return shown
 
 

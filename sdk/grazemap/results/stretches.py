@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.wire import Oscillator
+
 if TYPE_CHECKING:
     from grazemap.results.orbits import OrbitBranch, SpecialPoint
 
@@ -120,6 +122,7 @@ def kinds_between(start: str, end: str, points: Sequence[SpecialPoint]) -> list[
 
 def _knot(branch: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
     """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
-    phases, whole = point.phases[: len(near)], 2.0 * np.pi * branch.period
+    divisor = Oscillator.model_validate(branch.meta["request"]["oscillator"]).common_divisor
+    phases, whole = point.phases[: len(near)], 2.0 * np.pi / divisor * branch.period
     turned = phases - np.round((phases - near) / whole) * whole
     return np.concatenate([[point.parameter], point.velocities[: len(near)] * branch.stops, turned])

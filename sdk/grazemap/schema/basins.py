@@ -33,7 +33,7 @@ ATTRACTOR = Record(
             "forcing, divided by the clearance.",
             when=_KNOWN,
         ),
-        field("mean_velocity", "float", "The same for the velocity, over omega times the clearance.", when=_KNOWN),
+        field("mean_velocity", "float", "The same for the velocity, over p omega times the clearance.", when=_KNOWN),
         field("multiplier", "float", "Largest modulus of the multipliers over one period.", when=_KNOWN),
         field("lyapunov", "float", "Largest Lyapunov exponent per forcing period.", when="where it is known"),
         _VERIFIED,

@@ -93,7 +93,7 @@ STATE = Record(
     (
         field("displacement", "float", "Displacement of every mass.", "mass", "m", null=True),
         field("velocity", "float", "Velocity of every mass.", "mass", "m/s", null=True),
-        field("phase", "float", "Phase of the forcing, in (-pi, pi].", unit="rad"),
+        field("phase", "float", "Phase of the forcing, in (-pi/p, pi/p].", unit="rad"),
     ),
 )
 IMPACTS = Record(

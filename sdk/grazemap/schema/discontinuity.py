@@ -12,7 +12,7 @@ GRAZING = Record(
     "Grazing",
     "The steady motion where it touches the stop; states are (x_1, v_1, ..., x_N, v_N, theta), equation (20).",
     (
-        field("state", "float", "The state; theta is the phase of the forcing, in (-pi, pi].", _ENTRY),
+        field("state", "float", "The state; theta is the phase of the forcing, in (-pi/p, pi/p].", _ENTRY),
         field("vector_field", "float", "Vector field at the state.", _ENTRY),
         field("acceleration", "float", "Acceleration of the contact coordinate.", unit="m/s^2"),
         field(
@@ -53,7 +53,7 @@ RETURNS = Record(
         field(
             "error",
             "float",
-            "Maximum difference of the two deviations, in units of amplitude, omega times amplitude, and radians.",
+            "Maximum difference of the deviations, in units of amplitude, p omega times it, and radians of p omega t.",
             _ONWARD,
             null=True,
         ),
@@ -63,7 +63,7 @@ RETURNS = Record(
 DISCONTINUITY_MAPPINGS = ResultSchema(
     "DiscontinuityMapping",
     "The effect of an impact on motions that overshoot a grazing stop, and their later returns. Errors are maximum "
-    "entries in units of the steady amplitude, omega times the amplitude, and radians.",
+    "entries in units of the steady amplitude, p omega times the amplitude, and radians of p omega t.",
     (
         OMEGA,
         CLEARANCE.in_result(description="Clearance of the grazing point."),

@@ -54,7 +54,7 @@ CORNER = Record(
         field(
             "phase_before",
             "float",
-            "omega t, in (-pi, pi], of the maximum that is the larger one at omega below the point.",
+            "omega t, in (-pi/p, pi/p], of the maximum that is the larger one at omega below the point.",
             unit="rad",
         ),
         field("phase_after", "float", "The same at omega above the point.", unit="rad"),
@@ -154,7 +154,7 @@ def _of_stop(name: str) -> tuple[Field, ...]:
             when=when,
             description=f"Clearance of the {name} stop at which the steady motion touches it.",
         ),
-        field(f"phase_{name}", "float", "omega t at the contact, in (-pi, pi].", "omega", "rad", when=when),
+        field(f"phase_{name}", "float", "omega t at the contact, in (-pi/p, pi/p].", "omega", "rad", when=when),
         field(
             f"margin_{name}",
             "float",
@@ -205,7 +205,7 @@ GRAZING_CURVES = ResultSchema(
     (
         OMEGA.in_result(dims=("omega",)),
         CLEARANCE.in_result(dims=("omega",), description="A(omega), where the steady motion touches both stops."),
-        field("phase", "float", "omega t at the contact with stop A, in (-pi, pi].", "omega", "rad"),
+        field("phase", "float", "omega t at the contact with stop A, in (-pi/p, pi/p].", "omega", "rad"),
         field(
             "first_recurrence",
             "int",

@@ -74,7 +74,7 @@ PERIODIC_ORBITS = ResultSchema(
         field(
             "radius",
             "float",
-            "Radius within which exactly one orbit lies; phases in radians, velocities relative.",
+            "Radius within which exactly one orbit lies; phases p omega t in radians, velocities relative.",
             null=True,
         ),
         *EVIDENCE,

@@ -69,7 +69,7 @@ class BasinFractionsRequest(OneParameterRequest):
     displacement: StateRanges | None = None
     """N ranges; left out: the equilibrium plus or minus the smallest half distance of the stops, over max |h|."""
     velocity: StateRanges | None = None
-    """N ranges; left out: plus or minus the smallest omega times that half width."""
+    """N ranges; left out: plus or minus the smallest p omega times that half width."""
     phase: Float = 0.0
     """Phase of the forcing at the start, in radians; harmonic k is shifted by k times as much."""
     max_periods: MaxPeriods = 1000

@@ -1,4 +1,4 @@
-"""Notes on requests that are allowed and probably not meant: a window off the grazing curve, hertz for rad/s."""
+"""Notes on requests that are allowed: what is probably not meant, as hertz for rad/s, and what a forcing period is."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _EXAMPLE = 0.02
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    found = [*_lists(request), *_damping(request.oscillator), *_millimetres(request)]
+    found = [*_lists(request), *_damping(request.oscillator), *_millimetres(request), *_period(request)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
         alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
@@ -157,6 +157,18 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
     elif 0.0 < ratios.max() < _WEAK:
         detail = f"the damping ratios of the modes are at most {ratios.max():.2g}: {what}; {gamma}"
         yield Note(code="weak-damping", detail=detail)
+
+
+def _period(request: ProcessRequest) -> Iterator[Note]:
+    """Say what a period is where it is not 2 pi/omega."""
+    divisor = request.oscillator.common_divisor
+    if divisor == 1 or isinstance(request, StructuresRequest):
+        return
+    yield Note(
+        code="forcing-period",
+        detail=f"every harmonic of the forces is a multiple of {divisor}: periods, labels and exponents count their "
+        f"period T = 2 pi/({divisor} omega); phases are omega t, modulo 2 pi/{divisor}",
+    )
 
 
 def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:

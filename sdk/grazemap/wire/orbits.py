@@ -36,6 +36,7 @@ MAX_IMPACTS = 256
 _AXES = ("horizontal", "vertical")
 _INTERVAL = 'an interval {"start": .., "stop": ..}'
 MAX_CURVE_POINTS = 100_000
+_LONG = "the phases must increase and span less than the period"
 _ONE_PER_IMPACT = Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True)
 Stop = Annotated[Literal[1, -1], Listable]
 
@@ -79,9 +80,15 @@ class OrbitMotion(Request):
         if self.phases is not None:
             rises = all(b > a for a, b in pairwise(self.phases))
             if not (rises and self.phases[-1] - self.phases[0] < 2.0 * math.pi * self.period):
-                detail = "the phases must increase and span less than the period"
-                raise invalid(detail, "increasing, over less than 2 pi period", "phases")
+                raise invalid(_LONG, "increasing, over less than 2 pi period", "phases")
         return self
+
+    def require_period_of(self, oscillator: Oscillator, *at: str) -> None:
+        """Refuse phases that span a period of an oscillator whose forces repeat p times in 2 pi."""
+        divisor = oscillator.common_divisor
+        if self.phases is None or self.phases[-1] - self.phases[0] < 2.0 * math.pi / divisor * self.period:
+            return
+        raise invalid(_LONG, f"increasing, over less than 2 pi period/{divisor}", *at, "phases")
 
 
 class PeriodicOrbitsRequest(ObservedRequest):
@@ -123,6 +130,8 @@ class PeriodicOrbitsRequest(ObservedRequest):
             state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
             # the model is frozen, but this is still its validation
             object.__setattr__(self, "initial", state)
+        else:
+            self.motion.require_period_of(self.oscillator, "motion")
         return self
 
     @model_validator(mode="after")
@@ -314,6 +323,7 @@ class BifurcationCurvesRequest(ProcessRequest):
         ends = {"right": plane.parameters.right, "left": plane.parameters.left}
         absent = [stop for stop, one in ((1, "right"), (-1, "left")) if ends[one] is None and not self._varies(one)]
         for k, motion in enumerate(self.motions or ()):
+            motion.require_period_of(self.oscillator, "motions", str(k))
             for name, axis in zip(names, (plane.horizontal, plane.vertical), strict=True):
                 value, (start, stop) = getattr(motion, name), axis.ends
                 if value is None and motion.phases is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from pydantic import (
 
 from grazemap.wire import linear
 from grazemap.wire.base import LeftOut, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.orders import forced_orders
 from grazemap.wire.structure import (
     Base,
     Contact,
@@ -266,11 +268,16 @@ class Oscillator(Request):
     @property
     def orders(self) -> list[int]:
         """The harmonics in which the forces are not 0, increasing; that of a moving base is 1."""
-        given = self.harmonics or [Forcing.model_validate({"amplitude": self.forcing})]
-        found = {one.harmonic for one in given if any(one.amplitude)}
-        if self.base is not None and self.base.amplitude != 0.0:
-            found.add(1)
-        return sorted(found)
+        return forced_orders(self)
+
+    @property
+    def common_divisor(self) -> int:
+        """The greatest common divisor p of `orders`, 1 without forces: phases repeat after ``2 pi/p``."""
+        return math.gcd(*self.orders) or 1
+
+    def forcing_period(self, omega: Any) -> Any:
+        """Return the period T = ``2 pi/(p omega)`` of the forces at a frequency, or at each of an array."""
+        return 2.0 * math.pi / (self.common_divisor * omega)
 
     @property
     def is_symmetric(self) -> bool:

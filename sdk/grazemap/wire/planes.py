@@ -240,9 +240,8 @@ class Plane:
         oscillator, parameters = self.parameters.oscillator, self.parameters
         alike = "clearance" in self.names or parameters.right == parameters.left is not None
         broken = any(name == "bias" or name.endswith(("_right", "_left")) for name in self.names)
-        odd = all(order % 2 == 1 for order in oscillator.orders)
         same = oscillator.has_equal_restitution or "restitution" in self.names
-        return alike and not broken and odd and oscillator.is_symmetric and same
+        return alike and not broken and oscillator.is_symmetric and same
 
     def corners(self) -> list[PlanePoint]:
         """Return the points at the corners."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -238,13 +237,13 @@ class TrajectoriesRequest(ObservedRequest):
         if "samples_per_period" in self.model_fields_set:
             raise invalid("both times and samples_per_period are given", "one of them", "samples_per_period")
         # an integer may be too large for a float
-        end = min(self.periods, 10**60) * (2.0 * math.pi / self.omega)
+        end = min(self.periods, 10**60) * self.oscillator.forcing_period(self.omega)
         for k, time in enumerate(self.times):
             if k > 0 and not time > self.times[k - 1]:
                 raise invalid("the times must increase", "an increasing list of numbers >= 0", "times", str(k))
             if not time <= end * _END_ROUNDING:
                 raise invalid(
-                    "a time lies after the end of the record", "at most periods * 2 pi/omega", "times", str(k)
+                    "a time lies after the end of the record", "at most periods T, T = 2 pi/(p omega)", "times", str(k)
                 )
         return self
 

@@ -34,7 +34,7 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     stops = [one for one in (clearance.right, clearance.left) if one is not None]
     alike = oscillator.is_symmetric and oscillator.has_equal_restitution and {*request.plane.names} & _OF_BOTH
-    if alike and len(stops) == 2 and stops[0] == stops[1] and oscillator.orders == [1]:
+    if alike and len(stops) == 2 and stops[0] == stops[1] and len(oscillator.orders) == 1:
         return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size
     harmonics = len(oscillator.orders)
     return len(stops) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)

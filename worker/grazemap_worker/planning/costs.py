@@ -61,7 +61,8 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
     Of a chain the masses are eliminated one by one, from the ground.
     """
     if oscillator.beyond_the_chain() is not None:
-        found = linear.contact_forces(oscillator, np.ravel(omega), 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
+        growth = oscillator.common_divisor / (2.0 * math.pi * rates.GROWTH_PERIODS)
+        found = linear.contact_forces(oscillator, np.ravel(omega), growth)
         return found[0].reshape(np.shape(omega)), found[1].reshape(np.shape(omega))
     rate = omega * (1j + 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
     forces, force, dynamic = oscillator.amplitudes, 0.0 * rate, 0.0 * rate
@@ -119,7 +120,8 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
         omega = points.omega
         force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
         mass, slowing = _contact_mass(oscillator)
-        period, restitution = 2.0 * math.pi / omega, _largest_restitution(oscillator)
+        period, restitution = oscillator.forcing_period(omega), _largest_restitution(oscillator)
+        omega = oscillator.common_divisor * omega
         acceleration = force / mass
         clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
@@ -223,7 +225,7 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
     orders = oscillator.orders
     if len(orders) < 2:
         return 0.0
-    highest = orders[-1] / math.gcd(*orders)
+    highest = orders[-1] / oscillator.common_divisor
     searched = rates.PEAKS_SECONDS * math.sqrt(highest) * math.log(stop / start)
     return searched + rates.PEAK_SECONDS * highest * len(orders) * points
 
@@ -259,7 +261,7 @@ class Settling(NamedTuple):
 def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settling:
     """Return how the trajectories of points settle."""
     with np.errstate(divide="ignore"):
-        decays = rates.SETTLING_DECAYS * points.omega / (2.0 * math.pi * linear.slowest_decay(oscillator))
+        decays = rates.SETTLING_DECAYS / (oscillator.forcing_period(points.omega) * linear.slowest_decay(oscillator))
     impacts = period_impacts(oscillator, points)
     rests = _rests(oscillator, impacts)
     free = points.nearer >= rates.FREE_FROM * contact_force(oscillator, points.omega)[1]
@@ -331,9 +333,9 @@ def _largest_row_sum(masses: list[float], links: list[float]) -> float:
 
 
 def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
-    highest = max(oscillator.orders, default=1)
+    highest = max(oscillator.orders, default=1) // oscillator.common_divisor
     least = max(rates.LEAST_CELLS, 2.0 * math.pi * highest)
-    return np.maximum(least, fastest_exponent(oscillator) * 2.0 * math.pi / omega)
+    return np.asarray(np.maximum(least, fastest_exponent(oscillator) * oscillator.forcing_period(omega)))
 
 
 def _rests(oscillator: Oscillator, impacts: Floats) -> NDArray[np.bool_]:

@@ -137,7 +137,11 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
     if further and curve.impact is not None:  # the motion without the contact that appears
         keep[curve.impact] = False
     stops, phases, velocities = whole_period(
-        curve.stops[keep], curve.phases[:, keep], curve.velocities[:, keep], curve.period, curve.symmetric
+        curve.stops[keep],
+        curve.phases[:, keep],
+        curve.velocities[:, keep],
+        curve.period / curve.divisor,
+        curve.symmetric,
     )
     right, left = impacts_on(stops)
     impact = None if further else curve.impact

@@ -74,6 +74,7 @@ def _general(described: Oscillator) -> CoreOscillator:
         damping = described.matrices.damping
         kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
         structure = CoreMatrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
+    orders = described.orders  # amplitudes that add up to zero may do so in exact arithmetic only
     parts = [
         force(
             one.harmonic,
@@ -82,8 +83,9 @@ def _general(described: Oscillator) -> CoreOscillator:
             unbalance=one.law == "unbalance",
         )
         for one in described.harmonics or [Forcing.model_validate({"amplitude": described.forcing})]
+        if one.harmonic in orders
     ]
-    if described.base is not None:
+    if described.base is not None and 1 in orders:
         base = described.base
         influence = np.ones(described.size) if base.influence is None else np.array(base.influence)
         amplitude = base.amplitude * complex(np.cos(base.phase), np.sin(base.phase))

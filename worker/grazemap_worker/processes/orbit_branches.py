@@ -58,7 +58,11 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
     report(2, 3)
     beyond = [starts_beyond(oscillator, point, request.vary) for point in branch.special_points]
     stops, phases, velocities = whole_period(
-        branch.stops, branch.phases, branch.velocities, branch.period, branch.symmetric
+        branch.stops,
+        branch.phases,
+        branch.velocities,
+        branch.period / branch.divisor,
+        branch.symmetric,
     )
     return {
         "parameter": branch.values,
@@ -106,18 +110,19 @@ def whole_period(
     stops: NDArray[np.int64],
     phases: NDArray[np.float64],
     velocities: NDArray[np.float64],
-    period: int,
+    turns: float,
     symmetric: bool,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from what was solved for.
 
-    For symmetric motions half of the impacts are solved for; the others are mirror images, half a period later.
+    For symmetric motions half of the impacts are solved for; the others are mirror images, half a period later. A
+    period is so many turns of the phases.
     """
     if not symmetric:
         return stops, phases, velocities
     return (
         np.concatenate([stops, -stops]),
-        np.hstack([phases, phases + np.pi * period]),
+        np.hstack([phases, phases + np.pi * turns]),
         np.hstack([velocities, -velocities]),
     )
 

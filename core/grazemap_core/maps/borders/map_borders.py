@@ -36,6 +36,7 @@ from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.plane_grazes import graze_lines
 from grazemap_core.maps.planes import Axis, Plane
+from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
 EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
@@ -80,8 +81,10 @@ class BorderCurve:
     type : {"SN", "PD", "SB", "NS", "GR"}
     name : Name
         Name of the motion that ends there.
+    plane : (str, str)
+        The two parameters of the map.
     horizontal, vertical : (m,)
-        Values of the two parameters of the map.
+        Their values.
     admissible : bool (m,)
         Whether the orbits are motions.
     orbits : BifurcationCurve or None
@@ -90,6 +93,7 @@ class BorderCurve:
 
     type: str
     name: Name
+    plane: tuple[str, str]
     horizontal: Floats
     vertical: Floats
     admissible: Booleans
@@ -134,6 +138,7 @@ class MapBorders:
     irregular_pairs: int
 
 
+@in_own_period
 def map_borders(plane: Plane, arrays: Mapping[str, NDArray[Any]], report: Report | None = None) -> MapBorders:
     """Explain the borders of a map.
 
@@ -388,7 +393,8 @@ class _Explaining:
             return
         self.spent += len(curve.horizontal) * each
         name = self.grid.names[number]
-        self._take(BorderCurve(curve.type, name, curve.horizontal, curve.vertical, curve.admissible, curve), number)
+        places = (curve.plane, curve.horizontal, curve.vertical, curve.admissible)
+        self._take(BorderCurve(curve.type, name, *places, curve), number)
         if self.curve[i] < 0:
             reason[...] = _LEAVES
 

@@ -1,0 +1,179 @@
+"""The one meaning of a period: T = 2 pi/(p omega), with the common divisor p of the orders of the forces.
+
+Forces whose orders are all multiples of p at omega are those with the orders over p at p omega, their *own* frequency
+(theory, "Several harmonics"). Everything is computed there. What is given and returned is at the declared omega:
+frequencies, and phases omega t, are multiplied by p on the way in and divided by p on the way out.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import wraps
+from typing import Any, Final, ParamSpec, TypeVar
+
+import numpy as np
+
+from grazemap_core.model.oscillator import Oscillator
+
+_FREQUENCIES: Final = frozenset({"omega", "omega_start", "omega_stop", "omega_error"})
+_PHASES: Final = frozenset({"phase", "phases", "excess_phase"})
+_DIVISOR: Final = "divisor"
+"""The attribute of a record of phases with p: they repeat after 2 pi/p."""
+_OPAQUE: Final = "record"
+"""The attribute of a motion with what the kernels recorded, which stays at the own frequency."""
+
+Given = ParamSpec("Given")
+Found = TypeVar("Found")
+
+
+def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
+    """Return a function that is computed at the own frequency of the oscillator among its arguments.
+
+    Frequencies and phases are known by the names of parameters and of attributes of dataclasses and named tuples. A
+    parameter that varies is a frequency where its name, in `parameter`, `plane` or `ranges`, is omega.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def of_own(*args: Given.args, **kwargs: Given.kwargs) -> Found:
+        times = max((divisor_of(value) for value in (*args, *kwargs.values())), default=1)
+        if times == 1:
+            return function(*args, **kwargs)
+        bound = signature.bind(*args, **kwargs)
+        bound.apply_defaults()
+        inward = _Inward(times)
+        given = {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
+        bound.arguments.update(given)
+        found: Found = _Outward(times, inward.known).of(function(*bound.args, **bound.kwargs))
+        return found
+
+    return of_own
+
+
+def at_own_period(value: Found) -> Found:
+    """Return a record with an oscillator, such as a plane, at the own frequency."""
+    return _Inward(divisor_of(value)).of(value)  # type: ignore[no-any-return]
+
+
+def divisor_of(value: Any) -> int:
+    """Return p of an oscillator, of what has one, of phases that tell it, or of the first item of a list; else 1."""
+    if isinstance(value, Oscillator):
+        return value.at_own_period[1]
+    if isinstance(value, list) or type(value) is tuple:
+        return divisor_of(value[0]) if value else 1
+    oscillator = getattr(value, "oscillator", None)
+    return divisor_of(oscillator) if isinstance(oscillator, Oscillator) else int(getattr(value, _DIVISOR, 1))
+
+
+@dataclass
+class _Rescaling:
+    """Records with other frequencies and phases; `known` are frequencies at omega by those at the own one."""
+
+    times: int
+    known: dict[float, float] = field(default_factory=dict)
+
+    def frequency(self, value: Any) -> Any:
+        raise NotImplementedError
+
+    def phase(self, value: Any) -> Any:
+        raise NotImplementedError
+
+    def oscillator(self, value: Oscillator) -> Oscillator:
+        raise NotImplementedError
+
+    @property
+    def divisor(self) -> int:
+        raise NotImplementedError
+
+    def of(self, value: Any) -> Any:
+        """Return a value, or the same object where nothing in it changes."""
+        if isinstance(value, Oscillator):
+            return self.oscillator(value)
+        if isinstance(value, Iterator):
+            return map(self.of, value)
+        if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
+            found = [self.of(item) for item in value]
+            same = all(new is old for new, old in zip(found, value, strict=True))
+            return value if same else type(value)(found)
+        if is_dataclass(value) and not isinstance(value, type):
+            parts = {one.name: getattr(value, one.name) for one in fields(value)}
+            changes = self._changes(parts)
+            return replace(value, **changes) if changes else value
+        if isinstance(value, tuple):
+            named: Any = value
+            changes = self._changes(named._asdict())
+            return named._replace(**changes) if changes else value
+        return value
+
+    def _changes(self, parts: Mapping[str, Any]) -> dict[str, Any]:
+        found = {name: self.part(parts, name, value) for name, value in parts.items()}
+        return {name: value for name, value in found.items() if value is not parts[name]}
+
+    def part(self, parts: Mapping[str, Any], name: str, value: Any) -> Any:
+        """Return one of the attributes of a record, or one of the arguments of a function."""
+        if value is None or name == _OPAQUE:
+            return value
+        if name == _DIVISOR:
+            return self.divisor
+        if name in _PHASES:
+            return self.phase(value)
+        if name == "ranges":
+            return {one: self.frequency(ends) if one == "omega" else ends for one, ends in value.items()}
+        if name in _FREQUENCIES or _varies(parts, name) == "omega":
+            return self.frequency(value)
+        return self.of(value)
+
+
+def _varies(parts: Mapping[str, Any], name: str) -> str | None:
+    """Return the name of the parameter of which an attribute has values; None if it has none."""
+    plane = parts.get("plane")
+    if name in ("horizontal", "vertical") and isinstance(plane, tuple):
+        return str(plane[0 if name == "horizontal" else 1])
+    if name in ("values", "start", "stop"):
+        varied = parts.get("parameter", parts.get("name"))
+        return varied if isinstance(varied, str) else None
+    return None
+
+
+class _Inward(_Rescaling):
+    """From the declared frequency to the own one."""
+
+    def frequency(self, value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(self.frequency, value))
+        own = self.times * np.asarray(value, dtype=np.float64)
+        for end in np.ravel(value)[[0, -1]].tolist() if np.size(value) else ():
+            self.known[self.times * end] = end
+        return own if isinstance(value, np.ndarray | list) else float(own)
+
+    def phase(self, value: Any) -> Any:
+        return self.times * value
+
+    def oscillator(self, value: Oscillator) -> Oscillator:
+        return value.at_own_period[0]
+
+    @property
+    def divisor(self) -> int:
+        return 1
+
+
+class _Outward(_Rescaling):
+    """From the own frequency to the declared one; a frequency that was given is returned as it was given."""
+
+    def frequency(self, value: Any) -> Any:
+        found = np.asarray(value / self.times)
+        for own, given in self.known.items():
+            found = np.where(value == own, given, found)
+        return found if isinstance(value, np.ndarray) else float(found)
+
+    def phase(self, value: Any) -> Any:
+        return value / self.times
+
+    def oscillator(self, value: Oscillator) -> Oscillator:
+        return value
+
+    @property
+    def divisor(self) -> int:
+        return self.times
