@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from flint import arb, arb_mat
@@ -51,7 +52,7 @@ def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
     while True:
         run.run(begin + periods * turn)
         for impacts in repeated(run.impacts, turn, float(system.omega)):
-            theorem = _arrival(search, given, run, impacts)
+            theorem = _arrival(search, given, run, replace(impacts, divisor=search.machine.divisor))
             if theorem is not None:
                 name = label(theorem["period"], _stops(theorem))
                 verdict = "proven" if request.get("label", name) == name else "disproven"

@@ -142,6 +142,8 @@ class ProofsRequest(ProcessRequest):
     @model_validator(mode="after")
     def _stops_are_there(self) -> ProofsRequest:
         said = self.statement
+        if said.motion is not None:
+            said.motion.require_period_of(self.oscillator, "statement", "motion")
         if said.kind == "codimension-two":
             if said.stop is None and not self.oscillator.is_symmetric:
                 detail = "stop is missing: a bias or even harmonics let the steady motion graze one stop at a time"
