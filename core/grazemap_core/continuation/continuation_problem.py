@@ -108,7 +108,7 @@ class ContinuationProblem:
         self._odd = has_odd_harmonics_only(family.oscillator)
         self._member_of = lru_cache(maxsize=RECENT_STRUCTURES)(self._member)
         self._problem_at = lru_cache(maxsize=RECENT_STRUCTURES)(self._problem_without_factor)
-        self.length = max(steady_size(family.steady(fixed.omega)), self._stops_at(fixed).unit)
+        self.length = max(steady_size(self.family_at(fixed).steady(fixed.omega)), self._stops_at(fixed).unit)
         self.units = {name: self._unit(name) for name in parameters}
         self._varying: tuple[float, ...] = ()
         self._point = (fixed, self._stops_at(fixed))

@@ -159,7 +159,7 @@ class Segment:
         return found[:1]
 
     def _end_on_another(self) -> Located | None:
-        """Return the point at which the branch ends on another one, solved for on that one; None where there is none."""
+        """Return the point at which the branch ends on another one, solved for there, or None."""
         halves = Halves.of(self.path, self.first.unknowns)
         if halves is None:
             return None

@@ -89,8 +89,8 @@ def solve_orbit(
 ) -> tuple[int, int, float, float]:
     """Solve for the motion near a guess of phases (k,) and speeds (k,), in place.
 
-    At a saddle-node the Jacobian is singular, and round-off in the residual makes a step of any length and direction. Such
-    a step is not taken: numbers that solve the equations to round-off are the motion.
+    At a saddle-node the Jacobian is singular, and round-off in the residual makes a step of any length and direction.
+    Such steps are not taken: numbers that solve the equations to round-off are the motion.
 
     Returns
     -------
