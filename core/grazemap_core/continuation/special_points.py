@@ -24,6 +24,7 @@ from grazemap_core.continuation.tolerances import (
     GRAZE_MARGIN,
     SPECIAL_POINT_RESIDUAL,
     UNIT_CIRCLE_DISTANCE,
+    UNIT_CIRCLE_HALVINGS,
 )
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.tolerances import EPSILON
@@ -139,13 +140,34 @@ class Segment:
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
             found.append((where, self._point(kind, where, self._residual(_doubling_test, where))))
-        where = self.zero(self._neimark_sacker_test, 0.0, self.end)
-        if where is not None and on_unit_circle(self.at(where).multipliers):
+        where = self._pair_on_unit_circle()
+        if where is not None:
             found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
         vanishing = self._vanishing_impacts()
         found += vanishing
         found += self._further_contacts([where for where, _ in vanishing])
         return [point for _, point in sorted(found, key=lambda item: item[0])]
+
+    def _pair_on_unit_circle(self) -> float | None:
+        """Return where a complex pair of multipliers passes the unit circle, or None where none does.
+
+        The test function has another zero where a real pair mu, 1/mu passes. With both in a segment it has one sign at
+        either end, but two more multipliers lie outside the circle at one of them: the segment is halved until one zero
+        is left.
+        """
+        low, high = 0.0, self.end
+        for _ in range(UNIT_CIRCLE_HALVINGS):
+            where = self.zero(self._neimark_sacker_test, low, high)
+            if where is not None and on_unit_circle(self.at(where).multipliers):
+                return where
+            if abs(_outside(self.at(high)) - _outside(self.at(low))) < 2:
+                return None
+            middle = 0.5 * (low + high)
+            if abs(_outside(self.at(middle)) - _outside(self.at(low))) < 2:
+                low = middle
+            else:
+                high = middle
+        return None
 
     def _folds(self) -> list[Located]:
         """Return the point at which the parameter turns."""
@@ -268,6 +290,11 @@ def _doubling_test(point: ContinuationPoint) -> float:
 
 def _excess(point: ContinuationPoint) -> float:
     return max(point.excess, -1.0)
+
+
+def _outside(point: ContinuationPoint) -> int:
+    """Return the number of multipliers outside the unit circle."""
+    return int(np.sum(np.abs(point.multipliers) > 1.0))
 
 
 def on_unit_circle(multipliers: Complexes) -> bool:
