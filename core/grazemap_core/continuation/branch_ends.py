@@ -63,7 +63,8 @@ class Halves:
         path, pattern = self.path, self.path.family.pattern
         period = pattern.multiple // 2 if self.sign > 0.0 else pattern.multiple
         family = OrbitFamily.of(path.family.oscillator, period, symmetric=self.sign < 0.0)
-        return ContinuationProblem(family, path.stops[: path.count // 2], path.parameters, path.fixed)
+        stops = path.stops[: path.count // 2].astype(np.int64)
+        return ContinuationProblem(family, stops, path.parameters, path.fixed)
 
     def _each(self, unknowns: Floats) -> Floats:
         """Return the phases and speeds (2, k) of both halves, those of the second one as those of the first."""
