@@ -140,22 +140,22 @@ class Segment:
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
             found.append((where, self._point(kind, where, self._residual(_doubling_test, where))))
-        where = self._pair_on_unit_circle()
-        if where is not None:
-            found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
+        for low, high in self._between([where for where, _ in found]):
+            where = self._pair_on_unit_circle(low, high)
+            if where is not None:
+                found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
         vanishing = self._vanishing_impacts()
         found += vanishing
         found += self._further_contacts([where for where, _ in vanishing])
         return [point for _, point in sorted(found, key=lambda item: item[0])]
 
-    def _pair_on_unit_circle(self) -> float | None:
-        """Return where a complex pair of multipliers passes the unit circle, or None where none does.
+    def _pair_on_unit_circle(self, low: float, high: float) -> float | None:
+        """Return where a complex pair of multipliers passes the unit circle between two distances, or None.
 
-        The test function has another zero where a real pair mu, 1/mu passes. With both in a segment it has one sign at
-        either end, but two more multipliers lie outside the circle at one of them: the segment is halved until one zero
-        is left.
+        No single multiplier passes it there. The test function has another zero where a real pair mu, 1/mu passes. With
+        both between the distances it has one sign at either, but two more multipliers lie outside the circle at one of
+        them: the distance is halved until one zero is left.
         """
-        low, high = 0.0, self.end
         for _ in range(UNIT_CIRCLE_HALVINGS):
             where = self.zero(self._neimark_sacker_test, low, high)
             if where is not None and on_unit_circle(self.at(where).multipliers):
@@ -228,14 +228,8 @@ class Segment:
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
         """Return the grazes at which a further contact begins, between those at which an impact vanishes."""
         count = self.path.count
-        low = 0.0
-        between: list[tuple[float, float]] = []
-        for before, after in [*sorted(self._beside(where) for where in grazes), (self.end, self.end)]:
-            if low < before:
-                between.append((low, before))
-            low = max(low, after)
         found: list[Located] = []
-        for low, high in between:
+        for low, high in self._between(grazes):
             speeds = [self.at(place).unknowns[count : 2 * count] * self.path.stops for place in (low, high)]
             if not any(np.all(one > 0.0) for one in speeds):
                 continue  # virtual impacts: no orbit on either side is admissible
@@ -248,8 +242,18 @@ class Segment:
                 found.append((where, self._point("GR", where, self._residual(_excess, where), **graze)))
         return found
 
+    def _between(self, places: list[float]) -> list[tuple[float, float]]:
+        """Return the parts of the segment between special points, each without what is just beside them."""
+        low = 0.0
+        between: list[tuple[float, float]] = []
+        for before, after in [*sorted(self._beside(where) for where in places), (self.end, self.end)]:
+            if low < before:
+                between.append((low, before))
+            low = max(low, after)
+        return between
+
     def _beside(self, where: float) -> tuple[float, float]:
-        """Return the distances just before and just after a graze."""
+        """Return the distances just before and just after a special point."""
         margin = GRAZE_MARGIN * self.end
         return max(where - margin, 0.0), min(where + margin, self.end)
 
