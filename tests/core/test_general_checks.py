@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from general_checks import borders, families, images, labels, near_grazing, resonances, transients
+from general_checks import borders, branches, families, images, labels, near_grazing, resonances, transients
 from general_checks.table import Row, part, written
 from near_grazing import outcome_of, passage
 from random_systems import random_system
@@ -87,3 +87,28 @@ def test_the_table_has_a_line_for_each_row() -> None:
     assert part(20, 0.001) == 1
     lines = written([Row("a", 3, 0, "fine"), Row("b", 2, 1)]).splitlines()
     assert [line.split()[0] for line in lines] == ["compared", "a", "b"]
+
+
+def test_branches_from_two_starts_have_the_same_special_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = branches.compare(20, True)
+    assert found is not None
+    assert (found.points, found.apart, found.coincide) == (8, 0, 0)
+    assert max(found.errors) < branches.ACCURACY
+    exact = branches.solved
+
+    def moved(oscillator, omega, clearance, impacts):  # type: ignore[no-untyped-def]
+        both = clearance if isinstance(clearance, tuple) else (clearance, clearance)
+        return exact(oscillator, omega * (1.0 + 1e-8), both, impacts)
+
+    monkeypatch.setattr(branches, "solved", moved)
+    wrong = branches.compare(20, True)
+    assert wrong is not None
+    assert not max(wrong.errors) < branches.ACCURACY
+
+
+def test_a_complex_pair_is_found_beside_a_real_one_of_product_one() -> None:
+    """On the branch of this system both pass the unit circle within a step, so the test function has one sign."""
+    found = branches.compare(11, False)
+    assert found is not None
+    assert found.points > 10
+    assert found.apart == 0

@@ -9,7 +9,8 @@ import pytest
 
 from grazemap_core.continuation.bifurcation_curves import bifurcation_curve
 from grazemap_core.continuation.branch_switching import starts_beyond
-from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.branches import OrbitPoint, orbit_branch
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator, Variants
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -51,6 +52,18 @@ def test_the_orbits_of_a_branch_over_a_mass_are_those_of_the_oscillators_with_th
         np.testing.assert_allclose(alone.impacts.whole.velocities, branch.velocities[place], atol=1e-12)
         np.testing.assert_allclose(abs(alone.multipliers[0]), abs(branch.multipliers[place][0]), rtol=1e-8)
         assert alone.admissible == branch.admissible[place]
+
+
+def test_a_branch_over_another_parameter_keeps_the_mass_of_its_orbit():
+    mass = 9.6
+    alone = chain({**VALUES, "masses[2]": mass})
+    orbit = orbit_of(alone)
+    at = ParameterPoint.of(OSCILLATOR, 0.29, 1.6).varied("masses[2]", mass)
+    ours = orbit_branch(OSCILLATOR, OrbitPoint(orbit, at), 1.55, 1.65)
+    known = orbit_branch(alone, orbit, 1.55, 1.65)
+    np.testing.assert_array_equal(ours.velocities, known.velocities)
+    np.testing.assert_array_equal(ours.multipliers, known.multipliers)
+    assert [point.clearance for point in ours.special_points] == [point.clearance for point in known.special_points]
 
 
 def test_special_points_over_a_mass_have_their_multipliers(branch):

@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from . import borders, events, families, images, labels, near_grazing, resonances, transients
+from . import borders, branches, events, families, images, labels, near_grazing, resonances, transients
 from .table import Row, written
 
 # a check of balances of momentum and energy, over orbits and over motions with rests, belongs here too
@@ -21,6 +21,7 @@ CHECKS: dict[str, Callable[[float, int], list[Row]]] = {
     "resonances": resonances.check,
     "families": families.check,
     "images": images.check,
+    "branches": branches.check,
 }
 
 

@@ -102,6 +102,26 @@ def test_a_branch_costs_more_the_more_impacts() -> None:
     assert 1.7 < seconds(120) / seconds(60) < 2.0
 
 
+def test_a_branch_over_a_parameter_of_the_structure_costs_the_modes_at_every_point() -> None:
+    motion = {
+        "period": 1,
+        "stops": [1, 1, -1, -1],
+        "phases": [0.1, 1.0, 3.2, 4.1],
+        "velocities": [0.1, 0.1, -0.1, -0.1],
+    }
+    seconds = []
+    for vary, start, stop in (("clearance", 1.4, 1.8), ("damping", 0.3, 3.0)):
+        body = {
+            "omega": 0.29,
+            "clearance": 1.6,
+            "motion": motion,
+            "vary": vary,
+            "range": {"start": start, "stop": stop},
+        }
+        seconds.append(plan("orbit-branches", parse_request("orbit-branches", body)).estimate.seconds)
+    assert 5.0 * seconds[0] < seconds[1] < 30.0 * seconds[0]
+
+
 def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
     window = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}}
 

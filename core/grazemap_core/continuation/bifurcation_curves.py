@@ -110,6 +110,11 @@ class BifurcationProblem(ContinuationProblem):
             gradient, value = gradient / length, value / length
         return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
 
+    def residual_at(self, unknowns: Floats) -> tuple[float, float]:
+        """As `ContinuationProblem.residual_at`, with the condition among the equations."""
+        residual, _, terms = self.equations(unknowns)
+        return float(np.abs(residual).max()), terms
+
     def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
         """Return the condition at the orbit nearest to a guess, and its gradient along the orbits, by differences.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint
-from grazemap_core.continuation.tolerances import DIFFERENCE, PATH_EXACT, PATH_NEWTON_STEPS
+from grazemap_core.continuation.tolerances import DIFFERENCE, PATH_EXACT, PATH_NEWTON_STEPS, RECENT_STRUCTURES
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
@@ -106,12 +106,10 @@ class ContinuationProblem:
         self.fixed = fixed
         self.count = len(stops)
         self._odd = has_odd_harmonics_only(family.oscillator)
-        self._structure = fixed.structure
-        self._member = self._varied = family, contact_equilibrium(family.oscillator)
-        self.length = max(steady_size(family.steady(fixed.omega)), self._stops_at(fixed).unit)
+        self._member_of = lru_cache(maxsize=RECENT_STRUCTURES)(self._member)
+        self._problem_at = lru_cache(maxsize=RECENT_STRUCTURES)(self._problem_without_factor)
+        self.length = max(steady_size(self.family_at(fixed).steady(fixed.omega)), self._stops_at(fixed).unit)
         self.units = {name: self._unit(name) for name in parameters}
-        self._problem: OrbitProblem | None = None
-        self._place = fixed.omega, fixed.structure
         self._varying: tuple[float, ...] = ()
         self._point = (fixed, self._stops_at(fixed))
         self._structural = [(i, name) for i, name in enumerate(parameters) if name not in PARAMETERS]
@@ -126,22 +124,18 @@ class ContinuationProblem:
         return self.length if name.startswith("clearance") else 1.0
 
     def family_at(self, values: ParameterPoint) -> OrbitFamily:
-        """Return the family of the structure at a point; the last one is cached."""
-        return self._member_at(values)[0]
+        """Return the family of the structure at a point; those of the last structures are cached."""
+        return self._member_of(values.structure)[0]
 
-    def _member_at(self, values: ParameterPoint) -> tuple[OrbitFamily, float]:
-        """Return the family of the structure at a point, and its equilibrium of the contact."""
-        oscillator = self.family.oscillator.with_structure(dict(values.structure))
-        if oscillator is self.family.oscillator:
-            return self._member
-        if values.structure != self._structure:
-            pattern = self.family.pattern
-            family = OrbitFamily.of(oscillator, pattern.multiple, pattern.symmetric)
-            self._structure, self._varied = values.structure, (family, contact_equilibrium(oscillator))
-        return self._varied
+    def _member(self, structure: tuple[tuple[str, float], ...]) -> tuple[OrbitFamily, float]:
+        """Return the family of a structure, and its equilibrium of the contact."""
+        oscillator, family = self.family.oscillator.with_structure(dict(structure)), self.family
+        if oscillator is not family.oscillator:
+            family = OrbitFamily.of(oscillator, family.pattern.multiple, family.pattern.symmetric)
+        return family, contact_equilibrium(oscillator)
 
     def _stops_at(self, values: ParameterPoint) -> Stops:
-        return values.stops(self._member_at(values)[1], self._odd)
+        return values.stops(self._member_of(values.structure)[1], self._odd)
 
     @cached_property
     def _scratch(self) -> OrbitScratch:
@@ -171,13 +165,12 @@ class ContinuationProblem:
         return self._point
 
     def problem(self, values: ParameterPoint) -> OrbitProblem:
-        """Return the equations with forces of the factor 1; those of the last frequency and structure are cached."""
-        place = values.omega, values.structure
-        if self._problem is None or place != self._place:
-            family = self.family_at(values)
-            self._problem = family.problem(values.omega, self.length, family.steady(values.omega))
-            self._place = place
-        return self._problem
+        """Return the equations with forces of the factor 1; those of the last frequencies and structures are cached."""
+        return self._problem_at(values.omega, values.structure)
+
+    def _problem_without_factor(self, omega: float, structure: tuple[tuple[str, float], ...]) -> OrbitProblem:
+        family = self._member_of(structure)[0]
+        return family.problem(omega, self.length, family.steady(omega))
 
     def problem_at(self, unknowns: Floats) -> OrbitProblem:
         """Return the equations at a point, as the kernels take them."""
@@ -189,6 +182,14 @@ class ContinuationProblem:
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual, derivatives and terms of all equations of the path: those of its orbits."""
         return self.of_orbit(unknowns)
+
+    def residual_at(self, unknowns: Floats) -> tuple[float, float]:
+        """Return the largest residual of the equations of the path, and the size of its terms."""
+        return self._residual_of_orbit(unknowns)
+
+    def _residual_of_orbit(self, unknowns: Floats) -> tuple[float, float]:
+        terms = self._assemble(unknowns)
+        return float(np.abs(self._scratch.newton.residual).max()), terms
 
     def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
@@ -265,10 +266,11 @@ class ContinuationProblem:
             values = self.values(unknowns)
             if not self._in_domain(values):
                 return None
+            if settled:
+                norm, terms = self.residual_at(unknowns)
+                return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
             residual, derivatives, terms = self.equations(unknowns)
             norm = float(np.abs(residual).max())
-            if settled:
-                return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
             right = np.concatenate([residual, [float(normal @ unknowns) - offset]])
             try:
                 step = np.linalg.solve(np.concatenate([derivatives, normal[None]]), right)
@@ -292,18 +294,17 @@ class ContinuationProblem:
 
     def doubling_matrix(self, unknowns: Floats) -> Floats:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
-        self.of_orbit(unknowns)
+        self._assemble(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
         phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
         problem, gaps = self.problem_at(unknowns), self.gaps(unknowns)
         assemble_doubled(problem, self.stops, gaps, phases, speeds, self._scratch.newton.before, matrix)
         return matrix
 
-    def _determinants(
-        self, problem: OrbitProblem, gaps: Stops, unknowns: Floats, derivatives: Floats
-    ) -> tuple[float, float]:
+    def _determinants(self, problem: OrbitProblem, gaps: Stops, unknowns: Floats) -> tuple[float, float]:
+        """Return the test functions of folds and of doublings. `_assemble` has written the Jacobian."""
         count = self.count
-        system = derivatives[:, : 2 * count].copy()
+        system = self._scratch.newton.jacobian[:, : 2 * count].copy()
         fold_test = eliminate(system, 2 * count)
         speeds = unknowns[count : 2 * count]
         before = self._scratch.newton.before
@@ -313,19 +314,19 @@ class ContinuationProblem:
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
         """Return a point with its multipliers, test functions and contacts."""
         count, scratch = self.count, self._scratch
-        residual, derivatives, terms = self.of_orbit(unknowns)
+        residual, terms = self._residual_of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         values, gaps = self._at(unknowns)
         problem = self._problem_of(values)
         kantorovich, _ = newton_kantorovich(problem, self.stops, gaps, speeds, terms, scratch.newton)
-        fold_test, doubling_test = self._determinants(problem, gaps, unknowns, derivatives)
+        fold_test, doubling_test = self._determinants(problem, gaps, unknowns)
         contact, excess, phase, stop = further_contact(
             problem, self.stops, gaps, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
         )
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
-            residual=float(np.abs(residual).max()),
+            residual=residual,
             kantorovich=float(kantorovich),
             multipliers=self._multipliers(self.family_at(values), problem, gaps, phases, speeds),
             fold_test=fold_test,
@@ -354,7 +355,7 @@ class ContinuationProblem:
         """Return the residuals' derivatives (2 k,) with respect to a clearance, or to the factor of the bias."""
         by_gap = -self.stops / self.length
         if name == "bias":  # which moves both stops the same way
-            by_gap = -self.stops * self._member_at(values)[1] * by_gap
+            by_gap = -self.stops * self._member_of(values.structure)[1] * by_gap
         elif name != "clearance":
             by_gap = np.where(self.stops == (1.0 if name == "clearance_right" else -1.0), by_gap, 0.0)
         return np.concatenate([by_gap, np.zeros(self.count)])

@@ -13,18 +13,18 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.continuation.branch_ends import Halves
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
 from grazemap_core.continuation.parameters import ParameterOrbit, ParameterPoint
 from grazemap_core.continuation.tolerances import (
-    END_NODES,
+    END_REACHES,
     GRAZE_MARGIN,
-    MERGED_ORBITS,
     SPECIAL_POINT_RESIDUAL,
     UNIT_CIRCLE_DISTANCE,
+    UNIT_CIRCLE_HALVINGS,
 )
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.tolerances import EPSILON
@@ -47,8 +47,7 @@ class SpecialPoint(ParameterOrbit):
     type : {"SN", "PD", "SB", "NS", "GR"}
     values : ParameterPoint
     status : {"converged", "guess"}
-        "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
-        another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
+        "guess": a test function changes its sign there, but does not vanish to round-off.
     admissible : bool
         Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are.
     impacts : ImpactSequence
@@ -135,55 +134,77 @@ class Segment:
 
     def special_points(self, turns: bool) -> list[SpecialPoint]:
         """Return the special points of the segment in order; `turns` says that its parameter has an extremum there."""
-        found = self._folds() if turns else []
+        end = self._end_on_another()
+        found = [end] if end is not None else self._folds() if turns else []
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
             found.append((where, self._point(kind, where, self._residual(_doubling_test, where))))
-        where = self.zero(self._neimark_sacker_test, 0.0, self.end)
-        if where is not None and on_unit_circle(self.at(where).multipliers):
-            found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
+        for low, high in self._between([where for where, _ in found]):
+            where = self._pair_on_unit_circle(low, high)
+            if where is not None:
+                found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
         vanishing = self._vanishing_impacts()
         found += vanishing
         found += self._further_contacts([where for where, _ in vanishing])
         return [point for _, point in sorted(found, key=lambda item: item[0])]
 
+    def _pair_on_unit_circle(self, low: float, high: float) -> float | None:
+        """Return where a complex pair of multipliers passes the unit circle between two distances, or None.
+
+        No single multiplier passes it there. The test function has another zero where a real pair mu, 1/mu passes. With
+        both between the distances it has one sign at either, but two more multipliers lie outside the circle at one of
+        them: the distance is halved until one zero is left.
+        """
+        for _ in range(UNIT_CIRCLE_HALVINGS):
+            where = self.zero(self._neimark_sacker_test, low, high)
+            if where is not None and on_unit_circle(self.at(where).multipliers):
+                return where
+            if abs(_outside(self.at(high)) - _outside(self.at(low))) < 2:
+                return None
+            middle = 0.5 * (low + high)
+            if abs(_outside(self.at(middle)) - _outside(self.at(low))) < 2:
+                low = middle
+            else:
+                high = middle
+        return None
+
     def _folds(self) -> list[Located]:
-        """Return the point at which the parameter turns: a fold, or the end of the branch on another one."""
+        """Return the point at which the parameter turns."""
         found: list[Located] = []
-        for test in (_fold_test, self._rise):  # where the branch ends on another one, the first test only touches zero
+        for test in (_fold_test, self._rise):  # where branches meet, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                found.append((where, self._point(self._fold(self.at(where)), where, self._residual(test, where))))
+                found.append((where, self._point("SN", where, self._residual(test, where))))
                 if found[-1][1].status == "converged":
                     return found[-1:]
-        end = self._end_on_another() if found else None
-        return found[:1] if end is None else [end]
+        return found[:1]
 
     def _end_on_another(self) -> Located | None:
-        """Return the point at which the branch ends on another one, from the polynomial through orbits on both sides.
-
-        There the equations are singular, and Newton's method fails or finds the other branch; on this branch the
-        unknowns are smooth, and the parameter has an extremum.
-        """
-        angles = math.pi * (np.arange(END_NODES) + 0.5) / END_NODES
-        distances = 0.5 * self.end * (1.0 - np.cos(angles))
-        orbits = [self.at(float(distance)) for distance in distances]
-        if not all(float(distance) in self._known for distance in distances):
+        """Return the point at which the branch ends on another one, solved for there, or None."""
+        halves = Halves.of(self.path, self.first.unknowns)
+        if halves is None:
             return None
-        unknowns = np.array([orbit.unknowns for orbit in orbits])
-        coefficients = chebyshev.chebfit(-np.cos(angles), unknowns, END_NODES - 1)
-        roots = chebyshev.chebroots(chebyshev.chebder(coefficients[:, -1]))
-        inside = [float(root.real) for root in roots if abs(root.imag) < EPSILON and abs(root.real) <= 1.0]
-        if len(inside) != 1:
+        before, after = (halves.difference(point.unknowns) for point in (self.first, self.second))
+        if float(before @ after) >= 0.0:
             return None
-        where = 0.5 * self.end * (1.0 + inside[0])
-        self._known[where] = self.path.evaluate(np.asarray(chebyshev.chebval(inside[0], coefficients)))
-        kind = self._fold(self.at(where))
-        if kind == "SN":
-            return None
-        neglected = np.max(np.abs(coefficients[-2:]), axis=0) / np.max(np.abs(coefficients[1:]), axis=0)
-        return where, self._point(kind, where, float(np.max(neglected)))
+        share = float(before @ before) / float(before @ (before - after))
+        guess = halves.mean(self.first.unknowns + share * (self.second.unknowns - self.first.unknowns))
+        other = halves.other()
+        normal = np.linalg.svd(other.equations(guess)[1])[2][-1]
+        for reach in END_REACHES:
+            sides = [other.correct(guess + side * reach * self.end * normal, normal) for side in (-1.0, 1.0)]
+            if sides[0] is None or sides[1] is None:
+                continue
+            across = Segment(other, other.evaluate(sides[0][0]), other.evaluate(sides[1][0]), normal)
+            there = across.zero(_doubling_test, 0.0, across.end)
+            if there is not None:
+                unknowns = halves.doubled(across.at(there).unknowns)
+                where = float(self.along @ (unknowns - self.first.unknowns))
+                self._known[where] = self.path.evaluate(unknowns)
+                kind: SpecialType = "PD" if halves.sign > 0.0 else "SB"
+                return where, self._point(kind, where, across._residual(_doubling_test, there))
+        return None
 
     def _vanishing_impacts(self) -> list[Located]:
         """Return the grazes at which the velocity of an impact vanishes."""
@@ -207,16 +228,10 @@ class Segment:
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
         """Return the grazes at which a further contact begins, between those at which an impact vanishes."""
         count = self.path.count
-        low = 0.0
-        between: list[tuple[float, float]] = []
-        for before, after in [*sorted(self._beside(where) for where in grazes), (self.end, self.end)]:
-            if low < before:
-                between.append((low, before))
-            low = max(low, after)
         found: list[Located] = []
-        for low, high in between:
-            middle = self.at(0.5 * (low + high))
-            if not np.all(middle.unknowns[count : 2 * count] * self.path.stops > 0.0):
+        for low, high in self._between(grazes):
+            speeds = [self.at(place).unknowns[count : 2 * count] * self.path.stops for place in (low, high)]
+            if not any(np.all(one > 0.0) for one in speeds):
                 continue  # virtual impacts: no orbit on either side is admissible
             where = self.zero(_excess, low, high)
             if where is not None:
@@ -227,8 +242,18 @@ class Segment:
                 found.append((where, self._point("GR", where, self._residual(_excess, where), **graze)))
         return found
 
+    def _between(self, places: list[float]) -> list[tuple[float, float]]:
+        """Return the parts of the segment between special points, each without what is just beside them."""
+        low = 0.0
+        between: list[tuple[float, float]] = []
+        for before, after in [*sorted(self._beside(where) for where in places), (self.end, self.end)]:
+            if low < before:
+                between.append((low, before))
+            low = max(low, after)
+        return between
+
     def _beside(self, where: float) -> tuple[float, float]:
-        """Return the distances just before and just after a graze."""
+        """Return the distances just before and just after a special point."""
         margin = GRAZE_MARGIN * self.end
         return max(where - margin, 0.0), min(where + margin, self.end)
 
@@ -258,14 +283,6 @@ class Segment:
         tangent = self.path.tangent(point.unknowns, self.along)
         return 0.0 if tangent is None else float(tangent[-1])
 
-    def _fold(self, point: ContinuationPoint) -> SpecialType:
-        """Return the type of a point at which the parameter turns; it also turns where a branch ends on another one."""
-        impacts = self.path.impacts(point.unknowns)
-        if impacts.repeats_after(MERGED_ORBITS) < impacts.period:
-            return "PD"
-        mirrored = self.path.gaps(point.unknowns).symmetric and not impacts.symmetric
-        return "SB" if mirrored and impacts.mirrors(MERGED_ORBITS) else "SN"
-
 
 def _fold_test(point: ContinuationPoint) -> float:
     return point.fold_test
@@ -277,6 +294,11 @@ def _doubling_test(point: ContinuationPoint) -> float:
 
 def _excess(point: ContinuationPoint) -> float:
     return max(point.excess, -1.0)
+
+
+def _outside(point: ContinuationPoint) -> int:
+    """Return the number of multipliers outside the unit circle."""
+    return int(np.sum(np.abs(point.multipliers) > 1.0))
 
 
 def on_unit_circle(multipliers: Complexes) -> bool:

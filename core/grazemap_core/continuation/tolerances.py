@@ -37,6 +37,10 @@ SPECIAL_POINT_RESIDUAL: Final = 1e-9
 UNIT_CIRCLE_DISTANCE: Final = 1e-6
 """Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""
 
+UNIT_CIRCLE_HALVINGS: Final = 24
+"""Maximum number of halvings of a segment in which a complex and a real pair of multipliers have product 1. They are
+told apart where they are further from each other than the 2^-24th part of it."""
+
 GRAZE_MARGIN: Final = 1e-4
 """Distance from an orbit with an impact of velocity 0, as a share of the step between two orbits, at which
 admissibility is tested on either side. The orbit itself grazes, perhaps both stops at once, so round-off would decide
@@ -46,14 +50,15 @@ CURVE_DIFFERENCE: Final = 1e-6
 """Step of the differences that approximate gradients of test functions, in a path's units. Their error of 1e-10 hardly
 slows Newton's method down, and its solution does not contain the error."""
 
-END_NODES: Final = 9
-"""Orbits through which a polynomial is laid where a branch ends on another one. The segments are short: it locates the
-end of the doubled branch of the paper's 1-1r-(-1)l over restitution to 4e-10."""
+END_REACHES: Final = (1.0, 0.1, 0.01)
+"""Distances along the other branch, in lengths of the segment, to either side of the mean of the halves, within which
+the end of a branch is looked for on it. The mean is off by about the square of the segment's length, so the shorter
+distances are for points near which the other branch has another one."""
 
 MERGED_ORBITS: Final = 1e-4
-"""Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
-another one: along the branch the difference grows linearly, and the turn is found to about the square root of
-round-off."""
+"""Relative difference of two halves, or parts, of an orbit at a special point, below which it is an orbit of the other
+branch: where the branch ends they are equal to round-off, or to its square root in a record that an older version
+made."""
 
 SWITCH_STEPS: Final = (1e-2, 1e-3, 1e-4)
 """Distances from a special point, in a path's units, at which an orbit of another branch is looked for, one after the
@@ -67,3 +72,6 @@ steps of 0.05 and turns of up to `MIN_TANGENT_COSINE`, a curve is within a fourt
 
 DIFFERENCE: Final = 6e-6
 """Step of central differences, relative to a parameter: the cube root of a rounding, where both errors are small."""
+
+RECENT_STRUCTURES: Final = 4
+"""Structures whose modes are kept: that of the orbit at which the path is, and the two of a difference beside it."""

@@ -18,6 +18,10 @@ ORBIT_EXACT: Final = 0.01 * RESPONSE_ROUNDOFF
 """Residual, relative to the sum of the moduli of its terms, at which Newton's method stops at once: a hundredth of the
 round-off that is allowed for, which only a guess that is a solution already reaches."""
 
+ORBIT_NEARLY_SOLVED: Final = 1e-8
+"""Residual, relative to the sum of the moduli of its terms, below which a guess is an orbit but for the last digits.
+Newton's method is stuck there only where the equations are singular: a step that is regular lowers the residual."""
+
 ORBIT_NEWTON_STEPS: Final = 40
 """Maximum number of Newton steps. A close guess takes three to five; steps from a far one are shortened a few times."""
 

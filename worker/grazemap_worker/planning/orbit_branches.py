@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from grazemap.wire import OrbitBranchesRequest
+from grazemap.wire.planes import is_structural
 from grazemap_worker.planning import periodic_orbits, rates
 from grazemap_worker.planning.costs import Points, branch_point_seconds, longest_at_point, period_impacts
 from grazemap_worker.planning.plan import Plan
@@ -18,6 +19,9 @@ def _plan(request: OrbitBranchesRequest) -> Plan:
         impacts = min(float(period_impacts(request.oscillator, at)[0]), rates.MOST_ORBIT_IMPACTS)
     points = min(2 * request.max_points, rates.BRANCH_POINTS) + rates.BRANCH_SPECIAL_POINTS
     branch = points * branch_point_seconds(request.oscillator, impacts)
+    if is_structural(request.vary):
+        modes = rates.BRANCH_MODES_SECONDS + rates.SETUP_MASS_SECONDS * request.oscillator.size**2
+        branch += points * rates.BRANCH_STRUCTURES * modes
     if request.observed:
         branch += points * rates.OBSERVED_ORBIT_SECONDS
     estimate = orbit.estimate.model_copy(update={"seconds": orbit.estimate.seconds + branch})

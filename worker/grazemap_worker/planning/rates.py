@@ -151,6 +151,10 @@ EXPLICIT_POINT_MASS_SECONDS = 1.0e-4
 BRANCH_SECONDS = 1.0e-3
 MULTIPLIERS_SECONDS = 5.0e-8
 BRANCH_IMPACTS = 16.0
+# The structures of a point of a branch over one of their parameters, each with modes of its own: at every Newton step,
+# and at two more for the derivative. The seconds of each, besides those per square of the masses.
+BRANCH_STRUCTURES = 12.0
+BRANCH_MODES_SECONDS = 1.0e-3
 # Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
 # all curves of a motion together.
 BRANCH_POINTS = 100

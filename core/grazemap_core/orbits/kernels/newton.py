@@ -30,7 +30,8 @@ NOT_CONVERGED = 1
 OUT_OF_ORDER = 2
 """The order of the impacts would have to change."""
 SINGULAR = 3
-"""The Jacobian is singular: a saddle-node, or a resonant graze."""
+"""The Jacobian is singular, or nearly so at a small residual that no step lowers: a saddle-node, or a resonant graze
+near which there is no orbit."""
 
 
 class NewtonScratch(NamedTuple):
@@ -88,6 +89,9 @@ def solve_orbit(
 ) -> tuple[int, int, float, float]:
     """Solve for the motion near a guess of phases (k,) and speeds (k,), in place.
 
+    At a saddle-node the Jacobian is singular, and round-off in the residual makes a step of any length and direction.
+    Such steps are not taken: numbers that solve the equations to round-off are the motion.
+
     Returns
     -------
     status : int
@@ -115,17 +119,21 @@ def solve_orbit(
             for j in range(size):
                 system[i, j] = jacobian[i, j]
             system[i, size] = -work.residual[i]
+        solved = norm <= RESPONSE_ROUNDOFF * terms
         if eliminate(system[:, : size + 1], size) == 0.0:
-            return SINGULAR, steps, norm, terms
+            return CONVERGED if solved else SINGULAR, steps, norm, terms
         for i in range(count):
             step[0, i] = system[i, size]
             step[1, i] = system[count + i, size]
+        length = max(_norm(step[0]), _norm(step[1]))
+        if solved and not length <= tolerances.ORBIT_SETTLED:
+            return CONVERGED, steps, norm, terms
         share = allowed_share(problem, phases, step[0])
         if share < 1.0:
             shortened += 1
             if shortened > tolerances.ORBIT_HALVINGS:
                 return OUT_OF_ORDER, steps, norm, terms
-        length = max(_norm(step[0]), _norm(step[1]))
+        nearly = norm <= tolerances.ORBIT_NEARLY_SOLVED * terms
         before = norm
         for _ in range(tolerances.ORBIT_HALVINGS):
             for i in range(count):
@@ -137,12 +145,12 @@ def solve_orbit(
                 break
             share *= 0.5
         if not (norm < before or norm <= RESPONSE_ROUNDOFF * terms):
-            return NOT_CONVERGED, steps, norm, terms
+            return SINGULAR if nearly else NOT_CONVERGED, steps, before, terms
         for i in range(count):
             phases[i] = trial[0, i]
             speeds[i] = trial[1, i]
         # the next step would be round-off, because this step is short, or the residual was round-off before this step
-        settled = (share == 1.0 and length <= tolerances.ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
+        settled = solved or (share == 1.0 and length <= tolerances.ORBIT_SETTLED)
     return NOT_CONVERGED, tolerances.ORBIT_NEWTON_STEPS, norm, terms
 
 
