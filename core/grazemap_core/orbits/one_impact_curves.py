@@ -106,4 +106,4 @@ def _special_orbits(branch: OneImpactBranch) -> Iterator[tuple[str, SpecialOrbit
     of = StopFamily(family, branch.stop, SecondStop(0.0, 1.0))
     here = of.at(branch.omega, family.steady_at(omega)[0])
     for kind in of.types:
-        yield from ((kind, orbit) for orbit in here.special(kind))
+        yield from ((kind, orbit) for orbit in here.special(kind) if orbit.gap > 0.0)
