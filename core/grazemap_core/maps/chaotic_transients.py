@@ -123,10 +123,12 @@ def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns:
         done = 0
         in_column = np.flatnonzero(columns == column)
         for point in in_column[np.argsort(steps[in_column])].tolist():
-            row, end = int(rows[point]), int(steps[point]) + 1
+            end = int(steps[point]) + 1
             found, _, after = settler.sweep(path[done:end], column, after)
-            longer, _, _ = settler.sweep(np.full(RUN_ON - 1, row), column, after)
-            codes[point] = np.concatenate([found[-1:, 0], longer[:, 0]])
+            codes[point, 0], last = found[-1, 0], after
+            for run in range(1, RUN_ON):
+                longer, _, last = settler.sweep(rows[point : point + 1], column, last)
+                codes[point, run] = longer[0, 0]
             done = end
     return codes
 
