@@ -123,7 +123,9 @@ def test_a_sweep_starts_from_rest_on_a_preloaded_stop_after_a_trajectory_that_en
     oscillator = at_resonance()
     at = ParameterPoint.of(oscillator, 1.0, (-0.1, 1.0))
     plane = Plane(oscillator, at, Axis("omega", np.array([1.0, 1.1])), Axis("restitution", np.array([0.0, 0.9])))
-    swept, _, _ = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.arange(2), 0)
+    swept, _, end = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.arange(2), 0)
+    _, _, alone = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.array([1]), 0)
+    np.testing.assert_array_equal(end.settler.state, alone.settler.state)
     assert swept[0, 0, REASON] == NO_STICKING_FLOW
     (from_rest_at_second,), _ = PlaneSettler(plane, SHORT).points(np.array([1]), np.array([0]))
     np.testing.assert_array_equal(swept[1], from_rest_at_second)
