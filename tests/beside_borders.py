@@ -20,6 +20,7 @@ from verified_points import DEFAULT, EQUAL, OTHER, Point, clearance_of, impacts_
 from grazemap_core import codes
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import AtRest
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 
@@ -71,8 +72,8 @@ class Column(NamedTuple):
 
     def run(self, clearances: Floats) -> tuple[Integers, Floats]:
         """Codes and figures of the points, from rest."""
-        steady, at_rest = self.settler.steady(np.array([self.omega]))[0], np.zeros((1, 2, self.system.oscillator.size))
-        found = self.settler.run(self.omega, steady, self.system.clearances(clearances), None, at_rest)
+        steady = self.settler.steady(np.array([self.omega]))[0]
+        found = self.settler.run(self.omega, steady, self.system.clearances(clearances), AtRest())
         return found[0][:, 0], found[1][:, 0]
 
     def labels(self, found: Integers) -> list[tuple[int, ...] | None]:

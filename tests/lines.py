@@ -12,6 +12,7 @@ from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.planes import Axis, Line
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import named_arrays
 from grazemap_core.model.oscillator import Oscillator
 
@@ -29,6 +30,6 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     task = Settling(max_periods, 32)
     settler = Settler(oscillator, task)
     steady = settler.steady(np.array([omega]))[0]
-    found = settler.run(omega, steady, clearances, None, np.zeros((1, 2, oscillator.size)))
+    found = settler.run(omega, steady, clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in found)
     return named_arrays(codes, figures, ensemble=False, preview=False)

@@ -27,6 +27,7 @@ from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import AtRest
 from grazemap_core.orbits.kernels.verification import verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
@@ -52,8 +53,8 @@ class Capture:
         self.point, self.forced = point, forced_oscillator(oscillator, point.omega, point.clearance)
         self.models, self.steady = self.forced.models, self.forced.steady
         self.settler = Settler(oscillator, Settling(MAX_PERIODS, 32, linearised=False))
-        clearances, at_rest = np.array([both_clearances(point.clearance)]), np.zeros((1, 2, oscillator.size))
-        found = self.settler.run(point.omega, self.steady, clearances, None, at_rest)[0][0, 0]
+        clearances = np.array([both_clearances(point.clearance)])
+        found = self.settler.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
         self.halves = int(found[lane_state.HALVES_RUN])
         self.captured = found[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES)
         self.problem, self.held = self.forced.problems(0.0)

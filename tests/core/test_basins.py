@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.basins import Coordinate, attractors, basin_tile
+from grazemap_core.maps.basins import Coordinate, _clusters, attractors, basin_tile
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
 from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
@@ -110,6 +113,38 @@ def test_motions_with_one_name_are_distinguished_by_their_positions():
     assert found[1].period is None
     assert found[1].mean_position is None
     assert found[1].lyapunov == pytest.approx(np.linspace(-0.3, -0.1, 7)[[3, 6]].mean())
+
+
+def clusters_by_definition(means):
+    """Grown point by point: what is connected by distances up to the tolerance."""
+    left, found = set(range(len(means))), []
+    while left:
+        due, cluster = [left.pop()], []
+        while due:
+            here = due.pop()
+            cluster.append(here)
+            near = [k for k in left if math.dist(means[here], means[k]) <= SEPARATION * LIMIT_DISTANCE]
+            left -= set(near)
+            due += near
+        found.append(sorted(cluster))
+    return sorted(found)
+
+
+def test_means_are_of_one_attractor_where_they_are_connected_by_short_distances():
+    tolerance = SEPARATION * LIMIT_DISTANCE
+    steps = np.arange(12) * 0.6
+    corner = np.concatenate([np.stack([0.0 * steps, steps], axis=1), np.stack([steps, 0.0 * steps], axis=1)])
+    inside = np.array([[4.0, 4.0], [4.5, 4.4]])  # neither axis has a gap between them and the corner
+    stairs = np.stack([10.0 + np.arange(6) * 1.01, np.arange(6) * 0.01], axis=1)
+    for points, number in ((np.concatenate([corner, inside]), 2), (stairs, 6)):
+        means = tolerance * points
+        found = sorted(sorted(members.tolist()) for members in _clusters(means))
+        assert found == clusters_by_definition(means)
+        assert len(found) == number
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        means = tolerance * rng.uniform(-4.0, 4.0, (40, 2))
+        assert sorted(sorted(one.tolist()) for one in _clusters(means)) == clusters_by_definition(means)
 
 
 def test_unresolved_states_belong_to_no_attractor():

@@ -113,6 +113,20 @@ def test_a_motion_after_a_long_chaotic_transient_is_sensitive(oscillator, omega,
     assert found.motion.reason == REASONS[ROUNDING_DECIDES]
 
 
+@pytest.mark.parametrize(("omega", "clearance"), [(0.28, 1.31), (0.2752, 1.275)])
+def test_the_motion_that_is_named_is_the_one_that_is_drawn(omega, clearance):
+    """After a chaotic transient roundings decide where a trajectory goes; the one that is drawn counts."""
+    (found,) = sections(line(DEFAULT, "clearance", [clearance], omega))
+    drawn = trajectory(DEFAULT, omega, clearance, transient_periods=300, periods=64, samples_per_period=1)
+    np.testing.assert_array_equal(found.impact_velocity, drawn.impacts.velocity)
+    assert drawn.motion.kind == "periodic"
+    for name in ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
+        assert getattr(found.motion, name) == getattr(drawn.motion, name), name
+    strikes = found.impact_stop[-drawn.motion.impacts_right - drawn.motion.impacts_left :]
+    assert np.count_nonzero(strikes > 0) == found.motion.impacts_right
+    assert (found.sensitive, found.motion.verified) == (True, False)
+
+
 def test_a_trajectory_of_a_sweep_has_the_error_of_the_one_before_unless_that_was_captured():
     clearance = [1.383333, 1.390909, 1.398485]
     chaotic, after, captured = sections(line(DEFAULT, "clearance", clearance, 0.28), "sweep-down")

@@ -18,6 +18,7 @@ from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.verification import verify
@@ -117,8 +118,7 @@ def arrivals(name: str, number: int) -> list[Arrival]:
         omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
         settler = Settler(oscillator, Settling(1000, 32, linearised=False))
         steady = settler.steady(np.array([omega]))[0]
-        at_rest = np.zeros((1, 2, oscillator.size))
-        codes, figures = (part[0, 0] for part in settler.run(omega, steady, np.array([clearance]), at_rest[0], at_rest))
+        codes, figures = (part[0, 0] for part in settler.run(omega, steady, np.array([clearance]), AtRest()))
         impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
         if codes[lane_state.REASON] != RESOLVED or codes[lane_state.UNVERIFIED] != RESOLVED or impacts == 0:
             continue

@@ -21,7 +21,8 @@ from grazemap_core.maps.chaotic_transients import (
     sample,
     sample_of_groups,
 )
-from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -96,6 +97,24 @@ def test_a_point_is_run_on_along_the_trajectory_of_the_map(
     assert longer is not None
     assert chance is not None
     assert (longer.sampled, chance.sampled, chance.settled) == (RUN_ON_SAMPLE, RUN_ON_SAMPLE, 0)
+
+
+@pytest.mark.parametrize("down", [False, True])
+def test_a_column_is_swept_once_for_all_points_of_its_sample(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    plane, sweep, swept = Plane.of(DEFAULT, np.array([0.28]), np.linspace(1.3, 1.6, 12)), PlaneSettler.sweep, []
+
+    def counted(settler: PlaneSettler, rows: Any, *arguments: Any) -> Any:
+        swept.extend(rows)
+        return sweep(settler, rows, *arguments)
+
+    monkeypatch.setattr(PlaneSettler, "sweep", counted)
+    task, rows = Settling(40, 4, follow=True), np.array([2, 5, 11])
+    codes = chaotic_transients._of_sweep(plane, task, down, rows, np.zeros(3, dtype=np.int64))
+    assert len(swept) <= 12 + 3 * (RUN_ON - 1)
+    for row, found in zip(rows.tolist(), codes, strict=True):
+        path = [*(range(11, row - 1, -1) if down else range(row + 1)), *[row] * (RUN_ON - 1)]
+        whole = sweep(PlaneSettler(plane, task), np.array(path), 0)[0]
+        np.testing.assert_array_equal(found, whole[-RUN_ON:, 0])
 
 
 @WINDOWS

@@ -12,13 +12,17 @@ from general_systems import random_oscillator
 from impact_orbit_oracle import OneImpact
 from oracles import digits
 
+from grazemap_core.grazing.kernels.kicked_motion import UNDECIDED
 from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits import explicit_orbits, one_impact_branches
 from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily
+from grazemap_core.orbits.explicit_orbits import Harmonics, apart_on_circle, within_turn
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_curves import one_impact_curves
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.window_curves import BOTH, CurvePiece, window_curves
 
@@ -196,3 +200,52 @@ def test_both_stops_of_unlike_restitutions_have_their_own_curves() -> None:
         assert len(ours) == len(known) == 1
         np.testing.assert_allclose(ours[0].value, known[0].value, rtol=1e-11)
     assert not any(piece.symmetric for piece in found)
+
+
+def test_zeros_of_a_polynomial_are_given_once_within_a_turn() -> None:
+    """Also where one is at the end of the turn, and round-off puts it on either side."""
+    orders = np.array([1.0, 2.0])
+    for place in (0.0, -1e-17, 1e-17, -3e-16, 3e-16, 1.0):
+        sine = np.exp(-1j * place)
+        # sin(t - place) times its distance from another constant: simple zeros at place and place + pi
+        for factor in (1.0, 3.7, -0.2):
+            zeros = Harmonics(orders, np.array([factor * sine, 0.0])).zeros()
+            assert len(zeros) == 2
+            assert all(0.0 <= zero < 2.0 * np.pi for zero in zeros)
+    assert within_turn(-1e-17) == 0.0
+    assert within_turn(-1.0) == pytest.approx(2.0 * np.pi - 1.0)
+    below = np.nextafter(2.0 * np.pi, 0.0)
+    assert apart_on_circle([below, 0.0, 1.0]) == [1.0, below]
+    assert apart_on_circle([2e-15, 1.0, 0.0]) == [0.0, 1.0]
+    assert apart_on_circle([0.5]) == [0.5]
+    assert apart_on_circle([]) == []
+
+
+def test_a_function_that_is_not_a_number_is_not_taken_as_one_without_zero() -> None:
+    assert explicit_orbits._zero(lambda x: x - 0.25, 0.0, 1.0) == pytest.approx(0.25)
+    assert explicit_orbits._zero(lambda x: x + 0.25, 0.0, 1.0) is None
+    with pytest.raises(ValueError, match="NaN"):
+        explicit_orbits._zero(lambda x: x - 0.25 if x in (0.0, 1.0) else np.nan, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_special_points_are_decided_where_round_off_hides_the_slow_orbits(symmetric: bool, monkeypatch) -> None:
+    """Orbits of vanishing speed say nothing of the others, which are decided one by one."""
+    omega = np.linspace(0.262, 0.298, 7)
+    known = one_impact_curves(CHAIN, omega, 1, symmetric)
+    decided = one_impact_branches.contact_angle
+
+    def hidden(motion, half_periods, stop, meets):
+        return (1.0, 0.0, np.nan, UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
+
+    monkeypatch.setattr(one_impact_branches, "contact_angle", hidden)
+    found = one_impact_curves(CHAIN, omega, 1, symmetric)
+    some = 0
+    for name in ("saddle_node", "doubling", "contact"):
+        ours, theirs = getattr(found, name), getattr(known, name)
+        np.testing.assert_allclose(ours.clearance, theirs.clearance, rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(ours.impact_velocity, theirs.impact_velocity, rtol=1e-7, err_msg=name)
+        np.testing.assert_array_equal(ours.admissible, theirs.admissible, err_msg=name)
+        np.testing.assert_array_equal(ours.stop, theirs.stop, err_msg=name)
+        some += np.count_nonzero(theirs.admissible)
+    assert some > 3

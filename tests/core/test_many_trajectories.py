@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_sticking import random_case
 
+import grazemap_core.contact.cell_problem as preparation
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
@@ -102,3 +103,20 @@ def test_a_refused_state_is_named_before_any_is_simulated() -> None:
         assert caught.value.name == name
     with pytest.raises(ParameterError, match="periods"):
         trajectories(DEFAULT, 0.29, 1.6, [good], periods=0)
+
+
+def test_trajectories_of_one_oscillator_share_its_models(monkeypatch):
+    """The structure with its contact held is decomposed once, not for every call."""
+    oscillator, calls = Oscillator.create([1.0, 2.0], [1.0, 1.0], 0.1, [1.0, 0.0], 0.6), []
+    held = preparation.held_structure
+
+    def counted(one):
+        calls.append(one)
+        return held(one)
+
+    monkeypatch.setattr(preparation, "held_structure", counted)
+    known = preparation._fixed_arrays.cache_info().hits
+    first, second = (trajectory(oscillator, 0.5, 0.8, periods=3) for _ in range(2))
+    assert calls == [oscillator]
+    assert preparation._fixed_arrays.cache_info().hits > known
+    np.testing.assert_array_equal(first.displacement, second.displacement)

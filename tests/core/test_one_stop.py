@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from general_systems import positive
+from scipy.optimize import minimize_scalar
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.one_stop import VariedStop, double_grazes, grazing_curve, stop_grazes
+from grazemap_core.grazing.one_stop import VariedStop, grazing_curve, stop_grazes
+from grazemap_core.grazing.peak_search import Coincidence, vanishing_margins
 from grazemap_core.model.drive import base_in_space, force
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.matrices import Matrices
@@ -31,6 +34,11 @@ def random_oscillator(seed: int) -> Oscillator:
     return Oscillator.of_structure(structure, random.normal(size=size), law, 0.8, random.normal(size=size))
 
 
+def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float) -> list[Coincidence]:
+    """Where the amplitude is `gap`: the other stop has that gap from the equilibrium."""
+    return vanishing_margins(oscillator, VariedStop(1, gap - contact_equilibrium(oscillator)), start, stop)
+
+
 @pytest.mark.parametrize("seed", [*range(12), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(12, 100))])
 def test_every_double_graze_is_found(seed: int) -> None:
     oscillator, omega = random_oscillator(seed), np.linspace(0.05, 4.0, 40_000)
@@ -38,10 +46,30 @@ def test_every_double_graze_is_found(seed: int) -> None:
     for share in (0.02, 0.2, 0.7):
         gap = amplitude.min() + share * (amplitude.max() - amplitude.min())
         before = np.flatnonzero(np.diff(np.sign(amplitude - gap)))
-        found = np.array(double_grazes(oscillator, float(gap), 0.05, 4.0))
+        found = np.array([one.omega for one in double_grazes(oscillator, float(gap), 0.05, 4.0)])
         assert len(found) == len(before)
         assert np.all((omega[before] <= found) & (found <= omega[before + 1]))
         assert np.abs(contact_response(oscillator, found)[:, 0]) == pytest.approx(gap, rel=1e-13)
+
+
+def test_an_amplitude_that_only_touches_the_gap_is_a_double_graze() -> None:
+    """Marked where round-off hides whether it reaches it; where it does not, both or none."""
+    for low, high in ((0.05, 0.5), (0.5, 1.2)):
+        found = minimize_scalar(
+            lambda w: -np.abs(contact_response(DEFAULT, np.array([w]))[0, 0]),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        place, top = float(found.x), -float(found.fun)
+        assert low + 0.01 < place < high - 0.01
+        every = codimension_two_points(DEFAULT, low, high, 1, 0, VariedStop(1, top))
+        touched = [p for p in every if p.kind == "double-graze"]
+        assert "near-double" in {p.status for p in touched}
+        assert [p.omega for p in touched] == pytest.approx([place] * len(touched), rel=1e-6)
+        for share, number in ((1.0 - 1e-9, 2), (1.0 + 1e-9, 0), (1.0 - 1e-11, 2), (1.0 + 1e-11, 0)):
+            points = codimension_two_points(DEFAULT, low, high, 1, 0, VariedStop(1, share * top))
+            assert [p.status for p in points if p.kind == "double-graze"] == ["simple"] * number
 
 
 def test_there_is_none_where_the_other_stop_is_too_far_or_absent() -> None:
@@ -64,7 +92,7 @@ def test_a_double_graze_is_on_both_curves(stop: int) -> None:
 
 
 def test_a_graze_is_virtual_beyond_a_double_graze() -> None:
-    double = double_grazes(DEFAULT, 1.5, 0.05, 0.3)[0]
+    double = double_grazes(DEFAULT, 1.5, 0.05, 0.3)[0].omega
     grazes = stop_grazes(DEFAULT, double * np.array([0.999, 1.001]), VariedStop(1, 1.5))
     assert grazes.virtual.tolist() == [False, True]
     assert stop_grazes(BIASED, [0.29], VariedStop(1, together=True)).margin[0] == pytest.approx(0.14)

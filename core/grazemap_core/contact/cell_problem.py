@@ -50,8 +50,9 @@ def both_clearances(clearance: Clearance) -> tuple[float, float]:
     return math.inf if right is None else right, math.inf if left is None else left
 
 
+@lru_cache(maxsize=KEPT_MODELS)
 def trajectory_models(oscillator: Oscillator) -> HeldModel:
-    """Return the modal models of the structure with its contact free and with its contact held."""
+    """Return the modal models with the contact free and with it held; the last ones are kept, by the object."""
     free, constrained = modal_model(oscillator), held_structure(oscillator)
     try:
         held = None if constrained.structure is None else modal_model(constrained.structure)

@@ -29,19 +29,18 @@ from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.grazing.one_stop import VariedStop, double_grazes
+from grazemap_core.grazing.one_stop import VariedStop
 from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
 from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.harmonic_response import contact_response, require_damped, require_forced
+from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.tolerances import EPSILON
 
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
@@ -307,17 +306,8 @@ def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, sto
     gap = varied.other_gap(oscillator)
     if is_half_wave_symmetric(oscillator.drive) if varied.together else math.isinf(gap):
         return []  # the margin does not depend on omega
-    if len(oscillator.drive) > 1:
-        found = vanishing_margins(oscillator, varied, start, stop)
-        return [_coincidence("double-graze", one, start, stop) for one in found]
-    frequencies = np.array(double_grazes(oscillator, gap, start, stop))
-    if not len(frequencies):
-        return []
-    residual = np.abs(np.abs(contact_response(oscillator, frequencies)[:, 0]) - gap) / gap
-    return [
-        CodimensionTwoPoint("double-graze", omega, math.nan, float(rest), "simple", 4.0 * EPSILON * omega)
-        for omega, rest in zip(frequencies.tolist(), residual, strict=True)
-    ]
+    found = vanishing_margins(oscillator, varied, start, stop)
+    return [_coincidence("double-graze", one, start, stop) for one in found]
 
 
 def _corners(

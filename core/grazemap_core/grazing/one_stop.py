@@ -15,22 +15,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import eig
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
-from grazemap_core.grazing.tolerances import DOUBLE_GRAZE_STEPS, REAL_EIGENVALUE
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import require_forced
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.model.summary import harmonic_response
-from grazemap_core.tolerances import EPSILON
 
 
 @dataclass(frozen=True)
@@ -173,55 +169,3 @@ def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | N
         margin=margin,
         first_recurrence=halves * returns,
     )
-
-
-def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float) -> list[float]:
-    """Return every frequency in [start, stop] at which the amplitude in one harmonic, the first, is `gap`, increasing.
-
-    ``|h^T Z(w)^{-1} f(w)|^2 = gap^2`` holds where a quadratic matrix polynomial of size 2N + 1 is singular: with
-    ``Z y = f a``, ``Z^H z = h (h^T y)`` the condition is ``f^H z = gap^2 a``. Its real eigenvalues are polished with
-    the response itself. Frequencies at which the amplitude only touches the gap may be found twice or not at all.
-    """
-    structure, contact = oscillator.structure, oscillator.contact
-    drive, count = oscillator.drive[0], oscillator.size
-    size = 2 * count + 1
-    # units in which gap, forces and frequencies are of order 1
-    scale = math.sqrt(start * stop)
-    mass, damping, stiffness = structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix
-    parts = [np.zeros((size, size), dtype=np.complex128) for _ in range(3)]
-    dynamic = [stiffness, (1j * scale * damping).astype(np.complex128), -mass * scale**2]
-    forces = [drive.constant, 1j * drive.rate * scale, drive.quadratic * scale**2]
-    weight = max(float(np.max(np.abs(force))) for force in forces)
-    stiff = max(float(np.max(np.abs(part))) for part in dynamic)
-    for power in range(3):
-        part = parts[power]
-        part[:count, :count] = dynamic[power] / stiff
-        part[count:-1, count:-1] = np.conj(dynamic[power]).T / stiff
-        part[:count, -1] = -forces[power] / weight
-        part[-1, count:-1] = np.conj(forces[power]) / weight
-    parts[0][count:-1, :count] = -np.outer(contact, contact) / (contact @ contact)
-    parts[0][-1, -1] = -((gap * stiff / weight) ** 2) / (contact @ contact)
-    nothing, identity = np.zeros((size, size)), np.eye(size)
-    left = np.block([[nothing, identity], [-parts[0], -parts[1]]])
-    right = np.block([[identity, nothing], [nothing, parts[2]]])
-    values = eig(left, right, right=False)
-    real = values[np.isfinite(values) & (np.abs(values.imag) <= REAL_EIGENVALUE * np.abs(values))].real * scale
-    found = [_polished(oscillator, gap, w) for w in real[(real > 0.5 * start) & (real < 2.0 * stop)].tolist()]
-    inside = sorted(w for w in found if w is not None and start <= w <= stop)
-    return [w for i, w in enumerate(inside) if i == 0 or w > inside[i - 1] * (1.0 + 1e3 * EPSILON)]
-
-
-def _polished(oscillator: Oscillator, gap: float, omega: float) -> float | None:
-    """Return the frequency near omega at which the amplitude is the gap, by Newton's method; None if it is lost."""
-    for _ in range(DOUBLE_GRAZE_STEPS):
-        steady = harmonic_response(oscillator, np.array([omega]), oscillator.drive[0])
-        amplitude, rate = float(steady.amplitude[0]), float(steady.amplitude_slope[0])
-        if rate == 0.0 or not math.isfinite(rate):
-            return None
-        step = (gap - amplitude) / rate
-        omega += step
-        if not omega > 0.0:
-            return None
-        if abs(step) <= 4.0 * EPSILON * omega:
-            return omega
-    return None

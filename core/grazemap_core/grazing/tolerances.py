@@ -78,14 +78,6 @@ FIRST_OVERSHOOT: Final = 1e-3
 DOMAIN_WIDTH: Final = 1e-6
 """Relative accuracy of the end of the domain: no result depends on it, and every halving costs hundreds of steps."""
 
-REAL_EIGENVALUE: Final = 1e-6
-"""Imaginary part of an eigenvalue, relative to its modulus, up to which its real part is tried as a double graze.
-
-The amplitude there decides. That of a double eigenvalue, where the amplitude nearly touches the gap, is about 1e-8."""
-
-DOUBLE_GRAZE_STEPS: Final = 30
-"""Maximum number of Newton steps to a double graze; two or three are usual."""
-
 RANGES_PER_ORDER: Final = 4
 """First number of ranges of the phase in the search for peaks, per order of the highest harmonic: a wave of it is cut
 into four, in which its curvature changes little."""

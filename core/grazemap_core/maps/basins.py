@@ -6,11 +6,15 @@ attractors from all tiles, and which state leads to which.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_order
@@ -18,6 +22,7 @@ from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -167,7 +172,8 @@ def run_states(
     """
     steady = settler.steady(np.array([forced.omega]))[0]
     scaled = (added / forced.stops.unit).reshape(-1, *state.shape)
-    codes, figures = settler.run(forced.omega, steady, np.array([forced.clearances]), state, scaled, phase)
+    start = BetweenStops(state, scaled)
+    codes, figures = settler.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
     return codes[0], figures[0]
 
 
@@ -259,15 +265,16 @@ def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
 def _clusters(means: Floats) -> list[Integers]:
     """Return the members of each cluster of points (n, 2): points connected by distances up to the tolerance."""
     tolerance = SEPARATION * LIMIT_DISTANCE
-    clusters = [np.arange(len(means))]
-    for axis in (0, 1, 0, 1):  # split where a coordinate has a gap; each axis twice
-        cut: list[Integers] = []
-        for members in clusters:
-            ordered = members[np.argsort(means[members, axis], kind="stable")]
-            gaps = np.flatnonzero(np.diff(means[ordered, axis]) > tolerance) + 1
-            cut += np.split(ordered, gaps)
-        clusters = cut
-    return clusters
+    # points of one cell are connected; only those of cells at most two apart can be
+    cells, cell = np.unique(np.floor(means * (math.sqrt(2.0) / tolerance)), axis=0, return_inverse=True)
+    members = np.split(np.argsort(cell, kind="stable"), np.cumsum(np.bincount(cell))[:-1])
+    trees = [cKDTree(means[which]) for which in members]
+    beside = cKDTree(cells).query_pairs(2.0, p=math.inf, output_type="ndarray")
+    linked = [trees[i].count_neighbors(trees[j], tolerance) > 0 for i, j in beside.tolist()]
+    one, other = beside[np.array(linked, dtype=np.bool_)].T
+    graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(cells), len(cells)))
+    _, cluster = connected_components(graph, directed=False)
+    return [np.flatnonzero(cluster[cell] == number) for number in range(int(cluster.max()) + 1)]
 
 
 def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -> Attractor:

@@ -1,7 +1,9 @@
 """Bifurcation diagrams: stroboscopic sections and impacts of settled motions along one parameter.
 
 Every value of the parameter has a trajectory of its own, from rest or from the final state of its neighbour. Its motion
-is named and verified as in maps (`settling`), from the same initial state.
+is named and verified as in maps (`settling`), by a run with other roundings from the same initial state. Where that run
+has no verified motion, and the recorded one has not closed on the same motion, the motion is named once more, from the
+end of the record: roundings may lead the two to different motions, and the one that is recorded counts.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
+from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
@@ -33,6 +36,7 @@ POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
 """Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
 measured in the last GROWTH_SHARE of all periods."""
+_NAME: Final = ("period", "impacts_right", "impacts_left", "symmetric", "sticking")
 IMPACT_BYTES: Final = 9
 """Bytes of an impact in a section: its velocity and its stop."""
 
@@ -52,8 +56,8 @@ class Section:
         orbit is verified and captures the trajectory, which is not sensitive. A trajectory that ended early is
         unresolved.
     sensitive, transient_growth : bool, float
-        As in `unfolding.unfolding_map_tile`. A trajectory of a sweep starts with the error of the one before, unless
-        that was captured by the end of its record.
+        As in `unfolding.unfolding_map_tile`; sensitive too where other roundings lead to another motion. A trajectory
+        of a sweep starts with the error of the one before, unless that was captured by the end of its record.
     start : State
         Initial state of the trajectory.
     figures : (count,)
@@ -178,6 +182,10 @@ def _follow(
         state, settled = None, _Settled(run.motion, False, np.nan, 0, nothing)
         if run.final is not None and len(run.time) == periods + 1:
             state, settled = run.final, _settled(settler, omega, clearance, begin, inherits)
+            if not (settled.motion.verified or _are_same(settled.motion, run.motion)):
+                after = Settler(oscillator, settling._replace(max_periods=EXPONENT_PERIODS), settler)
+                later = _settled(after, omega, clearance, state, inherits=True)
+                settled = _sensitive(later, 2 * shown) if _contradicts(settled.motion, later.motion) else settled
         captured = settled.halves <= 2 * shown and np.isfinite(settled.transient_growth)
         inherits = follows and state is not None and not captured
         yield Section(
@@ -211,8 +219,27 @@ def _settled(settler: Settler, omega: float, clearance: Clearance, begin: State,
     return _Settled(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
 
 
+def _are_same(one: Motion, other: Motion) -> bool:
+    """Return whether two motions have one name."""
+    return all(getattr(one, name) == getattr(other, name) for name in ("kind", *_NAME))
+
+
+def _contradicts(motion: Motion, later: Motion) -> bool:
+    """Return whether the later part of a trajectory is another motion: one of both is periodic, and both are known."""
+    kinds = {motion.kind, later.kind}
+    return "periodic" in kinds and "unresolved" not in kinds and not _are_same(motion, later)
+
+
+def _sensitive(settled: _Settled, halves: int) -> _Settled:
+    """Return a motion, named by a run that begins after some half periods, as one that round-off decides."""
+    motion = settled.motion
+    if motion.verified:
+        motion = replace(motion, verified=False, reason=REASONS[ROUNDING_DECIDES])
+    return settled._replace(motion=motion, sensitive=True, halves=halves + settled.halves)
+
+
 def _motion(named: dict[str, Any]) -> Motion:
     """Return the motion of one point of the arrays of `unfolding_map_tile`."""
     kind, reason = KINDS[named["kind"]], REASONS[named["reason"]] or None
-    names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking", "verified")
+    names = (*_NAME, "verified")
     return Motion(kind=kind, reason=reason, **{name: named[name] for name in names if kind == "periodic"})

@@ -28,8 +28,8 @@ from grazemap_core.maps.basin_fractions import Point, Settlers, from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
-from grazemap_core.maps.kernels.lane_state import GROWTH, HALVES_RUN, REASON, UNVERIFIED
-from grazemap_core.maps.planes import Line, Plane, PlaneSettler
+from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
+from grazemap_core.maps.planes import Line, Plane, PlaneSettler, SweepEnd
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import random_starts
@@ -112,12 +112,26 @@ def _of_ensemble(
 
 
 def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns: Integers) -> Integers:
-    """Return codes (k, RUN_ON, CODES) of runs at points (k,) that a sweep has reached, one after the other."""
-    settler, every, codes = PlaneSettler(plane, task), np.arange(plane.shape[0]), []
-    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-        path = every[row:][::-1] if down else every[: row + 1]
-        codes.append(settler.sweep(np.append(path, np.full(RUN_ON - 1, row)), column)[0][-RUN_ON:, 0])
-    return np.stack(codes)
+    """Return codes (k, RUN_ON, CODES) of runs at points (k,) that a sweep has reached, one after the other.
+
+    A column is swept once; at each of its points the sweep is left for the runs there.
+    """
+    settler, path = PlaneSettler(plane, task), np.arange(plane.shape[0])[:: -1 if down else 1]
+    codes = np.empty((len(rows), RUN_ON, CODES), dtype=np.int64)
+    steps = np.argsort(path)[rows]
+    for column in np.unique(columns).tolist():
+        after: SweepEnd | None = None
+        done = 0
+        in_column = np.flatnonzero(columns == column)
+        for point in in_column[np.argsort(steps[in_column])].tolist():
+            end = int(steps[point]) + 1
+            found, _, after = settler.sweep(path[done:end], column, after)
+            codes[point, 0], last = found[-1, 0], after
+            for run in range(1, RUN_ON):
+                longer, _, last = settler.sweep(rows[point : point + 1], column, last)
+                codes[point, run] = longer[0, 0]
+            done = end
+    return codes
 
 
 @in_own_period

@@ -31,7 +31,8 @@ from grazemap_core.continuation.parameters import (
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, Settler, Settling, run_apart
+from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, RunEnd, Settler, Settling, run_apart
+from grazemap_core.maps.starts import AboutMiddle, AtRest, Start
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import at_own_period, divisor_of
 
@@ -229,6 +230,28 @@ class Plane:
         return self.vertical.name in _OF_STOPS
 
 
+class SweepEnd(NamedTuple):
+    """The end of a sweep, from which another one of the same column may go on.
+
+    Attributes
+    ----------
+    row : int
+    settler : RunEnd
+    state : (2, N) or None
+        Displacements and velocities; None where the trajectory ended early, or in a sweep by a kernel.
+    rests : bool
+        Whether the contact rests on a stop there.
+    inherits : bool
+        Whether the next trajectory begins with the error of this one.
+    """
+
+    row: int
+    settler: RunEnd
+    state: Floats | None
+    rests: bool
+    inherits: bool
+
+
 class PlaneSettler:
     """Runs of trajectories at the points of a plane, until their motions can be named."""
 
@@ -236,14 +259,14 @@ class PlaneSettler:
         """Allocate scratch for one structure at a time; nothing is run."""
         self.plane, self._task = plane.at_own_period, task
         # what is observed is of the motion itself, not of it over the factor of the forces
-        self._scaled = () if task.observed is None else tuple({"bias", "forcing"} & {*plane.names})
-        self._starts = np.zeros((1, 2, plane.oscillator.size)) if task.starts is None else task.starts
+        self._scaled = tuple(name for name in ("bias", "forcing") if task.observed is not None and name in plane.names)
         self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
         self._last: Settler | None = None
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
-        codes = np.empty((len(rows), len(self._starts), lane_state.CODES), dtype=np.int64)
+        starts = 1 if self._task.starts is None else len(self._task.starts)
+        codes = np.empty((len(rows), starts, lane_state.CODES), dtype=np.int64)
         more = 0 if self._task.observed is None else self._task.observed.count
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
@@ -269,26 +292,50 @@ class PlaneSettler:
         varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
         return self.plane.groups(rows, columns, varied)
 
-    def sweep(self, rows: Indices, column: int) -> tuple[Integers, Floats]:
-        """Return codes (k, 1, CODES) and figures of points of a column, each from the final state of the one before."""
-        columns = np.full(len(rows), column)
+    def sweep(self, rows: Indices, column: int, after: SweepEnd | None = None) -> tuple[Integers, Floats, SweepEnd]:
+        """Return codes (k, 1, CODES), figures and the end of a sweep of points of a column.
+
+        Each trajectory follows the one before; the first one begins at rest, or follows an earlier sweep.
+        """
         if self.plane.is_swept_by_kernels:
-            return self._run(rows, columns, self._conditions(rows, columns))
-        state: Floats | None = None
-        inherits, found = False, []
+            return self._sweep_by_kernel(rows, column, after)
+        columns, codes, figures = np.full(len(rows), column), [], []
         for k in range(len(rows)):
             here, only = rows[k : k + 1], columns[k : k + 1]
             settler, omega, steady = self._settler(int(here[0]), column)
             conditions = self._conditions(here, only)
-            if k > 0:
-                before = self._conditions(rows[k - 1 : k], only).forcing[0]
+            start: Start = AtRest()
+            if after is not None:
+                settler.return_to(after.settler)
+                before = self._conditions(np.array([after.row]), only).forcing[0]
                 settler.errors.square[0] *= (before / conditions.forcing[0]) ** 2
-            start = None if state is None else settler.within(conditions, state)
-            found.append(settler.run(omega, steady, conditions, start, self._starts, inherits=inherits))
+                if after.state is not None:
+                    start = settler.within(conditions, after.state, after.rests)
+            inherits = after is not None and after.inherits
+            code, figure = settler.run(omega, steady, conditions, start, inherits=inherits)
             state = settler.final_state(omega, steady, conditions)
-            inherits = state is not None and not _is_captured(found[-1][0][0, 0])
-        codes, figures = zip(*found, strict=True)
-        return np.concatenate(codes), np.concatenate(figures)
+            inherits = state is not None and not _is_captured(code[0, 0])
+            after = SweepEnd(int(here[0]), settler.end, state, settler.rests, inherits)
+            codes.append(code)
+            figures.append(figure)
+        assert after is not None
+        return np.concatenate(codes), np.concatenate(figures), after
+
+    def _sweep_by_kernel(self, rows: Indices, column: int, after: SweepEnd | None) -> tuple[Integers, Floats, SweepEnd]:
+        """Return what `sweep` does, for points that share their tables."""
+        settler, omega, steady = self._settler(int(rows[0]), column)
+        if after is not None:
+            settler.return_to(after.settler)
+        codes, figures = settler.run(
+            omega,
+            steady,
+            self._conditions(rows, np.full(len(rows), column)),
+            AtRest(),
+            inherits=after is not None and after.inherits,
+            goes_on=after is not None,
+        )
+        inherits = settler.end.ended != lane_state.ENDED_EARLY and not _is_captured(codes[-1, 0])
+        return codes, figures, SweepEnd(int(rows[-1]), settler.end, None, settler.rests, inherits)
 
     def grid(self, down: bool = False) -> tuple[Integers, Floats]:
         """Return codes (CODES, n, m, s) and figures (FIGURES, n, m, s) of all points; of a sweep, which may go down."""
@@ -298,16 +345,15 @@ class PlaneSettler:
         else:
             rows = np.arange(n)[:: -1 if down else 1]
             columns = [self.sweep(rows, column) for column in range(m)]
-            codes = np.concatenate([found[rows] for found, _ in columns])
-            figures = np.concatenate([found[rows] for _, found in columns])
+            codes = np.concatenate([found[rows] for found, _, _ in columns])
+            figures = np.concatenate([found[rows] for _, found, _ in columns])
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
     def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share their tables, under the conditions there."""
         settler, omega, steady = self._settler(int(rows[0]), int(columns[0]))
-        scaled = self._starts * np.array([1.0, omega])[:, None]
-        return settler.run(omega, steady, conditions, settler.origin, scaled)
+        return settler.run(omega, steady, conditions, start_at(self._task, omega))
 
     def _run_apart(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
@@ -347,6 +393,11 @@ class PlaneSettler:
         settler, steady = self._structure(row, column)
         omega = float(self.plane.values("omega", np.array([row]), np.array([column]))[0])
         return settler, omega, steady[omega]
+
+
+def start_at(task: Settling, omega: float) -> AtRest | AboutMiddle:
+    """Return where the trajectories of a map at a frequency begin, which are not those of a sweep."""
+    return AtRest() if task.starts is None else AboutMiddle(task.starts * np.array([1.0, omega])[:, None])
 
 
 def _of_map(parts: NDArray[Number]) -> NDArray[Number]:

@@ -16,8 +16,9 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.planes import Plane, start_at
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision import MultiprecisionRun, known_bits, same_impacts
 from grazemap_core.simulation.multiprecision_modes import RunError
@@ -84,26 +85,26 @@ class Resolver:
         )
         self._steady = self._settler.steady(np.array([omega]))[0]
 
-    def unit(self, clearance: Clearance) -> float:
-        """Return the unit in which initial states are given (`Stops.unit`); the clearance of two equal stops."""
-        return self._settler.unit(self._omega, self._steady, clearance)
+    def random_states(self, clearance: Clearance, start: AboutMiddle) -> Floats:
+        """Return random initial states (s, 2, N)."""
+        return self._settler.random_states(self._omega, self._steady, clearance, start)
 
     def resolve(self, clearance: Clearance, state: Floats | None = None, phase: float = 0.0) -> Resolution:
         """Decide the motion from displacements and velocities (2, N), or from rest, at a phase of the forcing."""
-        unit = self.unit(clearance)
+        unit = self._settler.unit(self._omega, self._steady, clearance)
 
         def start(bits: int) -> MultiprecisionRun:
             return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
 
         def restart(states: Floats) -> tuple[Integers, Floats]:
-            both, origin = both_clearances(clearance), np.zeros(states.shape[1:])
+            both = both_clearances(clearance)
             places = states[:, 0] @ self._oscillator.contact
             free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING * unit
             codes = np.full((len(states), lane_state.CODES), ROUNDING_DECIDES)
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
-                scaled = states[free] / unit
-                found = self._settler.run(self._omega, self._steady, np.array([both]), origin, scaled, phase)
+                start = BetweenStops(np.zeros(states.shape[1:]), states[free] / unit)
+                found = self._settler.run(self._omega, self._steady, np.array([both]), start, phase)
                 codes[free], figures[free] = found[0][0], found[1][0]
             return codes, figures
 
@@ -179,10 +180,9 @@ def resolve_grid(
         for row, start in np.argwhere(sensitive[:, i]).tolist():
             oscillator, w, clearance = plane.at_point(row, i)
             resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
-            state = None
-            if task.starts is not None:
-                state = resolver.unit(clearance) * (task.starts[start] * np.array([1.0, w])[:, None])
-            found = resolver.resolve(clearance, state)
+            begun = start_at(task, w)
+            states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
+            found = resolver.resolve(clearance, states[start])
             if not found.reason:
                 which = row, i, start
                 resolved[which] = True

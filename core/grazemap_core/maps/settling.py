@@ -28,7 +28,7 @@ from grazemap_core.maps.kernels.column import Column, return_search
 from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
-from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
+from grazemap_core.maps.kernels.lane_state import ENDED_EARLY, RESTS, ColumnTask, TrajectoryResults, lane_records
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import PITCH
@@ -37,6 +37,7 @@ from grazemap_core.maps.kernels.multi_impact_cell import WIDTH as SECOND_PASS
 from grazemap_core.maps.kernels.own_tables import OF_GROUP, SHARED_TABLES, LaneModels, OwnModels, OwnTables, own_tables
 from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
+from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops, FromState, Start
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import hidden_by_rounding
@@ -67,7 +68,7 @@ class Settling(NamedTuple):
     follow : bool
         Whether a trajectory starts at the final state of the trajectory at the previous clearance.
     starts : (s, 2, N) or None
-        Initial displacements in clearances and velocities in clearances times omega; in equilibrium when None.
+        Of a map: the random states of `AboutMiddle`, velocities in clearances times omega; at rest when None.
     observed : Observables or None
         What is read off the motions, in further columns of the figures.
     """
@@ -122,6 +123,7 @@ class _Begun(NamedTuple):
     model: LaneModel
     stops: Floats
     base: Floats
+    directions: Floats
     offset: Floats
     aside: Floats
     on_stop: Integers
@@ -147,14 +149,33 @@ class Apart(NamedTuple):
     conditions: Conditions
 
 
+class RunEnd(NamedTuple):
+    """How and where the last trajectory of a sweep ended, in the arrays of the kernels.
+
+    Attributes
+    ----------
+    ended : int
+        ENDED_EARLY, MOVES or RESTS.
+    state : (N, 2)
+    square, sensitive : float, int
+        Its error, as of `LaneErrors`.
+    """
+
+    ended: int
+    state: Floats
+    square: float
+    sensitive: int
+
+
 class Settler:
     """Settings and scratch for runs of one oscillator."""
 
     def __init__(self, oscillator: Oscillator, task: Settling, before: Settler | None = None) -> None:
         """Allocate lanes, histories and tangents; nothing is run.
 
-        With `before`, whose task is the same and whose oscillator is of the same size, they are those of that settler:
-        a sweep goes on with its errors, and neither settler is to be run while the other one is.
+        With `before`, whose task differs in `max_periods` at most and whose oscillator is of the same size, they are
+        those of that settler: a sweep goes on with its errors, and neither settler is to be run while the other one is.
+        So settlers that share them belong to one thread.
         """
         size = oscillator.size
         self._models = trajectory_models(oscillator)
@@ -183,7 +204,11 @@ class Settler:
             }
         else:
             self._scratch = before._scratch
+            if before._growth_halves != self._growth_halves:
+                tangents = lane_tangents(size, self._growth_halves)._replace(errors=before.errors)
+                self._scratch = {**self._scratch, "tangents": tangents}
         self._own: list[OwnTables] = [] if before is None else before._own  # one, where they were needed
+        self._ended = ENDED_EARLY  # no trajectory was run
 
     @property
     def oscillator(self) -> Oscillator:
@@ -205,10 +230,10 @@ class Settler:
         omega: float,
         steady: Complexes,
         conditions: Conditions | Floats,
-        states: Floats | None,
-        scaled: Floats,
+        start: Start,
         phase: float = 0.0,
         inherits: bool = False,
+        goes_on: bool = False,
     ) -> tuple[Integers, Floats]:
         """Run one trajectory for each of the conditions and each initial state.
 
@@ -218,25 +243,25 @@ class Settler:
             `Settler.steady` at omega.
         conditions : Conditions, or (n,) or (n, 2)
             The latter are clearances as `Conditions.of` takes them.
-        states, scaled : (2, N) or None, and (s, 2, N)
-            Trajectories begin at the displacements and velocities ``states + b scaled``, between the stops, where b is
-            the unit of the stops (`Stops.unit`), which is the clearance of equal ones; without `states` at rest in
-            their equilibrium. States that are given need equal factors of bias and forcing. A single trajectory may
-            begin on a stop; if it moves into it, this is an impact.
+        start : Start
+            The s states in which trajectories begin.
         phase : float
             Phase of the forcing at the start.
         inherits : bool
-            Whether a single trajectory begins with the error that the previous single one had at its end.
+            Whether a single trajectory, or the first one of a sweep, begins with the error that the previous single one
+            had at its end.
+        goes_on : bool
+            Whether the first trajectory of a sweep follows the last one of the previous run, of the same structure at
+            the same frequency; if that ended early, it begins at `start`.
 
         Returns
         -------
         codes, figures : (n, s, CODES) and (n, s, FIGURES), with further columns for what is observed
         """
         given = conditions if isinstance(conditions, Conditions) else Conditions.of(self._models.oscillator, conditions)
-        begun = self._begun(omega, steady, given, states, phase)
-        column = self._column(shared_model(begun.model), begun, _in_blocks(self._models.free, scaled), inherits)
-        settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
-        self._ended_early = self._task.follow and np.array_equal(self._scratch["final_state"], begun.base[0])
+        begun = self._begun(omega, steady, given, start, phase)
+        column = self._column(shared_model(begun.model), begun, inherits, goes_on)
+        self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
         figures = column.results.figures
         if self._task.observed is not None:
             parts = begun.model.problem, begun.model.held
@@ -262,31 +287,45 @@ class Settler:
     def _example(self) -> tuple[Column, LaneModel]:
         """Return what the kernels take, and the model of its trajectories."""
         given = Conditions.of(self._models.oscillator, np.ones(1))
-        begun = self._begun(1.0, self.steady(np.ones(1))[0], given, None, 0.0)
-        directions = np.zeros((1, len(self._masses), 2))
-        return self._column(shared_model(begun.model), begun, directions, inherits=False), begun.model
+        begun = self._begun(1.0, self.steady(np.ones(1))[0], given, AtRest(), 0.0)
+        return self._column(shared_model(begun.model), begun), begun.model
 
-    def _begun(self, omega: float, steady: Complexes, given: Conditions, states: Floats | None, phase: float) -> _Begun:
+    def _begun(self, omega: float, steady: Complexes, given: Conditions, start: Start, phase: float) -> _Begun:
         """Return trajectories as those of `run` where they begin."""
         free, gaps = self._models.free, self._gaps(given)
-        model = self._model(omega, steady, phase)
+        count, model = len(gaps), self._model(omega, steady, phase)
         problem = model.problem
         stops = stops_table(self._models.oscillator, gaps, given.restitution, problem.cells, problem.steady_bound)
-        offset, on_stop = self._preload(gaps, states)
-        if self._task.starts is not None:
-            offset = _between_stops(given, stops[:, UNIT])
-        start, on_stop = self._begin(given, states, on_stop)
-        base = free_state(free, steady, problem.orders, omega, start[0], start[1], phase)
+        scaled = start.scaled if isinstance(start, BetweenStops | AboutMiddle) else np.zeros((1, *self._shape))
+        offset, on_stop = np.zeros(count), np.zeros(count * len(scaled), dtype=np.int64)
+        if isinstance(start, AtRest):
+            state = np.zeros(self._shape)
+            offset, on_stop = _preload(gaps)
+        elif isinstance(start, FromState):
+            state, on_stop[0] = self._impact_at_start(given, start.state)
+            state = self._from_equilibrium(given, state)
+        elif isinstance(start, BetweenStops):
+            state = self._from_equilibrium(given, start.origin)
+        else:
+            state = self._from_equilibrium(given, np.zeros(self._shape))
+            offset = middle_of_stops(given, stops[:, UNIT])
+        base = free_state(free, steady, problem.orders, omega, state[0], state[1], phase)
         return _Begun(
             model,
             stops,
-            np.repeat(base[None], len(gaps), axis=0),
+            np.repeat(base[None], count, axis=0),
+            _in_blocks(free, scaled),
             offset,
-            np.repeat(self._aside[None], len(gaps), axis=0),
+            np.repeat(self._aside[None], count, axis=0),
             on_stop,
             given.forcing,
-            np.full(len(gaps), problem.steady_bound),
+            np.full(count, problem.steady_bound),
         )
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        """Of a state."""
+        return 2, len(self._masses)
 
     def _model(self, omega: float, steady: Complexes, phase: float) -> LaneModel:
         """Return the oscillator at a frequency."""
@@ -298,9 +337,9 @@ class Settler:
         model, rest = self._model(omega, steady, 0.0), np.zeros(len(self._masses))
         return model, free_state(self._models.free, steady, model.problem.orders, omega, rest, rest, 0.0)
 
-    def _column(self, models: LaneModels, begun: _Begun, directions: Floats, inherits: bool) -> Column:
+    def _column(self, models: LaneModels, begun: _Begun, inherits: bool = False, goes_on: bool = False) -> Column:
         """Return what the kernels take."""
-        count, task = len(begun.stops) * len(directions), self._task
+        count, task = len(begun.on_stop), self._task
         results = TrajectoryResults(
             codes=np.empty((count, lane_state.CODES), dtype=np.int64),
             figures=np.empty((count, lane_state.FIGURES)),
@@ -309,7 +348,7 @@ class Settler:
         of_column = ColumnTask(
             stops=begun.stops,
             base=begun.base,
-            directions=directions,
+            directions=begun.directions,
             offset=begun.offset,
             aside=begun.aside,
             on_stop=begun.on_stop,
@@ -320,20 +359,22 @@ class Settler:
             growth_halves=self._growth_halves,
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
             inherits=inherits,
+            ended=self._ended if goes_on else ENDED_EARLY,
         )
         return Column(models, of_column, results, **self._scratch)
 
     def final_state(self, omega: float, steady: Complexes, conditions: Conditions) -> Floats | None:
         """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
 
-        The settings have `follow`. None for a trajectory that ended early, after which a sweep starts at rest.
+        The settings have `follow`. None if nothing was run, or for a trajectory that ended early, after which a sweep
+        starts at rest.
 
         Parameters
         ----------
         omega, steady, conditions
             Of the last trajectory.
         """
-        if self._ended_early:
+        if self._ended == ENDED_EARLY:
             return None
         free, size = self._models.free, len(self._masses)
         orders = np.array([one.order for one in self._models.oscillator.forces], dtype=np.float64)
@@ -342,10 +383,42 @@ class Settler:
         state[0] += conditions.bias[-1] * self._equilibrium
         return np.asarray(state)
 
-    def within(self, conditions: Conditions, state: Floats) -> Floats:
-        """Return a state (2, N) with the contact moved onto the stop that it is beyond."""
+    @property
+    def rests(self) -> bool:
+        """Whether the contact rests on a stop at the end of the last run; the settings have `follow`."""
+        return self._ended == RESTS
+
+    @property
+    def end(self) -> RunEnd:
+        """The end of the last run, from which another one may go on later; the settings have `follow`."""
+        errors = self.errors
+        return RunEnd(
+            self._ended, self._scratch["final_state"].copy(), float(errors.square[0]), int(errors.sensitive[0])
+        )
+
+    def return_to(self, end: RunEnd) -> None:
+        """Take an earlier end of a run as that of the last one."""
+        self._ended, self._scratch["final_state"][:] = end.ended, end.state
+        self.errors.square[0], self.errors.sensitive[0] = end.square, end.sensitive
+
+    def within(self, conditions: Conditions, state: Floats, rests: bool) -> FromState:
+        """Return a start from a state (2, N), with the contact moved onto the stop that it is beyond.
+
+        `rests`: it has no velocity there. This is what kernels do in a sweep, `put_between_stops`.
+        """
         right, left = conditions.clearance[0].tolist()
-        return np.stack([self._models.oscillator.between(state[0], (right, left)), state[1]])
+        place, velocity = self.oscillator.between(state[0], (right, left)), state[1]
+        if rests and touched_stop(self.oscillator, (right, left), place) != 0:
+            velocity = self.oscillator.with_contact(velocity, 0.0)
+        return FromState(np.stack([place, velocity]))
+
+    def random_states(self, omega: float, steady: Complexes, clearance: Clearance, start: AboutMiddle) -> Floats:
+        """Return the states (s, 2, N) of `AboutMiddle`."""
+        unit = self.unit(omega, steady, clearance)
+        given = Conditions.of(self.oscillator, np.array([both_clearances(clearance)]))
+        states = unit * start.scaled
+        states[:, 0] += middle_of_stops(given, np.array([unit]))[0] * self._models.constrained.profile
+        return np.asarray(states)
 
     def _own_tables(self, cells: int) -> OwnTables:
         """Return scratch for lanes that have their own tables, with so many cells in a period or fewer."""
@@ -354,11 +427,6 @@ class Settler:
             batches = [own_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
             known[:] = [OwnTables(1 + len(batches), (own_tables(size, LANES, cells), *batches))]
         return known[0]
-
-    @property
-    def origin(self) -> Floats | None:
-        """The state (2, N) to which `Settling.starts` are added: 0; None, the equilibrium, where there are none."""
-        return None if self._task.starts is None else np.zeros((2, len(self._masses)))
 
     def unit(self, omega: float, steady: Complexes, clearance: Clearance) -> float:
         """Return the unit of the stops in which initial states are given, `Stops.unit`."""
@@ -372,50 +440,32 @@ class Settler:
         place = float(self._models.oscillator.contact @ self._equilibrium) * conditions.bias[:, None]
         return np.asarray((conditions.clearance - place * np.array([1.0, -1.0])) / conditions.forcing[:, None])
 
-    def _preload(self, gaps: Floats, states: Floats | None) -> tuple[Floats, Integers]:
-        """Return `offset` and `on_stop` of a task: trajectories from rest begin held by a preloaded stop."""
-        preloaded = gaps < 0.0 if self._is_rest(states) else np.zeros(gaps.shape, dtype=np.bool_)
-        offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
-        return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1]
-
-    def _is_rest(self, states: Floats | None) -> bool:
-        """Return whether trajectories start at rest."""
-        return states is None or (np.array_equal(states[0], self._equilibrium) and not np.any(states[1]))
-
-    def _begin(self, conditions: Conditions, states: Floats | None, on_stop: Integers) -> tuple[Floats, Integers]:
-        """Return the state from the equilibrium, over the factor of the forces, and the stops that it is on.
-
-        A single trajectory may begin with an impact.
-        """
-        if states is None:
-            return np.zeros((2, len(self._masses))), on_stop
-        if len(conditions.clearance) == 1 and on_stop[0] == 0:
-            states, on_stop = self._impact_at_start(conditions, states)
-        begun = states / conditions.forcing[0]
+    def _from_equilibrium(self, conditions: Conditions, state: Floats) -> Floats:
+        """Return a state (2, N) from the equilibrium, over the factor of the forces."""
+        begun = state / conditions.forcing[0]
         begun[0] -= conditions.bias[0] / conditions.forcing[0] * self._equilibrium
-        return begun, on_stop
+        return np.asarray(begun)
 
-    def _impact_at_start(self, conditions: Conditions, states: Floats) -> tuple[Floats, Integers]:
-        """Return the state of a single trajectory after the impact with which it may begin, and the stop it is on."""
+    def _impact_at_start(self, conditions: Conditions, state: Floats) -> tuple[Floats, int]:
+        """Return a state (2, N) after the impact with which a trajectory may begin there, and the stop it is on."""
         oscillator = self._models.oscillator
         right, left = conditions.clearance[0].tolist()
-        stop = touched_stop(oscillator, (right, left), states[0])
+        stop = touched_stop(oscillator, (right, left), state[0])
         if stop == OUTSIDE:
             stop = 0
-        velocity = math.fsum(oscillator.contact * states[1])
+        velocity = math.fsum(oscillator.contact * state[1])
         if stop * velocity > 0.0:
             restitution = float(conditions.restitution[0, 0 if stop > 0 else 1])
-            states = np.stack([states[0], oscillator.with_contact(states[1], -restitution * velocity)])
-        return states, np.array([stop])
+            state = np.stack([state[0], oscillator.with_contact(state[1], -restitution * velocity)])
+        return state, stop
 
     def run_from(
         self, omega: float, clearance: Clearance, start: State, inherits: bool = False
     ) -> tuple[Integers, Floats]:
         """Run one trajectory from a state; return its codes (CODES,) and figures (FIGURES,). `inherits` as in `run`."""
         steady = self.steady(np.array([omega]))[0]
-        states, nothing = np.stack([start.displacement, start.velocity]), np.zeros((1, 2, len(self._masses)))
-        only = np.array([both_clearances(clearance)])
-        codes, figures = self.run(omega, steady, only, states, nothing, start.phase, inherits)
+        state, only = np.stack([start.displacement, start.velocity]), np.array([both_clearances(clearance)])
+        codes, figures = self.run(omega, steady, only, FromState(state), start.phase, inherits)
         return codes[0, 0], figures[0, 0]
 
 
@@ -456,13 +506,14 @@ def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
             own.models.shared,
             stops,
             base,
+            np.zeros((1, *base.shape[1:])),
             offset[which],
             aside[which],
             on_stop[which],
             forcing[which],
             amplitude[which],
         )
-        column = first._column(own.models, begun, np.zeros((1, *base.shape[1:])), inherits=False)
+        column = first._column(own.models, begun)
         settle_column(first._masses, column, first._own_tables(number), classify_lane.address(column))
         codes[which], figures[which] = _named(begun, column.results.codes, column.results.figures)
     return codes, figures
@@ -471,7 +522,7 @@ def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
 def _rest_of(one: Apart) -> tuple[Floats, Floats, Floats, Integers]:
     """Return `aside`, the gaps, `offset` and `on_stop` of trajectories from rest."""
     gaps = one.settler._gaps(one.conditions)
-    return np.repeat(one.settler._aside[None], len(gaps), axis=0), gaps, *one.settler._preload(gaps, None)
+    return np.repeat(one.settler._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
 
 
 def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
@@ -492,11 +543,15 @@ def shared_model(model: LaneModel) -> LaneModels:
     return LaneModels(model, np.zeros(LANES, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
-def _between_stops(conditions: Conditions, unit: Floats) -> Floats:
-    """Return where the range of random contact coordinates, as wide as two units, has its middle, (k,).
+def _preload(gaps: Floats) -> tuple[Floats, Integers]:
+    """Return `offset` and `on_stop` of a task: trajectories from rest begin held by a preloaded stop."""
+    preloaded = gaps < 0.0
+    offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
+    return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1]
 
-    That is the middle between two stops; of one stop q = 0, unless the range would reach beyond it.
-    """
+
+def middle_of_stops(conditions: Conditions, unit: Floats) -> Floats:
+    """Return the middle of the range of the contact coordinate of `AboutMiddle`, (k,), for stops of a unit (k,)."""
     right, left = (conditions.clearance / conditions.forcing[:, None]).T
     with np.errstate(invalid="ignore"):
         both = 0.5 * (right - left)

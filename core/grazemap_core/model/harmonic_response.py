@@ -95,12 +95,20 @@ def response_and_slope(
     A derivative follows from one more solution with the same matrix (theory, "Any linear structure"). It is NaN where
     that does not exist.
     """
+    steady = oscillator.structure.response(harmonic.order * omega, harmonic.amplitudes(omega), oscillator.contact)
+    return steady.coordinate, response_slope(oscillator, omega, harmonic, steady.amplitudes), steady.exists
+
+
+def response_slope(oscillator: Oscillator, omega: Floats, harmonic: Harmonic, amplitudes: Complexes) -> Complexes:
+    """Return the derivatives (n,) of the contact coordinate in one harmonic, from the amplitudes (n, N) there.
+
+    They are NaN where they do not exist.
+    """
     structure, order = oscillator.structure, harmonic.order
-    steady = structure.response(order * omega, harmonic.amplitudes(omega), oscillator.contact)
-    moved = 2.0 * order * order * omega[:, None] * (steady.amplitudes @ structure.mass_matrix.T)
-    moved = moved - 1j * order * (steady.amplitudes @ structure.damping_matrix.T)
+    moved = 2.0 * order * order * omega[:, None] * (amplitudes @ structure.mass_matrix.T)
+    moved = moved - 1j * order * (amplitudes @ structure.damping_matrix.T)
     slope = structure.response(order * omega, harmonic.slopes(omega) + moved, oscillator.contact)
-    return steady.coordinate, np.where(slope.exists, slope.coordinate, np.nan), steady.exists
+    return np.where(slope.exists, slope.coordinate, np.nan)
 
 
 def _require_steady(exists: bool) -> None:

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from grazemap_core.arrays import Booleans, Complexes, Floats
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.kernels.admissibility import CLEAR, contact_scratch
@@ -27,8 +27,32 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
     contacts_at,
     contacts_begin,
 )
-from grazemap_core.orbits.one_impact_curves import OneImpactCurve
 from grazemap_core.orbits.tolerances import FROM_THE_GRAZE, GRAZE_PHASES, ORBIT_FLOOR, SAME_CURVE_PHASE
+
+
+@dataclass(frozen=True, eq=False)
+class OneImpactCurve:
+    """One type of special point over all frequencies; NaN, and False, where there is none.
+
+    Attributes
+    ----------
+    clearance : ndarray of shape (n,)
+        Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its values.
+    impact_velocity : ndarray of shape (n,)
+    admissible : ndarray of bool, shape (n,)
+        The orbit has no contact with a stop other than its impacts.
+    stop : ndarray of int, shape (n,)
+        GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other one.
+    """
+
+    clearance: Floats
+    impact_velocity: Floats
+    admissible: Booleans
+    stop: Integers
+
+    def moved(self, offset: float) -> OneImpactCurve:
+        """Return the curve with clearances that are larger by an offset."""
+        return replace(self, clearance=self.clearance + offset)
 
 
 class SpecialOrbit(NamedTuple):
@@ -37,7 +61,7 @@ class SpecialOrbit(NamedTuple):
     Attributes
     ----------
     phase, speed, gap : float
-        Of the impact and of its stop.
+        Of the impact and of its stop; in closed form the phase is the angle on the branch.
     admissible : bool
     stop : int
         Of the further contact of a GR, +1 or -1; else 0.

@@ -27,7 +27,7 @@ from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import rebound_of
-from grazemap_core.orbits.tolerances import LAG_STEPS, ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS
+from grazemap_core.orbits.tolerances import LAG_ACCURACY, LAG_STEPS, ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
 from grazemap_core.tolerances import EPSILON
 
 
@@ -70,7 +70,10 @@ class Harmonics:
         return self.constant + float(np.sum((self.amplitudes * np.exp(1j * self.orders * phase)).imag))
 
     def zeros(self) -> list[float]:
-        """Return all zeros in [0, 2 pi), increasing; a double zero may be missed, or found as two."""
+        """Return all zeros in [0, 2 pi), increasing; those closer than SAME_ZERO are one.
+
+        A double zero may be missed, or found as two that are farther apart.
+        """
         degree = int(self.orders[-1])
         coefficients = np.zeros(2 * degree + 1, dtype=np.complex128)
         coefficients[degree] = self.constant
@@ -87,8 +90,24 @@ class Harmonics:
                 rate = slope.at(phase)
                 phase -= self.at(phase) / rate if rate != 0.0 else 0.0
             if abs(self.at(phase)) <= ON_UNIT_CIRCLE * (abs(self.constant) + float(np.sum(np.abs(self.amplitudes)))):
-                found.append(phase % (2.0 * math.pi))
-        return [one for i, one in enumerate(sorted(found)) if i == 0 or one - sorted(found)[i - 1] > 64.0 * EPSILON]
+                found.append(within_turn(phase))
+        return apart_on_circle(found)
+
+
+def within_turn(phase: float) -> float:
+    """Return a phase in [0, 2 pi); the remainder of a tiny negative one is rounded to 2 pi."""
+    turned = phase % (2.0 * math.pi)
+    return turned if turned < 2.0 * math.pi else 0.0
+
+
+def apart_on_circle(phases: list[float]) -> list[float]:
+    """Return phases in [0, 2 pi), increasing, without those that follow another one within SAME_ZERO."""
+    ordered = sorted(phases)
+    if not ordered:
+        return []
+    before = [ordered[-1] - 2.0 * math.pi, *ordered]
+    kept = [phase for last, phase in zip(before, ordered, strict=False) if phase - last > SAME_ZERO]
+    return kept or ordered[:1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +208,7 @@ def two_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, first: 
 
     At a given lag of the second impact the speeds are linear in the steady motion, so the gap of the first stop is a
     trigonometric polynomial of the phase. The gap of the second stop decides over the lag, which is searched on a grid:
-    two orbits whose lags differ by less than its step may be missed.
+    two orbits whose lags differ by less than its step may be missed, and one where the phase ends within a step.
     """
     lags = _Lags(family, gaps, omega, first)
     turn = 2.0 * math.pi * family.pattern.multiple
@@ -268,26 +287,36 @@ class _Lags:
         """Yield the orbit between two lags, with a phase near the given one, if neither impact is virtual."""
 
         def nearest(lag: float) -> float:
-            return min(self.phases(lag), key=lambda one: abs(math.remainder(one - phase, 2.0 * math.pi)))
+            phases = self.phases(lag)
+            if not phases:
+                raise _PhaseEnds
+            return min(phases, key=lambda one: abs(math.remainder(one - phase, 2.0 * math.pi)))
 
         def test(lag: float) -> float:
             return self.mismatch(lag, nearest(lag))
 
-        lag = _zero(test, low, high)
-        if lag is None:
+        try:
+            lag = _zero(test, low, high)
+            if lag is None:
+                return
+            first = nearest(lag)
+        except _PhaseEnds:
             return
-        first = nearest(lag)
         speeds = [self.omega * one.at(first) for one in self._polynomials(lag)[0]]
         if all(stop * speed > 0.0 for stop, speed in zip(self.stops, speeds, strict=True)):
             yield ImpactSequence.create(self.multiple, self.stops, [first, first + lag], speeds)
 
 
+class _PhaseEnds(Exception):
+    """There is no phase any more that could be followed."""
+
+
 def _zero(test: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return where a function changes its sign; None where it does not, or the phase it follows ends."""
-    try:
-        return float(brentq(test, low, high, xtol=1e-13, rtol=4.0 * EPSILON))
-    except ValueError:
+    """Return where a function changes its sign; None where it has one sign at both ends. NaN is a ValueError."""
+    ends = test(low), test(high)
+    if min(ends) > 0.0 or max(ends) < 0.0:
         return None
+    return float(brentq(test, low, high, xtol=LAG_ACCURACY, rtol=4.0 * EPSILON))
 
 
 def _steady(family: OrbitFamily, omega: float, steady: Complexes | None = None) -> Harmonics:

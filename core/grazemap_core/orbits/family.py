@@ -16,8 +16,12 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
-from grazemap_core.model.drive import Harmonic
-from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
+from grazemap_core.model.harmonic_response import (
+    harmonic_amplitudes,
+    require_damped,
+    require_forced,
+    response_slope,
+)
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -106,8 +110,10 @@ class OrbitFamily:
         kinds = self.pattern.kinds
         periodic, doubled = (before_impulse(kind, blocks, unit_impulse, span) + unit_impulse for kind in kinds)
         periodic_impulse_by_span = span * before_impulse(kinds[0], blocks, periodic, span)
+        at, forces = np.array([omega]), self.oscillator.forces
         slopes = [
-            self._slope(omega, harmonic, steady[h, :-1]) / length for h, harmonic in enumerate(self.oscillator.forces)
+            complex(response_slope(self.oscillator, at, harmonic, steady[h : h + 1, :-1])[0]) / length
+            for h, harmonic in enumerate(forces)
         ]
         return OrbitProblem(
             decay=blocks.decay,
@@ -127,15 +133,6 @@ class OrbitFamily:
             turn=self.turn,
             sign=-1.0 if self.pattern.symmetric else 1.0,
         )
-
-    def _slope(self, omega: float, harmonic: Harmonic, steady: Complexes) -> complex:
-        """Return the derivative of the contact's steady amplitude in a harmonic with respect to the frequency."""
-        masses, damping = self.oscillator.mass_matrix, self.oscillator.damping_matrix
-        order = harmonic.order
-        s = order * omega
-        stiffness = self.oscillator.stiffness_matrix - s * s * masses + 1j * s * damping
-        forces = (2.0 * order * s * masses - 1j * order * damping) @ steady + harmonic.slopes(np.array([omega]))[0]
-        return complex(self.oscillator.contact @ np.linalg.solve(stiffness, forces))
 
     @cached_property
     def sees_all(self) -> bool:

@@ -20,6 +20,7 @@ from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_curves import (
+    OneImpactCurve,
     SpecialOrbit,
     StopFamily,
     StopMotions,
@@ -28,7 +29,6 @@ from grazemap_core.orbits.explicit_curves import (
     nearest_special,
     turning_frame,
 )
-from grazemap_core.orbits.one_impact_curves import OneImpactCurve
 from grazemap_core.tolerances import EPSILON
 
 

@@ -2,44 +2,23 @@
 
 For every frequency the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB)
 and touches a stop between its impacts (GR) are known in closed form. No point depends on its neighbours, so no part of
-a curve is missed.
+a curve is missed. Where round-off hides whether orbits of vanishing impact speed meet a stop, the orbits at the special
+points are decided one by one (`explicit_curves`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.arrays import Floats
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import one_impact_branches
-
-
-@dataclass(frozen=True, eq=False)
-class OneImpactCurve:
-    """One type of special point over all frequencies; NaN, and False, where there is none.
-
-    Attributes
-    ----------
-    clearance : ndarray of shape (n,)
-        Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its values.
-    impact_velocity : ndarray of shape (n,)
-    admissible : ndarray of bool, shape (n,)
-        The orbit has no contact with a stop other than its impacts.
-    stop : ndarray of int, shape (n,)
-        GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other one.
-    """
-
-    clearance: Floats
-    impact_velocity: Floats
-    admissible: Booleans
-    stop: Integers
-
-    def moved(self, offset: float) -> OneImpactCurve:
-        """Return the curve with clearances that are larger by an offset."""
-        return replace(self, clearance=self.clearance + offset)
+from grazemap_core.orbits.explicit_curves import OneImpactCurve, SecondStop, SpecialOrbit, StopFamily
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact_branches
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,15 +80,30 @@ def one_impact_curves(
 
     curves = {"SN": empty(), "PD": empty(), "SB": empty(), "GR": empty()}
     for i, branch in enumerate(branches):
-        for point in branch.special_points[1:]:
-            curve = curves[point.type]
-            curve.clearance[i] = point.clearance
-            curve.impact_velocity[i] = point.impact_velocity
+        for kind, point in _special_orbits(branch):
+            curve = curves[kind]
+            curve.clearance[i] = point.gap
+            curve.impact_velocity[i] = point.speed
             curve.admissible[i] = point.admissible
-            curve.stop[i] = point.stop or 0
+            curve.stop[i] = point.stop
     return OneImpactCurves(
         omega=np.array([branch.omega for branch in branches]),
         saddle_node=curves["SN"],
         doubling=curves["SB" if symmetric else "PD"],
         contact=curves["GR"],
     )
+
+
+def _special_orbits(branch: OneImpactBranch) -> Iterator[tuple[str, SpecialOrbit]]:
+    """Yield the types and the orbits of the special points of a branch that follow its graze."""
+    if branch.admissibility == "decided":
+        for point in branch.special_points[1:]:
+            orbit = SpecialOrbit(point.angle, point.impact_velocity, point.clearance, point.admissible, point.stop or 0)
+            yield point.type, orbit
+        return
+    pattern, omega = branch.pattern, np.array([branch.omega])
+    family = OrbitFamily.of(branch.oscillator, pattern.multiple, pattern.symmetric)
+    of = StopFamily(family, branch.stop, SecondStop(0.0, 1.0))
+    here = of.at(branch.omega, family.steady_at(omega)[0])
+    for kind in of.types:
+        yield from ((kind, orbit) for orbit in here.special(kind) if orbit.gap > 0.0)

@@ -96,6 +96,13 @@ accurate to round-off, double ones, at saddle-nodes, to its square root."""
 PHASE_POLISHING_STEPS: Final = 3
 """Newton steps from such a root to the phase: one reaches round-off."""
 
+SAME_ZERO: Final = 64.0 * EPSILON
+"""Distance on the circle, radians, within which two polished zeros of a trigonometric polynomial are one that was found
+twice: that of a few roundings of a phase. Two zeros that are so close differ in no result."""
+
+LAG_ACCURACY: Final = 1e-13
+"""Accuracy, radians, of the lag between two impacts that are a guess, which Newton's method makes exact."""
+
 LAG_STEPS: Final = 128
 """Lags per forcing period at which orbits with two impacts are looked for. The mismatch of the second gap is smooth on
 the scale of the shortest period of the structure; orbits closer than this meet at a saddle-node nearby."""

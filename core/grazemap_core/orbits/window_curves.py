@@ -24,7 +24,7 @@ from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily, explicit_curves
+from grazemap_core.orbits.explicit_curves import ABSENT, OneImpactCurve, SecondStop, StopFamily, explicit_curves
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.fixed_stop_curves import (
     FixedStop,
@@ -34,7 +34,7 @@ from grazemap_core.orbits.fixed_stop_curves import (
     lines,
     varied_graze,
 )
-from grazemap_core.orbits.one_impact_curves import OneImpactCurve, one_impact_curves
+from grazemap_core.orbits.one_impact_curves import one_impact_curves
 from grazemap_core.orbits.varied_gaps import Gaps, Varied, VariedFactor, varied_gaps
 
 NEXT_STEP = 1.2

@@ -94,7 +94,8 @@ PEAK_ACCURACY: Final = 1e-14
 A value found by bisection differs from the peak in second order, so this costs about twenty bisections."""
 
 PEAK_DEPTH: Final = 64
-"""Maximum number of bisections in a row. An interval of 2^-64 of a panel is a point."""
+"""Number of intervals that may wait in the search for a peak, one for every bisection in a row. PEAK_ACCURACY ends it
+after 27 bisections at the latest (`output_rows._raise_peak`)."""
 
 AVERAGED_PERIODS: Final = 100
 """Forcing periods over which quantities of a chaotic or quasi-periodic motion are averaged. A tenth of those in which a

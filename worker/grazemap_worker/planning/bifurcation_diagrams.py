@@ -21,7 +21,9 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     costs = len(values) * samples.mean_cost(lanes=False)
     watched = each + rates.DIAGRAM_SETTLING_PERIODS
     settling = samples.settling(watched)
-    seconds = costs * (each + rates.GROWTH_SLOWER * settling.periods) / rates.PERIODS_PER_SECOND
+    # a motion that has not settled is looked at once more from the end of the record
+    named = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
+    seconds = costs * (each + rates.GROWTH_SLOWER * named) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
     orbit = settling.orbit_seconds
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)

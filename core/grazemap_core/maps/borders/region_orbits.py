@@ -23,6 +23,7 @@ from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import Equations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
@@ -121,7 +122,7 @@ class Regions:
         steady = settler.steady(np.array([values.omega]))[0]
         clearances = np.array([[values.clearance_right, values.clearance_left]])
         middle = _middle(forced)
-        codes, _ = settler.run(values.omega, steady, clearances, middle, states)
+        codes, _ = settler.run(values.omega, steady, clearances, BetweenStops(middle, states))
         there = [k for k, code in enumerate(codes[0]) if self.grid.name_of(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
             state = middle + forced.stops.unit * states[k]

@@ -24,7 +24,7 @@ from grazemap_core.maps.kernels.classification import empty_full_events, start_g
 from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_state
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
-from grazemap_core.maps.kernels.lane_state import begin_record, stops_in_row
+from grazemap_core.maps.kernels.lane_state import ENDED_EARLY, MOVES, RESTS, begin_record, stops_in_row
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
@@ -58,8 +58,10 @@ trajectories start both at a search and with a forcing period."""
 
 
 @kernel
-def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane: Callable[..., int]) -> None:
+def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane: Callable[..., int]) -> int:
     """Run all trajectories of a column and write their motions to column.results.
+
+    Returns how the last trajectory of a sweep ended: ENDED_EARLY, or MOVES or RESTS in column.final_state.
 
     Parameters
     ----------
@@ -83,10 +85,10 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
     done = 0
     k = int(np.int64(0))
     used = int(np.int64(0))
-    rested = used > 0
+    ended = task.ended
     while done < n:
         if k % HALVES_BETWEEN_CHECKS == 0 and queued < n:
-            queued, used = _start_trajectories(column, own, k, queued, used, rested)
+            queued, used = _start_trajectories(column, own, k, queued, used, ended)
         _run_half(masses, column, own, k, used)
         k += 1
         check = task.early and k % HALVES_BETWEEN_CHECKS == 0
@@ -100,7 +102,7 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
             if classify_lane(column, lane, k, returned, 1 if closed else 0) == 0:
                 continue
             if task.follow:
-                rested = _keep_final_state(column, lane)
+                ended = _keep_final_state(column, lane)
             _finish(column, lane, k)
             done += 1
             if task.follow:
@@ -109,6 +111,7 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
         if queued == n and used > needed > 0:
             _move_to_first_lanes(column, own, k, used)
             used = needed
+    return ended
 
 
 @kernel
@@ -122,12 +125,11 @@ def _vacate(column: Column, lane: int) -> None:
 
 
 @kernel
-def _start_trajectories(
-    column: Column, own: OwnTables, k: int, queued: int, used: int, rested: bool
-) -> tuple[int, int]:
+def _start_trajectories(column: Column, own: OwnTables, k: int, queued: int, used: int, ended: int) -> tuple[int, int]:
     """Start trajectories in the lanes that are out of use, after k half periods.
 
-    Returns how many have been started by now, and how many lanes are in use.
+    Returns how many have been started by now, and how many lanes are in use. `ended` is how the one before ended in a
+    sweep; otherwise ENDED_EARLY.
     """
     task, counts, u = column.task, column.records.counts, column.u
     starts = task.directions.shape[0]
@@ -138,17 +140,17 @@ def _start_trajectories(
             stops = stops_in_row(task.stops, row)
             begin_own(column.models, own, lane, row)
             model = record_of(column.models, lane)
-            if task.follow and queued > 0:
+            if ended != ENDED_EARLY:
                 copy_matrix(u, column.final_state)
-                _start_at_final_state(column, lane, stops, rested)
-                inherits = _inherits_error(column, queued - 1)
+                _start_at_final_state(column, lane, stops, ended == RESTS)
+                inherits = inherits or (queued > 0 and _inherits_error(column, queued - 1))
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
                         u[j, c] = task.base[row, j, c] + stops.unit * task.directions[queued % starts, j, c]
                         u[j, c] += task.offset[row] * task.aside[row, j, c]
-                if task.on_stop[row] != 0:
-                    start_lane_on_stop(column.group, lane, model.problem, stops, u, task.on_stop[row])
+                if task.on_stop[queued] != 0:
+                    start_lane_on_stop(column.group, lane, model.problem, stops, u, task.on_stop[queued])
                 else:
                     start_lane(column.group, lane, model.problem, stops, u)
             if model.blocks.verifiable:
@@ -271,18 +273,15 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
 
 
 @kernel
-def _keep_final_state(column: Column, lane: int) -> bool:
-    """Keep the state in which a trajectory of a sweep ended. Returns whether the contact rests on a stop there."""
+def _keep_final_state(column: Column, lane: int) -> int:
+    """Keep the state in which a trajectory of a sweep ended, if it has one. Returns how it ended."""
     group, final = column.group, column.final_state
     if group.status[lane] != workspace.OK:
-        copy_matrix(final, column.task.base[0])
-        forget_error(column.tangents.errors, lane)
-        return False
+        return ENDED_EARLY
     for j in range(final.shape[0]):
         final[j, 0] = group.even[2 * j * LANES + lane]
         final[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-    rests: bool = group.regime[lane] == RESTING
-    return rests
+    return RESTS if group.regime[lane] == RESTING else MOVES
 
 
 @kernel

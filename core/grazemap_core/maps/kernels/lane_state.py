@@ -48,6 +48,9 @@ REPEATING = 2
 ENDING = 3
 """Its motion is known; its state at the end of the forcing period is the start of the next trajectory of a sweep."""
 
+ENDED_EARLY, MOVES, RESTS = 0, 1, 2
+"""How a trajectory of a sweep ended: without a final state, so that the next one starts from rest; or with one."""
+
 # columns of `LaneRecords.counts`
 TRAJECTORY, STARTED, STATE, DEADLINE = 0, 1, 2, 3
 """Index of the lane's trajectory, -1 for none; half period at which it started; state; half period at which the lane is
@@ -91,8 +94,8 @@ class ColumnTask(NamedTuple):
         where it is moved by `offset`.
     offset, aside : (n,), (n, N, 2)
         A multiple of `aside` that is added to the start, for every stops.
-    on_stop : (n,)
-        Stop on which trajectories start without moving into it, +1 A or -1 C; 0: they start between the stops.
+    on_stop : (n s,)
+        Stop on which each trajectory starts without moving into it, +1 A or -1 C; 0: it starts between the stops.
     max_periods, max_period : int
     early : bool
         Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
@@ -106,6 +109,9 @@ class ColumnTask(NamedTuple):
         Number of these half periods, at the beginning, that do not count.
     inherits : bool
         Whether the first trajectory starts with the error that the last one of the previous run had at its end.
+    ended : int
+        Of a sweep that goes on: how the last trajectory of the previous run ended, ENDED_EARLY, MOVES or RESTS, which
+        the first one follows; otherwise ENDED_EARLY.
     """
 
     stops: Floats
@@ -121,6 +127,7 @@ class ColumnTask(NamedTuple):
     growth_halves: int
     growth_skipped: int
     inherits: bool
+    ended: int
 
 
 class TrajectoryResults(NamedTuple):
