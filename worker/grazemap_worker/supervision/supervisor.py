@@ -36,7 +36,9 @@ from grazemap_worker.supervision.watched import Watched
 _POLL_SECONDS = 0.1
 # Workers for small tiles: more would wait for the service, which is one process.
 MOST_SMALL_WORKERS = 4
-# Limit of a small tile, in a worker that cannot notice it itself; it is computed again in a process of its own.
+# Limits of a small tile, which is expected to take milliseconds, in a worker that cannot notice it itself: of its
+# processor time, and of the time that passes. It is computed again in a process of its own.
+SMALL_TILE_PROCESSOR_SECONDS = 2.0
 SMALL_TILE_SECONDS = 5.0
 # A worker that waits does something every few seconds, and longer than this only if it can never go on.
 _UNSEEN_SECONDS = 120.0
@@ -60,6 +62,7 @@ class _Slot:
     started: float = 0.0
     failures: int = 0
     not_before: float = 0.0
+    overran: bool = False
 
 
 class Supervisor:
@@ -125,13 +128,22 @@ class Supervisor:
     def _hangs(self, slot: _Slot) -> str:
         """Return why a worker must be killed; empty if it need not be."""
         now = time.monotonic()
-        if slot.watched.computing and now - slot.watched.computing > SMALL_TILE_SECONDS:
-            return f"a small tile took over {SMALL_TILE_SECONDS:.0f} s"
         if slot.progress is not None and slot.progress.hangs(computing=False):
             return "it is stopped"
+        if slot.watched.computing and (
+            now - slot.watched.computing > SMALL_TILE_SECONDS
+            or self._small_tile_seconds(slot) > SMALL_TILE_PROCESSOR_SECONDS
+        ):
+            slot.overran = True
+            return "a small tile took too long"
         if now - slot.watched.seen > _UNSEEN_SECONDS:
             return "it does nothing"
         return ""
+
+    @staticmethod
+    def _small_tile_seconds(slot: _Slot) -> float:
+        """Return the processor time of the small tile that a worker computes."""
+        return slot.progress.cpu_seconds - slot.watched.processor_seconds if slot.progress is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
@@ -140,6 +152,7 @@ class Supervisor:
         slot.name = f"{self._name}-{secrets.token_hex(4)}"
         slot.started = time.monotonic()
         slot.watched.reset()
+        slot.overran = False
         info = WorkerInfo(
             slot.name, self._numerics.fingerprint, core_version(), frozenset(self._kernels.ready), slot.small
         )
@@ -176,8 +189,22 @@ class Supervisor:
             slot.failures = 0 if now - slot.started > _HEALTHY_SECONDS else slot.failures + 1
             slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
-            self._forget(slot.name, return_claims=False)
+            self._forget(slot.name, return_claims=self._blame(slot))
             self._count("ended:worker")
+
+    def _blame(self, slot: _Slot) -> bool:
+        """Count the failure of the small tile with which a worker ended; return whether it alone is to blame."""
+        if not slot.watched.computing:
+            return False
+        job_id = slot.watched.job.decode()
+        try:
+            if slot.overran:
+                self._store.tiles.overran(job_id, 0, slot.name, self._small_tile_seconds(slot))
+            else:
+                self._store.tiles.record_failure(job_id, 0, "lost", slot.name)
+        except RedisError:
+            return False
+        return True
 
     def _count(self, name: str) -> None:
         with suppress(RedisError):  # not counted then; the log has it
