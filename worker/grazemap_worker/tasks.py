@@ -120,8 +120,11 @@ def _claim_next(context: Context) -> list[Claim]:
 
 def _compute_here(claims: list[Claim], context: Context) -> None:
     """Compute small tiles and commit them together."""
-    finished = []
+    finished, renewed = [], time.monotonic()
     for claim in claims:
+        if time.monotonic() - renewed > _RENEW_SECONDS:
+            renewed = time.monotonic()
+            context.store.workers.renew(context.worker, LEASE_SECONDS)
         context.watched(claim.job_id)
         done = _compute(claim, context)
         context.watched("")
@@ -145,11 +148,14 @@ class _Interruptions:
 
     def __init__(self, context: Context) -> None:
         self._context = context
+        self._tile: Now | None = None
         self._not_before = 0.0
 
-    def next(self, now: Now, seconds: float) -> Callable[[], None] | None:
+    def next(self, now: Now) -> Callable[[], None] | None:
         """Return what computes a tile, which is claimed, and others of its kind; None if none waits long enough."""
-        if seconds < STOPPED_AFTER_SECONDS or time.monotonic() < self._not_before:
+        if now != self._tile:
+            self._tile, self._not_before = now, time.monotonic() + STOPPED_AFTER_SECONDS
+        if time.monotonic() < self._not_before:
             return None
         self._not_before = time.monotonic() + _ASKED_SECONDS
         with suppress(RedisError):  # the tile goes on meanwhile

@@ -31,7 +31,7 @@ _KILLED = -signal.SIGKILL
 NO_ROOM = 3
 
 
-def _nothing(_now: object, _seconds: float) -> None:
+def _nothing(_now: object) -> None:
     """Say that there is nothing to do."""
 
 
@@ -107,13 +107,12 @@ class Horse:
                 os._exit(status)  # never return into the worker's code
 
     def watch(
-        self, wanted: Callable[[str], bool], beside: Callable[[Now, float], Callable[[], None] | None] = _nothing
+        self, wanted: Callable[[str], bool], beside: Callable[[Now], Callable[[], None] | None] = _nothing
     ) -> Ended:
         """Wait for its end, and kill it when it exceeds a limit, hangs, or computes for a job that is not wanted.
 
         `wanted` is asked with the job, or with an empty text while the process stores. `beside` is asked what this
-        worker is to do first, with what the process computes and for how much processor time it has; the process is
-        stopped meanwhile.
+        worker is to do first, with what the process computes; the process is stopped meanwhile.
 
         An exception, such as a request to stop, kills it too.
         """
@@ -141,7 +140,7 @@ class Horse:
                 elif not wanted(now.job_id if now.computing else ""):
                     verdict = Ended(_KILLED)
                 else:
-                    if now.computing and (first := beside(now, progress.cpu_seconds - now.began)) is not None:
+                    if now.computing and (first := beside(now)) is not None:
                         self._stop_for(first)
                     continue
                 if self._slate.read() == now:  # otherwise it has gone on since

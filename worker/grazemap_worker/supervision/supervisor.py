@@ -27,7 +27,7 @@ from grazemap_worker.parent_death import adopt_orphans, die_with_parent
 from grazemap_worker.progress import Progress
 from grazemap_worker.queue import leftovers
 from grazemap_worker.queue.horse import limit_memory
-from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
@@ -37,9 +37,10 @@ _POLL_SECONDS = 0.1
 # Workers for small tiles: more would wait for the service, which is one process.
 MOST_SMALL_WORKERS = 4
 # Limits of a small tile, which is expected to take milliseconds, in a worker that cannot notice it itself: of its
-# processor time, and of the time that passes. It is computed again in a process of its own.
+# processor time, and of the time that passes, before the lease of the worker runs out. It is computed again in a process
+# of its own.
 SMALL_TILE_PROCESSOR_SECONDS = 2.0
-SMALL_TILE_SECONDS = 5.0
+SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
 # A worker that waits does something every few seconds, and longer than this only if it can never go on.
 _UNSEEN_SECONDS = 120.0
 _STOP_SECONDS = 2.0
