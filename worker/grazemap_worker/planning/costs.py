@@ -231,7 +231,7 @@ class Zeros:
         self._until = np.concatenate(([0.0], np.cumsum(parts)))
 
     def in_any(self, factors: Floats, start: float, stop: float) -> tuple[float, float]:
-        """Return the zeros tau with factor/tau in [start, stop] for any of the factors, and the sum over all of these."""
+        """Return the zeros tau with factor/tau in [start, stop] for any of the factors, and the sum over these."""
         if not len(factors):
             return 0.0, 0.0
         ends = np.sort(factors)

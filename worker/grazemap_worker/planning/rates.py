@@ -122,9 +122,9 @@ IMPULSE_SECONDS = 7.0e-8
 # One sample of a grazing curve, per mass, and of each order of its sequence.
 CURVE_SECONDS = 2.2e-7
 SEQUENCE_SECONDS = 5.5e-8
-# The codimension-two points: once for each stop; for each zero of the impulse response, or of its periodic sums, that is
-# compared with the times of an order; and for each point of recurrence and each resonant one, which has an unfolding,
-# and the same per mass. The zeros are counted at so many times.
+# The codimension-two points: once for each stop; for each zero of the impulse response, or of its periodic sums, that
+# is compared with the times of an order; and for each point of recurrence and each resonant one, which has an
+# unfolding, and the same per mass. The zeros are counted at so many times.
 POINTS_SECONDS = 1.0e-3
 ZERO_SECONDS = 2.0e-7
 RECURRENCE_SECONDS = 7.0e-5

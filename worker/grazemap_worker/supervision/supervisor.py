@@ -37,8 +37,8 @@ _POLL_SECONDS = 0.1
 # Workers for small tiles: more would wait for the service, which is one process.
 MOST_SMALL_WORKERS = 4
 # Limits of a small tile, which is expected to take milliseconds, in a worker that cannot notice it itself: of its
-# processor time, and of the time that passes, before the lease of the worker runs out. It is computed again in a process
-# of its own.
+# processor time, and of the time that passes, before the lease of the worker runs out. It is computed again in a
+# process of its own.
 SMALL_TILE_PROCESSOR_SECONDS = 2.0
 SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
 # A worker that waits does something every few seconds, and longer than this only if it can never go on.
