@@ -224,6 +224,8 @@ class Zeros:
 
     def __init__(self, oscillator: Oscillator, longest: float, shortest: float) -> None:
         frequencies, decays, amplitudes = linear.contact_modes(oscillator)
+        seen = amplitudes > rates.LEAST_AMPLITUDE * amplitudes.max()
+        frequencies, decays, amplitudes = frequencies[seen], decays[seen], amplitudes[seen] / amplitudes.max()
         self._times = np.geomspace(shortest, longest, rates.ZERO_SAMPLES)
         left = (amplitudes * np.exp(-np.outer(self._times, decays - decays.min()))) ** 2
         density = np.sqrt((left @ frequencies**2) / left.sum(axis=1)) / math.pi
@@ -258,7 +260,8 @@ def codimension_two_seconds(
     if both:
         multiples = np.concatenate((multiples, math.pi * np.arange(1, max_multiple + 1, 2)))
     longest = max([1.0, *orders[-1:], *multiples[-1:]])
-    zeros = Zeros(oscillator, longest / start, math.pi / stop)
+    with np.errstate(all="ignore"):
+        zeros = Zeros(oscillator, longest / start, math.pi / stop)
     (isolated, recurring), (periodic, resonant) = (zeros.in_any(each, start, stop) for each in (orders, multiples))
     size = oscillator.size
     compared = len(orders) * isolated + 2 * len(multiples) * periodic
