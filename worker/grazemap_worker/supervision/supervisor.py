@@ -53,7 +53,10 @@ _WORKER_TRIES = 14
 
 @dataclass
 class _Slot:
-    """One place for a worker, for small tiles or for others; `pid` 0: none runs."""
+    """One place for a worker, for small tiles or for others; `pid` 0: none runs.
+
+    `overran`: it was killed because its small tile took too long.
+    """
 
     small: bool
     watched: Watched = field(default_factory=Watched.shared)
@@ -100,7 +103,8 @@ class Supervisor:
                     self._spawn(slot)
                 elif slot.pid and (reason := self._hangs(slot)):
                     self._log.warning("worker killed", worker=slot.name, reason=reason)
-                    self._count("hung:worker")
+                    if not slot.overran:
+                        self._count("hung:worker")
                     os.kill(slot.pid, signal.SIGKILL)
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
@@ -187,11 +191,13 @@ class Supervisor:
             slot.pid = 0
             if slot.watched.asked_to_stop and status == 0:
                 continue
-            slot.failures = 0 if now - slot.started > _HEALTHY_SECONDS else slot.failures + 1
+            is_sound = slot.overran or now - slot.started > _HEALTHY_SECONDS
+            slot.failures = 0 if is_sound else slot.failures + 1
             slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
             self._forget(slot.name, return_claims=self._blame(slot))
-            self._count("ended:worker")
+            if not slot.overran:
+                self._count("ended:worker")
 
     def _blame(self, slot: _Slot) -> bool:
         """Count the failure of the small tile with which a worker ended; return whether it alone is to blame."""
