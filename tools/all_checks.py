@@ -42,6 +42,7 @@ TARGETS = (
     "storage",
     "chaos",
     "fairness",
+    "unfair",
     "load",
     "small-questions",
     "cold-start",
