@@ -255,10 +255,10 @@ def codimension_two_seconds(
     start, stop = own * start, own * stop
     both = request.clearance is None and oscillator.is_symmetric
     curves = 1 if both or request.clearance is not None else 2
-    orders = math.pi * np.arange(1 if both else 2, max_order + 1, 1 if both else 2)
-    multiples = 2.0 * math.pi * np.arange(1, max_multiple + 1)
+    orders: Floats = math.pi * np.arange(1.0 if both else 2.0, max_order + 1.0, 1.0 if both else 2.0)
+    multiples: Floats = 2.0 * math.pi * np.arange(1.0, max_multiple + 1.0)
     if both:
-        multiples = np.concatenate((multiples, math.pi * np.arange(1, max_multiple + 1, 2)))
+        multiples = np.concatenate((multiples, math.pi * np.arange(1.0, max_multiple + 1.0, 2.0)))
     longest = max([1.0, *orders[-1:], *multiples[-1:]])
     with np.errstate(all="ignore"):
         zeros = Zeros(oscillator, longest / start, math.pi / stop)
