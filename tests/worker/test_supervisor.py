@@ -72,7 +72,7 @@ def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
     for process in started:
         process.send_signal(signal.SIGTERM)
     for process in started:
-        process.wait(6)
+        process.wait(30)
     assert living(everything) == []
 
 

@@ -28,7 +28,7 @@ from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, 
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
 from grazemap_worker.queue import bells
-from grazemap_worker.queue.horse import NO_ROOM, Horse, Now, Slate, memory_text
+from grazemap_worker.queue.horse import STORE_FULL, Horse, Now, Slate, memory_text
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
@@ -53,8 +53,8 @@ CPU_MOST: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
 STOPPED_AFTER_SECONDS = 2.0
 WAITED_SECONDS = 1.5
 _ASKED_SECONDS = 1.0
-# Seconds between two attempts where the store has no room.
-NO_ROOM_SECONDS = 2.0
+# Seconds between two attempts where the store is full.
+STORE_FULL_SECONDS = 2.0
 # Seconds between renewals of the lease while a process computes.
 _RENEW_SECONDS = 0.5
 # What a commit answers to what does not fit into the store.
@@ -85,7 +85,7 @@ class NotWanted(Exception):
 
 
 def drain(context: Context) -> None:
-    """Claim and compute tiles until none are left for this worker, or the store has no room for them.
+    """Claim and compute tiles until none are left for this worker, or the store is full.
 
     Raises
     ------
@@ -136,11 +136,11 @@ def _compute_here(claims: list[Claim], context: Context) -> None:
 
 
 def _give_back(lost: Iterable[tuple[str, int, str]], context: Context) -> None:
-    """Free tiles whose results the store has no room for, uncounted, and wait a little."""
-    structlog.get_logger("grazemap_worker").warning("no room in the store")
+    """Free tiles whose results do not fit into the full store, uncounted, and wait a little."""
+    structlog.get_logger("grazemap_worker").warning("the store is full")
     for job_id, tile, holder in lost:
         context.store.tiles.give_back(job_id, tile, holder)
-    time.sleep(NO_ROOM_SECONDS)
+    time.sleep(STORE_FULL_SECONDS)
 
 
 class _Interruptions:
@@ -167,7 +167,8 @@ class _Interruptions:
         return self._context.store.tiles.claim_beside(self._context.worker, LEASE_SECONDS, stopped, waited)
 
     def _compute(self, first: Claim, stopped: str) -> None:
-        began, claim = time.monotonic(), first
+        began = time.monotonic()
+        claim: Claim | None = first
         while claim is not None:
             _compute_apart(claim, self._context)
             is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
@@ -211,7 +212,7 @@ def _compute_apart(claim: Claim, context: Context, interruptions: _Interruptions
         structlog.get_logger("grazemap_worker").warning(
             "process of a tile ended", lost=[one[:2] for one in lost], status=ended.status, kind=ended.kind
         )
-    if ended.status == NO_ROOM:
+    if ended.status == STORE_FULL:
         _give_back(lost, context)
         return
     for job_id, tile, holder in lost:
@@ -246,7 +247,7 @@ def _take_turn(claim: Claim, context: Context, slate: Slate, most: float) -> int
     except RedisError as error:
         if not is_full(error):
             raise
-        return NO_ROOM
+        return STORE_FULL
     return 0
 
 
@@ -353,7 +354,7 @@ def _counted(claim: Claim, store: Store) -> Report:
         except RedisError as error:
             if not is_full(error):
                 raise
-            return  # there may be room for the result
+            return  # the result may fit later
         if not is_wanted:
             raise NotWanted(claim.job_id)
 

@@ -88,7 +88,7 @@ class Drainer(Worker):
     def dequeue_job_and_maintain_ttl(
         self, timeout: int | None, max_idle_time: int | None = None
     ) -> tuple[Job, Queue] | None:
-        """Take a bell; drop what is none and cannot even be read. Wait where Redis has no room."""
+        """Take a bell; drop what is none and cannot even be read. Wait where Redis is full."""
         while True:
             try:
                 return super().dequeue_job_and_maintain_ttl(timeout, max_idle_time)

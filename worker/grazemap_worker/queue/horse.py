@@ -26,9 +26,9 @@ NICENESS = 10
 _LOOK_SECONDS = 0.5
 # Share of the memory limit from which on a process that was aborted counts as out of memory.
 _NEAR_LIMIT = 0.7
-# Status of a process that its worker killed, and of one that could not store what it computed for want of room.
+# Status of a process that its worker killed, and of one that could not store what it computed as the store is full.
 _KILLED = -signal.SIGKILL
-NO_ROOM = 3
+STORE_FULL = 3
 
 
 def _nothing(_now: object) -> None:
