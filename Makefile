@@ -199,6 +199,11 @@ fairness: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 fairness: kernels $(STAMP)  ## 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python tests/fairness.py
 
+unfair: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+unfair: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+unfair: kernels $(STAMP)  ## small questions and maps beside dense zeros and long trajectories of another client (five minutes)
+	$(BIN)/python tests/unfair_askers.py
+
 first-window: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 first-window: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 first-window: kernels chromium $(STAMP)  ## the explorer's first window: previews, and verified, on two cores (three minutes)

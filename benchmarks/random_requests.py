@@ -1,7 +1,8 @@
 """Random valid requests of every process, from a seeded generator, each as a function of its size.
 
 Chains have 1 to 64 masses (those of maps MAP_MASSES, whose kernels are compiled for each number), light to heavy
-damping, any restitution, including 1; clearances are tight to wide, and frequencies lie beside natural frequencies too.
+damping, any restitution, including 1; clearances are tiny to wide, and frequencies lie beside natural frequencies too.
+Some codimension-two points are at frequencies far below, where zeros are dense, and some branches are long.
 Some are given as dense matrices, or have their contact between two masses, two restitutions, a bias or an unbalance;
 some have one stop, or unequal ones; some maps and diagrams are of other parameters, and some quantities are observed.
 The size multiplies what the time should be proportional to: points, periods or states.
@@ -46,7 +47,8 @@ class Draw:
         else:
             self.omega = self.between(0.3, 2.0) * float(frequencies[0])
         self.oscillator = self._general() if self.chance(0.4) else self.chain
-        self.clearance = 10 ** self.between(-2.5, 0.2) * self.amplitude()
+        tightest = -4.0 if self.chance(0.2) else -2.5
+        self.clearance = 10 ** self.between(tightest, 0.2) * self.amplitude()
         self.left: float | None = self.clearance
         if self.chance(0.4):  # one stop, or unequal ones
             self.left = None if self.chance(0.5) else self.clearance * self.between(0.5, 2.0)
@@ -165,6 +167,8 @@ def grazing_curves(draw: Draw) -> Sized:
 def codimension_two_points(draw: Draw) -> Sized:
     """Return points over longer and longer intervals, of higher and higher order."""
     order, multiple, omega = draw.integer(2, 30), draw.integer(1, 10), draw.omega
+    if draw.chance(0.4):
+        omega *= 10 ** draw.between(-2.5, -0.5)
     oscillator = draw.of_several_harmonics() if draw.chance(0.3) else draw.oscillator
 
     def body(size: float) -> Body:
@@ -291,10 +295,10 @@ def orbit_branches(draw: Draw) -> Sized:
         "max_period": draw.integer(2, 8),
         "transient_periods": 2000,
     }
-    value = draw.omega if vary == "omega" else draw.clearance
+    value, widest = draw.omega if vary == "omega" else draw.clearance, 1000.0 if draw.chance(0.3) else 2.0
 
     def sized(size: float) -> Body:
-        factor = 1.0 + min(0.02 * size, 2.0)
+        factor = 1.0 + min(0.02 * size, widest)
         interval = {"start": value / factor, "stop": value * factor}
         return {**body, "range": interval, "max_points": many(10 * size, 20_000)}
 

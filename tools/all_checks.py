@@ -43,6 +43,7 @@ TARGETS = (
     "storage",
     "chaos",
     "fairness",
+    "unfair",
     "load",
     "small-questions",
     "cold-start",

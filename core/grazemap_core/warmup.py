@@ -70,6 +70,7 @@ def _orbits(oscillator: Oscillator) -> None:
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
     from grazemap_core.orbits.window_curves import window_curves
+    from grazemap_core.simulation.linearised_run import linearised_run
 
     one_impact_branch(oscillator, 0.28)
     window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1))
@@ -81,6 +82,8 @@ def _orbits(oscillator: Oscillator) -> None:
     assert guess is not None  # it is None for one impact per period
     orbit = periodic_orbit(oscillator, 0.27, 1.85, guess)
     orbit_branch(oscillator, orbit, 1.84, 1.86, max_points=2)
+    # orbits that rest on a stop are followed with the flow's derivative
+    linearised_run(oscillator, 0.27, 1.85, None, np.zeros(oscillator.size), 0.0).advance(1, np.eye(2 * oscillator.size))
 
 
 def _observables(oscillator: Oscillator) -> None:

@@ -54,7 +54,7 @@ TABLE = PAGE.partition("| what fails |")[2].partition("\n\n")[0]
 
 
 def test_every_kind_of_event_is_a_row_and_no_other() -> None:
-    assert set(re.findall(r"`((?:failures|poisoned|ended|hung):\w+)`", PAGE)) == set(EVENT_KINDS)
+    assert set(re.findall(r"`((?:failures|overran|poisoned|ended|hung):\w+)`", PAGE)) == set(EVENT_KINDS)
 
 
 def test_every_alert_is_named_in_a_row_and_no_other() -> None:

@@ -15,8 +15,9 @@ from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
 from grazemap_service.routers import events as events_router
-from grazemap_worker.store import ASSEMBLY, Store
+from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from grazemap_worker.store.keys import PREFIX
+from tests.service.conftest import FINGERPRINT
 
 CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -203,6 +204,8 @@ def waiting_for(client: TestClient, job_id: str) -> str | None:
 
 def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Store, worker: Any) -> None:
     first, second, third = (post(client, points) for points in (2, 3, 4))
+    assert waiting_for(client, first) == "a worker; none is ready"  # it takes no small jobs
+    store.workers.renew(WorkerInfo("small", FINGERPRINT, core_version(), small=True), 60)
     assert waiting_for(client, first) == "a free worker, beside 2 other jobs"
     assert waiting_for(client, second) == "a free worker, beside 2 other jobs"
     worker.begin(first)

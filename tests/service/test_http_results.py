@@ -162,7 +162,7 @@ def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
     path = f"/v1/jobs/{job['id']}/result"
     data = worker.finish(job["id"])
     etag = {"If-None-Match": client.get(path).headers["etag"]}
-    for key in worker.store.redis.keys("grazemap:3:result:*"):
+    for key in worker.store.redis.keys("grazemap:4:result:*"):
         worker.store.redis.delete(key)
     assert client.get(path, headers=etag).status_code == 304
     answer = client.get(path)
@@ -186,7 +186,7 @@ def test_nothing_is_computed_for_a_matching_etag_or_a_head(client: TestClient, w
     path = f"/v1/jobs/{job['id']}/result"
     worker.finish(job["id"])
     etag = client.get(path).headers["etag"]
-    for key in worker.store.redis.keys("grazemap:3:result:*"):
+    for key in worker.store.redis.keys("grazemap:4:result:*"):
         worker.store.redis.delete(key)
     answer = client.get(path, headers={"If-None-Match": etag})
     assert (answer.status_code, answer.content, answer.headers["etag"]) == (304, b"", etag)
@@ -204,7 +204,7 @@ def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> No
         data = encode_npz({"omega": np.zeros(2)}, {"process": "grazing-curves", "numerics": {"fingerprint": numerics}})
         worker.commit(job["id"], data, 0, whole=True)
         etags.add(client.get(f"/v1/jobs/{job['id']}/result").headers["etag"])
-        for key in worker.store.redis.keys("grazemap:3:result:*"):
+        for key in worker.store.redis.keys("grazemap:4:result:*"):
             worker.store.redis.delete(key)
     assert len(etags) == 2
 

@@ -37,6 +37,7 @@ MORE = {
     "unfolding-maps apart": APART,
     "unfolding-maps apart, observed": APART | {"observables": ["rms_displacement"]},
     "unfolding-diagrams apart": APART,
+    "periodic-orbits that rest on a stop": {"omega": 0.29, "clearance": 0.1},
 }
 
 

@@ -1,8 +1,9 @@
 """A supervisor whose maps are products of their axes: real workers, queues and store, no core.
 
 Run as `python planted.py REDIS_URL WORKERS MODE`. What a tile does besides depends on MODE: "fast"; "slow" (sleeps
-0.6 s); "long" (sleeps LONG_SECONDS, while RQ renews its heartbeat); "busy" (computes for BUSY_SECONDS); "endless"
-(sleeps a minute); "raises"; "dies" (kills its own process).
+0.6 s); "long" (sleeps LONG_SECONDS, while RQ renews its heartbeat); "busy" (computes for BUSY_SECONDS); "asked"
+(computes for as many milliseconds as `max_periods` says); "endless" (sleeps a minute); "raises"; "dies" (kills its own
+process).
 """
 
 from __future__ import annotations
@@ -69,6 +70,8 @@ def planted(mode: str) -> Process:
             time.sleep(LONG_SECONDS)
         elif mode == "busy":
             compute_for(BUSY_SECONDS)
+        elif mode == "asked":
+            compute_for(1e-3 * request.max_periods)
         elif mode == "endless":
             time.sleep(60)
         elif mode == "raises":

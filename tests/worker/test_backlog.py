@@ -57,7 +57,7 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
     assert store.tiles.lost_claims() == [(backlog[2].id, 0, "w")]
     store.tiles.record_failure(backlog[2].id, 0, "lost", holder="w")
     assert store.tiles.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:3:held*")) == []
+    assert list(store.redis.scan_iter("grazemap:4:held*")) == []
 
 
 def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
@@ -69,7 +69,7 @@ def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
     assert store.tiles.claims_of("two") == [(job.id, 0, "two")]
     store.workers.remove("two", return_claims=True)
     assert store.tiles.claims_of("two") == store.tiles.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:3:held*")) == []
+    assert list(store.redis.scan_iter("grazemap:4:held*")) == []
 
 
 def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> None:
@@ -87,7 +87,7 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     assert store.counts().pending_tiles == 4 + 1
     assert submit_map(store).status == "accepted"  # goes on from the tile that it has
     assert store.counts().pending_tiles == 3 + 4 + 1
-    store.redis.delete("grazemap:3:fingerprint:f")
+    store.redis.delete("grazemap:4:fingerprint:f")
     assert job.id in store.jobs.bind("g", "1", [job.id])  # and starts over with other numerics
     assert store.counts().pending_tiles == 4 + 4 + 1
     with pytest.raises(QueueFull):

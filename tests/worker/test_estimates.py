@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.estimates import seconds_of
-from grazemap.wire import parse_request
-from grazemap_worker.planning import PLANNING
+from grazemap.wire import Oscillator, linear, parse_request
+from grazemap_worker.planning import PLANNING, costs
 
 # Machines differ, and other processes use the same caches.
 MOST_RATIO = 12.0
@@ -36,6 +38,14 @@ def side(quantity: str) -> dict[str, Any]:
 REQUESTS: dict[str, tuple[str, dict[str, Any]]] = {
     "grazing curve": ("grazing-curves", {"omega": {"start": 0.1, "stop": 1.0, "points": 20_000}}),
     "codimension-two points": ("codimension-two-points", {"omega": {"start": 0.1, "stop": 0.4}, "max_order": 40}),
+    "dense zeros": (
+        "codimension-two-points",
+        {"oscillator": {"damping": 0.001}, "omega": {"start": 0.01, "stop": 0.01045}, "max_order": 40},
+    ),
+    "dense resonances": (
+        "codimension-two-points",
+        {"omega": {"start": 0.03, "stop": 0.032}, "max_order": 2, "max_multiple": 40},
+    ),
     "discontinuity mapping": ("discontinuity-mappings", {"omega": 0.29, "overshoot": [1e-6, 1e-4, 1e-3]}),
     "trajectory": ("trajectories", {**POINT, "periods": 5000, "samples_per_period": 1}),
     "samples": ("trajectories", {**POINT, "periods": 100, "samples_per_period": 2000}),
@@ -62,10 +72,54 @@ REQUESTS: dict[str, tuple[str, dict[str, Any]]] = {
         {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 20}, "omega": 0.29, "max_periods": 200},
     ),
     "periodic orbit": ("periodic-orbits", {**POINT, "transient_periods": 5000}),
+    "orbit between close stops": ("periodic-orbits", {"omega": 0.29, "clearance": 0.01}),
+    "long branch": (
+        "orbit-branches",
+        {"omega": 0.29, "clearance": 1.6, "motion": FOUR, "range": {"start": 0.1, "stop": 3}, "max_points": 10_000},
+    ),
     "branch": ("orbit-branches", {**POINT, "motion": FOUR, "range": {"start": 1.5, "stop": 1.7}}),
     "bifurcation curves": ("bifurcation-curves", {**WINDOW, "points": 100}),
     "proof": ("proofs", {"statement": {"kind": "orbit", **POINT, "motion": FOUR}}),
 }
+
+
+def test_a_batch_of_dense_zeros_is_not_small() -> None:
+    for k in range(20):
+        start = 0.003 + 1e-7 * k
+        body = {"oscillator": {"damping": 0.001}, "omega": {"start": start, "stop": 0.003135}}
+        request = parse_request("codimension-two-points", {**body, "max_order": 200, "max_multiple": 100})
+        plan = PLANNING["codimension-two-points"].plan(request)
+        assert plan.lane == "long"
+        assert plan.estimate.seconds > 20.0
+
+
+# the last one has a contact between two masses, and modes that are coupled by dampers
+STRUCTURES: list[dict[str, Any]] = [
+    {},
+    {"damping": 0.001},
+    chain(8),
+    {**chain(5), "contact": [2, 3], "damping": [0.01, 0.2, 0.003, 0.05, 0.1]},
+]
+
+
+@pytest.mark.parametrize("described", STRUCTURES)
+def test_the_zeros_of_the_impulse_response_are_counted_without_the_core(described: dict[str, Any]) -> None:
+    oscillator = Oscillator.model_validate(described)
+    mass, damping, stiffness = linear.matrices(oscillator)
+    size, row = len(mass), np.array(oscillator.contact_row)
+    inner, viscous = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
+    exponents, vectors = np.linalg.eig(np.block([[np.zeros((size, size)), np.eye(size)], [-inner, -viscous]]))
+    kicked = np.concatenate([np.zeros(size), np.linalg.solve(mass, row)])
+    amplitudes = (row @ vectors[:size]) * np.linalg.solve(vectors, kicked)
+    longest = 60.0 * math.pi
+    times = np.arange(0.01, longest, 0.01)
+    slowest = exponents.real.max()
+    response = (amplitudes * np.exp(np.outer(times, exponents - slowest))).sum(axis=1).real
+    counted = np.count_nonzero(np.diff(np.sign(response)))
+    zeros = costs.Zeros(oscillator, longest, math.pi)
+    # those of order 1 to 60 between omega 0.5 and 1.0: all times from pi on
+    expected, _ = zeros.in_any(math.pi * np.arange(1.0, 31.0), 0.5, 1.0)
+    assert expected == pytest.approx(counted, rel=0.35, abs=3)
 
 
 @pytest.mark.parametrize("name", REQUESTS)

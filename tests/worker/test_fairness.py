@@ -201,9 +201,9 @@ def test_an_unreadable_record_is_forgotten_and_can_be_asked_again(
 ) -> None:
     job, good = submit_map(store, 0), submit_map(store, 1)
     if value is None:
-        store.redis.hdel(f"grazemap:3:job:{job.id}", field)
+        store.redis.hdel(f"grazemap:4:job:{job.id}", field)
     else:
-        store.redis.hset(f"grazemap:3:job:{job.id}", field, value)
+        store.redis.hset(f"grazemap:4:job:{job.id}", field, value)
     claims = claimed(store, 4)
     assert [listed.id for listed in store.jobs.page()[0]][:1] == [good.id]
     assert {claim.job_id for claim in claims} <= {job.id, good.id}
@@ -219,4 +219,4 @@ def test_given_back_tiles_are_claimed_first(store: Store) -> None:
     store.workers.remove("large", return_claims=True)
     register(store, "large", "f", LEASE, "1")
     assert sorted(claim.tile for claim in claimed(store, 4)) == [0, 1, 2, 3]
-    assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
+    assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0

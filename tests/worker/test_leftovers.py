@@ -27,7 +27,7 @@ def submit(store: Store, number: int = 0) -> Job:
 def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
     job = submit(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    events = f"grazemap:3:job:{job.id}:events"
+    events = f"grazemap:4:job:{job.id}:events"
     assert store.redis.ttl(events) == -1
     if end == "successful":
         commit_result(store, job.id, b"", "f", 0.0)
@@ -41,14 +41,14 @@ def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
 
 
 def test_workers_that_are_gone_are_removed_from_the_lists_of_rq(store: Store) -> None:
-    for name in ("rq:workers", "rq:workers:grazemap:3:f", "rq:workers:grazemap:3:g"):
+    for name in ("rq:workers", "rq:workers:grazemap:4:f", "rq:workers:grazemap:4:g"):
         store.redis.sadd(name, "rq:worker:gone", "rq:worker:here")
     store.redis.hset("rq:worker:here", "birth", "now")
-    store.redis.sadd("rq:queues", "rq:queue:grazemap:3:g", "rq:queue:of somebody else")
+    store.redis.sadd("rq:queues", "rq:queue:grazemap:4:g", "rq:queue:of somebody else")
     store.redis.sadd("rq:workers:of somebody else", "rq:worker:gone")
     register(store, "w", "g", LEASE, "1")
     leftovers.Leftovers("f").sweep(store.redis)
-    for name in ("rq:workers", "rq:workers:grazemap:3:f", "rq:workers:grazemap:3:g"):
+    for name in ("rq:workers", "rq:workers:grazemap:4:f", "rq:workers:grazemap:4:g"):
         assert store.redis.smembers(name) == {b"rq:worker:here"}
     assert store.redis.scard("rq:workers:of somebody else") == 1
 
@@ -62,10 +62,10 @@ def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
     leftovers.Leftovers("f").sweep(store.redis)
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 4
     assert store.redis.smembers("rq:queues") == {
-        b"rq:queue:grazemap:3:here",
-        b"rq:queue:grazemap:3:here:small",
-        b"rq:queue:grazemap:3:f",
-        b"rq:queue:grazemap:3:f:small",
+        b"rq:queue:grazemap:4:here",
+        b"rq:queue:grazemap:4:here:small",
+        b"rq:queue:grazemap:4:f",
+        b"rq:queue:grazemap:4:f:small",
         b"rq:queue:of somebody else",
     }
     assert list(store.redis.scan_iter("*gone*")) == []
@@ -73,7 +73,7 @@ def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
 
 def test_a_worker_of_a_later_release_may_have_more_fields(store: Store) -> None:
     register(store, "w", "f", LEASE, "1")
-    store.redis.hset("grazemap:3:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
+    store.redis.hset("grazemap:4:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
     assert [asdict(worker) for worker in store.workers.live()] == [asdict(WorkerInfo("w", "f", "2"))]
 
 

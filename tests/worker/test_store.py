@@ -196,7 +196,7 @@ def test_a_job_goes_to_the_numerics_that_most_workers_have(store: Store) -> None
     for name, fingerprint, version in [("a", "x", "1"), ("b", "y", "1"), ("c", "y", "1"), ("d", "z", "2")]:
         register(store, name, fingerprint, LEASE, version)
     assert [worker.name for worker in store.workers.live()] == ["a", "b", "c", "d"]
-    assert fingerprint_of(store, submit_curve(store).id) == "y"
+    assert fingerprint_of(store, submit_map(store).id) == "y"
     store.workers.remove("b")
     assert [worker.name for worker in store.workers.live()] == ["a", "c", "d"]
 
@@ -207,7 +207,7 @@ def test_a_job_whose_numerics_are_gone_starts_again_with_others(store: Store) ->
     store.tiles.claim(job.id, 0, "old", "x", LEASE)
     commit_tile(store, job.id, 0, b"from x", "x", 2.0)
     assert store.jobs.bind("y", "1", [job.id]) == []
-    store.redis.delete("grazemap:3:fingerprint:x")  # a minute later
+    store.redis.delete("grazemap:4:fingerprint:x")  # a minute later
     assert store.jobs.bind("y", "1", [job.id]) == [job.id]
     assert store.tiles.finished(job.id) == []
     again = store.jobs.get(job.id)

@@ -29,8 +29,10 @@ from grazemap_worker.planning import Plan
 from grazemap_worker.progress import HUNG_SECONDS
 from grazemap_worker.queue import bells
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import Store, connect, core_version
+from grazemap_worker.store import Asker, Store, connect, core_version
+from grazemap_worker.store.keys import job_key
 from grazemap_worker.supervision.supervisor import SMALL_TILE_SECONDS
+from grazemap_worker.tasks import STOPPED_AFTER_SECONDS
 
 PLANTED = Path(__file__).with_name("planted.py")
 REQUEST = UnfoldingMapsRequest.model_validate(
@@ -62,7 +64,7 @@ def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
         process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode], stderr=log)
         started.append(process)
         # as many for small tiles
-        until(lambda: len(psutil.Process(process.pid).children()) == 2 * workers, 15)
+        until(lambda: len(psutil.Process(process.pid).children()) == 2 * workers, 120)
         return psutil.Process(process.pid)
 
     yield begin
@@ -70,7 +72,7 @@ def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
     for process in started:
         process.send_signal(signal.SIGTERM)
     for process in started:
-        process.wait(6)
+        process.wait(30)
     assert living(everything) == []
 
 
@@ -218,8 +220,80 @@ def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(star
     small = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
     assert small.lane == "small"
     submit(store, small)
-    until(lambda: store.counts().events.get("failures:lost") == 1, SMALL_TILE_SECONDS + 10)
+    until(lambda: store.counts().events.get("overran:small") == 1, SMALL_TILE_SECONDS + 10)
     assert store.tiles.waiting("planted") <= {("short", "maps-3")}
+
+
+def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, bell: bool = True) -> Job:
+    """A job of a client whose tiles each compute for so long in the mode "asked"."""
+    request = REQUEST.model_copy(update={"max_periods": milliseconds})
+    asker = Asker(f"client:{name}")
+    job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, asker)
+    if bell:
+        bells.ring(store.redis, "planted", small=plan.lane == "small")
+    return job
+
+
+SMALL = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
+MINUTES = SMALL.model_copy(update={"estimate": Estimate(seconds=344.0)})
+
+
+def lane(store: Store, job: Job) -> str:
+    value = store.redis.hget(job_key(job.id), "lane")
+    assert isinstance(value, bytes)
+    return value.decode()
+
+
+def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(start: Start, store: Store) -> None:
+    unfair = [asked(store, "unfair", 60_000 + k, SMALL, bell=False) for k in range(4)]
+    innocent = [asked(store, "unfair", 1 + k, SMALL, bell=False) for k in range(3)]
+    start("asked", workers=2)
+    until(lambda: store.counts().jobs["running"] > 0, 10)
+    others = [asked(store, "fair", 10 + k, SMALL) for k in range(3)]
+    until(lambda: all(status(store, job.id) == "successful" for job in others), 4 * SMALL_TILE_SECONDS)
+    until(lambda: store.counts().events.get("overran:small") == len(unfair), 60)
+    until(lambda: all(status(store, job.id) == "successful" for job in innocent), 20)
+    assert [lane(store, job) for job in innocent + others] == ["small"] * 6
+    assert [lane(store, job) for job in unfair] == ["short"] * 4
+    assert set(store.counts().events) == {"overran:small"}
+    for job in unfair:
+        store.jobs.dismiss(job.id, everyone=True)
+
+
+def test_one_worker_stops_a_long_tile_for_a_short_job_and_continues_it(start: Start, store: Store) -> None:
+    supervisor = start("asked", workers=1)
+    long = asked(store, "first", 600_000, MINUTES)
+    until(lambda: horses(supervisor), 5)
+    (horse,) = horses(supervisor)
+    time.sleep(STOPPED_AFTER_SECONDS)
+    short = asked(store, "other", 100, SIX)
+    until(lambda: status(store, short.id) == "running", 5)
+    until(lambda: horse.status() == psutil.STATUS_STOPPED, 2)
+    until(lambda: status(store, short.id) == "successful", 60)
+    until(lambda: horse.status() != psutil.STATUS_STOPPED, 5)
+    assert status(store, long.id) == "running"
+    assert horses(supervisor) == [horse]
+    store.jobs.dismiss(long.id, everyone=True)
+    assert store.counts().events == {}
+
+
+TRIES = [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 10))]
+
+
+@pytest.mark.parametrize("attempt", TRIES)
+def test_a_full_redis_loses_no_tile(start: Start, own_redis_server: RedisServer, attempt: int) -> None:
+    client = connect(own_redis_server.url)
+    own = Store(client)
+    start("slow", url=own_redis_server.url)
+    job = submit(own)
+    until(lambda: own.tiles.finished(job.id), 10)
+    client.config_set("maxmemory", 1)
+    time.sleep(2 * LEASE_SECONDS + 0.1 * attempt)
+    assert own.tiles.finished(job.id) != []
+    client.config_set("maxmemory", 0)
+    assert_whole(own, job.id)
+    assert {kind for kind in own.counts().events if kind.startswith("failures")} == set()
+    client.close()
 
 
 def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store: Store) -> None:
@@ -238,7 +312,7 @@ def test_a_tile_that_kills_its_worker_is_tried_again_and_counted_as_lost(start: 
     job = submit(store)
 
     def lost() -> int:
-        failures = store.redis.hgetall(f"grazemap:3:job:{job.id}:failures")
+        failures = store.redis.hgetall(f"grazemap:4:job:{job.id}:failures")
         assert isinstance(failures, dict)
         assert not any(b"exception" in name for name in failures)
         return max((int(count) for count in failures.values()), default=0)
@@ -273,7 +347,7 @@ def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: 
     assert living(everything) == []
     assert store.workers.live() == []
     assert len(pending(store, "planted")) == SIX.count
-    assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
+    assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
 
 
 def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, tmp_path: Path) -> None:

@@ -141,10 +141,10 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
     jobs = [submit_curve(store, number) for number in range(20)]
     store.redis.config_resetstat()
-    watched: list[bool] = []
+    watched: list[str] = []
     tasks.drain(tasks.Context(store, SMALL, NUMERICS, watched=watched.append))
     assert processes == [os.getpid()] * 20
-    assert watched == [True, False] * 20
+    assert watched == [said for job in jobs for said in (job.id, "")]
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
     calls = store.redis.info("commandstats")["cmdstat_evalsha"]["calls"]
     assert calls < 20  # two commits, three visits for claims, renewals
@@ -430,16 +430,16 @@ def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, sto
     drain(store)
     assert list(tmp_path.iterdir()) == []
     assert store.jobs.status(job.id) == "dismissed"
-    assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
+    assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
 
 
 class Here:
     """A `Horse` in this process, so that what it calls can be counted."""
 
-    def __init__(self, run: Callable[[], None], memory_bytes: int, slate: horse.Slate) -> None:
+    def __init__(self, run: Callable[[], int], memory_bytes: int, slate: horse.Slate) -> None:
         run()
 
-    def watch(self, wanted: Callable[[str], bool]) -> horse.Ended:
+    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> horse.Ended:
         return horse.Ended(0)
 
 

@@ -20,10 +20,10 @@ def submit(store: Store, version: str) -> Job:
 
 def a_minute_passes(store: Store, job: Job) -> None:
     """What is remembered of workers that are gone is forgotten, and the job is old."""
-    for pattern in ("grazemap:3:fingerprint:*", "grazemap:3:version:*"):
+    for pattern in ("grazemap:4:fingerprint:*", "grazemap:4:version:*"):
         for key in store.redis.scan_iter(pattern):
             store.redis.delete(key)
-    store.redis.hincrbyfloat(f"grazemap:3:job:{job.id}", "created", -61.0)
+    store.redis.hincrbyfloat(f"grazemap:4:job:{job.id}", "created", -61.0)
 
 
 @pytest.mark.parametrize("part", ["core_version", "source_fingerprint"])
@@ -78,7 +78,7 @@ def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> 
 
 def test_a_worker_whose_lease_expired_is_registered_again(store: Store) -> None:
     register(store, "w", "f", LEASE, "1")
-    store.redis.delete("grazemap:3:worker:w")
+    store.redis.delete("grazemap:4:worker:w")
     assert store.workers.live() == []
     register(store, "w", "f", LEASE, "1")
     assert [worker.name for worker in store.workers.live()] == ["w"]

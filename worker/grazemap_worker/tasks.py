@@ -2,13 +2,16 @@
 
 A tile's input is a request from the store, and its output, in the store, the finished tile, the result or the failure.
 Small tiles are computed in the worker, several between two visits to the store; others in a process of their own, which
-takes further ones until it has worked for as long as one should take.
+takes further ones until it has worked for as long as one should take. A process that computes a tile for long is
+stopped while its worker computes short ones that wait.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -21,11 +24,11 @@ from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.planning import TILE_SECONDS
+from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
 from grazemap_worker.queue import bells
-from grazemap_worker.queue.horse import Horse, Now, Slate, memory_text
+from grazemap_worker.queue.horse import STORE_FULL, Horse, Now, Slate, memory_text
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
@@ -36,14 +39,22 @@ from grazemap_worker.store import (
     WorkerInfo,
     full_problem,
     is_away,
+    is_full,
     refused_problem,
 )
 
-# Limits of the processor time of a tile: so many times its estimate, and some seconds more, but never over the last.
-# Estimates are true within a factor of 20.
+# Limits of the processor time of a tile: so many times its estimate, and some seconds more, but never over that of its
+# lane. Estimates are true within a factor of 20.
 CPU_FACTOR = 20.0
 CPU_MORE = 60.0
-CPU_MOST = 3600.0
+CPU_MOST: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
+# The process of a tile that has computed for so long is stopped for short tiles that have waited for so long. Together
+# the stopped one and they have the shares of long and short jobs.
+STOPPED_AFTER_SECONDS = 2.0
+WAITED_SECONDS = 1.5
+_ASKED_SECONDS = 1.0
+# Seconds between two attempts where the store is full.
+STORE_FULL_SECONDS = 2.0
 # Seconds between renewals of the lease while a process computes.
 _RENEW_SECONDS = 0.5
 # What a commit answers to what does not fit into the store.
@@ -56,15 +67,15 @@ _COSTLY = -3
 class Context:
     """The store, this worker, its numerics, and what its tiles may allocate.
 
-    `beat` is called every second or so, `watched` with True before a tile is computed in this process, and with False
-    after; `stopping` says whether no further tile is to be claimed.
+    `beat` is called every second or so, `watched` with the job before a tile is computed in this process, and with an
+    empty text after; `stopping` says whether no further tile is to be claimed.
     """
 
     store: Store
     worker: WorkerInfo
     numerics: Numerics
     memory_bytes: int = 2 << 30
-    watched: Callable[[bool], None] = lambda _: None
+    watched: Callable[[str], None] = lambda _: None
     beat: Callable[[], None] = lambda: None
     stopping: Callable[[], bool] = lambda: False
 
@@ -74,7 +85,7 @@ class NotWanted(Exception):
 
 
 def drain(context: Context) -> None:
-    """Claim and compute tiles until none are left for this worker.
+    """Claim and compute tiles until none are left for this worker, or the store is full.
 
     Raises
     ------
@@ -83,13 +94,19 @@ def drain(context: Context) -> None:
     """
     while not context.stopping():
         context.beat()
-        claims = _claim_next(context)
-        if not claims:
+        try:
+            claims = _claim_next(context)
+            if not claims:
+                return
+            if context.worker.small:
+                _compute_here(claims, context)
+            else:
+                _compute_apart(claims[0], context, _Interruptions(context))
+        except RedisError as error:
+            if not is_full(error):
+                raise
+            _give_back(context.store.tiles.claims_of(context.worker.name), context)
             return
-        if context.worker.small:
-            _compute_here(claims, context)
-        else:
-            _compute_apart(claims[0], context)
 
 
 def _claim_next(context: Context) -> list[Claim]:
@@ -103,11 +120,14 @@ def _claim_next(context: Context) -> list[Claim]:
 
 def _compute_here(claims: list[Claim], context: Context) -> None:
     """Compute small tiles and commit them together."""
-    finished = []
+    finished, renewed = [], time.monotonic()
     for claim in claims:
-        context.watched(True)
+        if time.monotonic() - renewed > _RENEW_SECONDS:
+            renewed = time.monotonic()
+            context.store.workers.renew(context.worker, LEASE_SECONDS)
+        context.watched(claim.job_id)
         done = _compute(claim, context)
-        context.watched(False)
+        context.watched("")
         if done is not None:
             finished.append(done)
     if finished:
@@ -115,10 +135,57 @@ def _compute_here(claims: list[Claim], context: Context) -> None:
     context.store.workers.renew(context.worker, LEASE_SECONDS)
 
 
-def _compute_apart(claim: Claim, context: Context) -> None:
-    """Compute and commit a tile, and others after it, in a process of their own."""
+def _give_back(lost: Iterable[tuple[str, int, str]], context: Context) -> None:
+    """Free tiles whose results do not fit into the full store, uncounted, and wait a little."""
+    structlog.get_logger("grazemap_worker").warning("the store is full")
+    for job_id, tile, holder in lost:
+        context.store.tiles.give_back(job_id, tile, holder)
+    time.sleep(STORE_FULL_SECONDS)
+
+
+class _Interruptions:
+    """What a worker does while it has stopped the process of a tile that takes long: short tiles that wait."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._tile: Now | None = None
+        self._not_before = 0.0
+
+    def next(self, now: Now) -> Callable[[], None] | None:
+        """Return what computes a tile, which is claimed, and others of its kind; None if none waits long enough."""
+        if now != self._tile:
+            self._tile, self._not_before = now, time.monotonic() + STOPPED_AFTER_SECONDS
+        if time.monotonic() < self._not_before:
+            return None
+        self._not_before = time.monotonic() + _ASKED_SECONDS
+        with suppress(RedisError):  # the tile goes on meanwhile
+            claim = self._claim(now.job_id, WAITED_SECONDS)
+            return None if claim is None else partial(self._compute, claim, now.job_id)
+        return None
+
+    def _claim(self, stopped: str, waited: float) -> Claim | None:
+        return self._context.store.tiles.claim_beside(self._context.worker, LEASE_SECONDS, stopped, waited)
+
+    def _compute(self, first: Claim, stopped: str) -> None:
+        began = time.monotonic()
+        claim: Claim | None = first
+        while claim is not None:
+            _compute_apart(claim, self._context)
+            is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
+            claim = None if is_over else self._claim(stopped, 0.0)
+        share = LANE_WEIGHTS["long"] / LANE_WEIGHTS["short"]
+        self._not_before = time.monotonic() + share * (time.monotonic() - began)
+
+
+def _compute_apart(claim: Claim, context: Context, interruptions: _Interruptions | None = None) -> None:
+    """Compute and commit a tile in a process of its own.
+
+    With interruptions it also computes others after it; without, it is itself one, and is moved to the long jobs when
+    it takes as long as these.
+    """
     store, worker = context.store, context.worker
-    slate = Slate(_now(claim, 0.0))
+    most = math.inf if interruptions else SHORT_SECONDS
+    slate = Slate(_now(claim, 0.0, most))
     renewed = 0.0
 
     def wanted(job_id: str) -> bool:
@@ -132,43 +199,65 @@ def _compute_apart(claim: Claim, context: Context) -> None:
         except RedisError:
             return True  # it goes on, and commits when Redis is back
 
-    ended = Horse(lambda: _take_turn(claim, context, slate), context.memory_bytes, slate).watch(wanted)
+    turn = partial(_take_turn, claim, context, slate, most)
+    watched = Horse(turn, context.memory_bytes, slate)
+    ended = watched.watch(wanted, interruptions.next) if interruptions else watched.watch(wanted)
     now = slate.read()
     if ended.kind == "timeout" and now.of_job:
         store.jobs.stop_costly(now.job_id)
     lost = store.tiles.claims_of(worker.name)
+    if interruptions is None:  # the tile that is stopped is this worker's too
+        lost = [one for one in lost if one[0] == claim.job_id]
     if ended.kind is not None:
         structlog.get_logger("grazemap_worker").warning(
             "process of a tile ended", lost=[one[:2] for one in lost], status=ended.status, kind=ended.kind
         )
+    if ended.status == STORE_FULL:
+        _give_back(lost, context)
+        return
     for job_id, tile, holder in lost:
-        store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
+        if ended.kind == "timeout" and now.seconds == most:
+            store.tiles.overran(job_id, tile, holder, most)
+        else:
+            store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
 
 
-def _now(claim: Claim, began: float) -> Now:
-    """Return what a process does that begins to compute at `began` of its processor time."""
-    limit = CPU_MOST if claim.assembly else min(CPU_MOST, CPU_MORE + CPU_FACTOR * claim.seconds)
+def _now(claim: Claim, began: float, most: float) -> Now:
+    """Return what a process does that begins to compute at `began` of its processor time, for so long at most."""
+    limit = CPU_MOST["long" if claim.assembly else claim.lane]
+    if not claim.assembly:
+        limit = min(limit, CPU_MORE + CPU_FACTOR * claim.seconds)
+    limit = min(limit, most)
     return Now(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
 
 
-def _take_turn(claim: Claim, context: Context, slate: Slate) -> None:
-    """Compute and commit a tile in this process, and what comes next, until TILE_SECONDS are over or one fails."""
+def _take_turn(claim: Claim, context: Context, slate: Slate, most: float) -> int:
+    """Compute and commit a tile in this process, and what comes next; return the exit status.
+
+    It goes on until TILE_SECONDS are over or one fails. With a limit `most` of its seconds it computes no other job's.
+    """
     following: Claim | None = claim
-    while following is not None:
-        now = _now(following, time.process_time())
-        slate.write(now)
-        done = _compute(following, context)
-        slate.write(now._replace(computing=False))
-        following = _committed(done, context) if done is not None else None
+    try:
+        while following is not None:
+            now = _now(following, time.process_time(), most)
+            slate.write(now)
+            done = _compute(following, context)
+            slate.write(now._replace(computing=False))
+            following = _committed(done, context, alone=most < math.inf) if done is not None else None
+    except RedisError as error:
+        if not is_full(error):
+            raise
+        return STORE_FULL
+    return 0
 
 
-def _committed(done: Finished, context: Context) -> Claim | None:
+def _committed(done: Finished, context: Context, *, alone: bool) -> Claim | None:
     """Commit what was computed; claim what this process computes next: at once the assembly after a map's last tile."""
     store, worker = context.store, context.worker
     remaining = _commit([done], context)[0]
     if remaining == 0 and not done.whole:
         return store.tiles.claim(done.claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
-    if time.process_time() > TILE_SECONDS or context.stopping():
+    if alone or time.process_time() > TILE_SECONDS or context.stopping():
         return None
     return next(iter(_claim_next(context)), None)
 
@@ -258,7 +347,15 @@ def _counted(claim: Claim, store: Store) -> Report:
     """
 
     def report(done: int, total: int) -> None:
-        if claim.plan.lane != "small" and not store.jobs.progress(claim.job_id, done, total):
+        if claim.lane == "small":
+            return
+        try:
+            is_wanted = store.jobs.progress(claim.job_id, done, total)
+        except RedisError as error:
+            if not is_full(error):
+                raise
+            return  # the result may fit later
+        if not is_wanted:
             raise NotWanted(claim.job_id)
 
     return report

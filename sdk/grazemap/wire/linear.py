@@ -105,6 +105,25 @@ def _exponents(oscillator: Oscillator) -> Complexes:
     return np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -viscous]]))
 
 
+def contact_modes(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
+    """Return frequencies, decay rates and amplitudes of the modes in the impulse response of the contact, (N,) each.
+
+    Coupling of the modes by dampers, and what of the stiffness is not symmetric, are left out. The frequency of a mode
+    that does not oscillate is 0.
+    """
+    mass, damping, stiffness = matrices(oscillator)
+    inverse = np.linalg.inv(np.linalg.cholesky(mass))
+    inner = inverse @ stiffness @ inverse.T
+    squares, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
+    modes = inverse.T @ vectors
+    rates = 0.5 * np.einsum("ij,ik,kj->j", modes, damping, modes)
+    turning = np.maximum(squares, 0.0) - rates**2
+    frequencies = np.sqrt(np.maximum(turning, 0.0))
+    decays = rates - np.sqrt(np.maximum(-turning, 0.0))
+    shares = (np.array(oscillator.contact_row) @ modes) ** 2
+    return frequencies, decays, shares / np.sqrt(np.maximum(np.abs(turning), _ROUND_OFF * np.abs(turning).max()))
+
+
 def growing(oscillator: Oscillator) -> str | None:
     """Return which of the matrices, "stiffness" or "damping", lets a free motion grow; None if none does."""
     mass, damping, stiffness = matrices(oscillator)

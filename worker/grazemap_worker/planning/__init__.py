@@ -12,7 +12,7 @@ from importlib import import_module
 
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.observables import ObservedRequest
-from grazemap_worker.planning.plan import LANE_WEIGHTS, Plan, Tile
+from grazemap_worker.planning.plan import LANE_WEIGHTS, SHORT_SECONDS, Lane, Plan, Tile
 from grazemap_worker.planning.planning import Limits, Planning, compiling_seconds
 from grazemap_worker.planning.rates import TILE_SECONDS
 
@@ -34,7 +34,9 @@ def kernels_of(process: str, request: ProcessRequest) -> str:
 __all__ = [
     "LANE_WEIGHTS",
     "PLANNING",
+    "SHORT_SECONDS",
     "TILE_SECONDS",
+    "Lane",
     "Limits",
     "Plan",
     "Tile",

@@ -10,7 +10,7 @@ from grazemap_worker.planning.planning import Planning
 
 def _plan(request: CodimensionTwoPointsRequest) -> Plan:
     ends = request.omega.start, request.omega.stop
-    seconds = codimension_two_seconds(*ends, request.max_order, request.max_multiple)
+    seconds = codimension_two_seconds(request, *ends, request.max_order, request.max_multiple)
     seconds += peaks_seconds(request.oscillator, *ends)
     return Plan(estimate=Estimate(seconds=setup_seconds(request.oscillator) + seconds))
 

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from grazemap.wire import (
     BasinsRequest,
     ClearancePair,
+    CodimensionTwoPointsRequest,
     CoordinateRange,
+    GrazingCurvesRequest,
     Grid,
     Oscillator,
     PeriodicOrbitsRequest,
@@ -215,9 +217,61 @@ def longest_period(varied: Plane | Line) -> float:
     return max(period_cost(point.oscillator, point.omega, point.clearance) for point in points)
 
 
-def codimension_two_seconds(start: float, stop: float, max_order: int, max_multiple: int) -> float:
+class Zeros:
+    """The expected number of zeros of the impulse response of the contact, as a function of time.
+
+    A sum of oscillations with frequencies w and amplitudes a has sqrt(sum a^2 w^2 / sum a^2) / pi zeros in a unit of
+    time on average (S. O. Rice, 1944). With time only the modes are left that decay slowly.
+    """
+
+    def __init__(self, oscillator: Oscillator, longest: float, shortest: float) -> None:
+        frequencies, decays, amplitudes = linear.contact_modes(oscillator)
+        seen = amplitudes > rates.LEAST_AMPLITUDE * amplitudes.max()
+        frequencies, decays, amplitudes = frequencies[seen], decays[seen], amplitudes[seen] / amplitudes.max()
+        self._times = np.geomspace(shortest, longest, rates.ZERO_SAMPLES)
+        left = (amplitudes * np.exp(-np.outer(self._times, decays - decays.min()))) ** 2
+        density = np.sqrt((left @ frequencies**2) / left.sum(axis=1)) / math.pi
+        parts = 0.5 * (density[1:] + density[:-1]) * np.diff(self._times)
+        self._until = np.concatenate(([0.0], np.cumsum(parts)))
+
+    def in_any(self, factors: Floats, start: float, stop: float) -> tuple[float, float]:
+        """Return the zeros tau with factor/tau in [start, stop] for any of the factors, and the sum over these."""
+        if not len(factors):
+            return 0.0, 0.0
+        ends = np.sort(factors)
+        low, high = (np.interp(ends / omega, self._times, self._until) for omega in (stop, start))
+        before = np.concatenate(([0.0], np.maximum.accumulate(high)[:-1]))
+        return float(np.fmax(high - np.fmax(low, before), 0.0).sum()), float((high - low).sum())
+
+
+def codimension_two_seconds(
+    request: CodimensionTwoPointsRequest | GrazingCurvesRequest,
+    start: float,
+    stop: float,
+    max_order: int,
+    max_multiple: int,
+) -> float:
     """Return the seconds in which the codimension-two points between two omegas are found."""
-    return math.log(stop / start) * rates.POINTS_ORDER_SECONDS * (max_order + 2 * max_multiple)
+    oscillator = request.oscillator
+    own = math.gcd(*oscillator.orders) or 1
+    start, stop = own * start, own * stop
+    both = request.clearance is None and oscillator.is_symmetric
+    curves = 1 if both or request.clearance is not None else 2
+    orders: Floats = math.pi * np.arange(1.0 if both else 2.0, max_order + 1.0, 1.0 if both else 2.0)
+    multiples: Floats = 2.0 * math.pi * np.arange(1.0, max_multiple + 1.0)
+    if both:
+        multiples = np.concatenate((multiples, math.pi * np.arange(1.0, max_multiple + 1.0, 2.0)))
+    longest = max([1.0, *orders[-1:], *multiples[-1:]])
+    with np.errstate(all="ignore"):
+        zeros = Zeros(oscillator, longest / start, math.pi / stop)
+    (isolated, recurring), (periodic, resonant) = (zeros.in_any(each, start, stop) for each in (orders, multiples))
+    size = oscillator.size
+    compared = len(orders) * isolated + 2 * len(multiples) * periodic
+    seconds = compared * rates.ZERO_SECONDS + recurring * (
+        rates.RECURRENCE_SECONDS + rates.RECURRENCE_MASS_SECONDS * size
+    )
+    seconds += 2 * resonant * (rates.RESONANCE_SECONDS + rates.RESONANCE_MASS_SECONDS * size)
+    return curves * (seconds + rates.POINTS_SECONDS)
 
 
 def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int = 0) -> float:

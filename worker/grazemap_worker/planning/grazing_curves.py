@@ -17,7 +17,7 @@ def _plan(request: GrazingCurvesRequest) -> Plan:
     each = rates.CURVE_SECONDS + rates.SEQUENCE_SECONDS * order * request.sequence
     seconds = grid_points(omega) * request.oscillator.size * each
     seconds += peaks_seconds(request.oscillator, *ends, grid_points(omega))
-    return Plan(estimate=Estimate(seconds=seconds + codimension_two_seconds(*ends, order, _MOST_MULTIPLE)))
+    return Plan(estimate=Estimate(seconds=seconds + codimension_two_seconds(request, *ends, order, _MOST_MULTIPLE)))
 
 
 def _counts(request: GrazingCurvesRequest, limits: Limits) -> list[Count]:

@@ -60,6 +60,11 @@ class Plan(BaseModel):
         return "short" if self.estimate.seconds < SHORT_SECONDS else "long"
 
     @property
+    def seconds_of_tile(self) -> float:
+        """The processor time that a tile is expected to take."""
+        return self.estimate.seconds / self.count
+
+    @property
     def across(self) -> int:
         """Number of tiles along omega."""
         return -(-self.columns // self.tile_columns)

@@ -122,9 +122,18 @@ IMPULSE_SECONDS = 7.0e-8
 # One sample of a grazing curve, per mass, and of each order of its sequence.
 CURVE_SECONDS = 2.2e-7
 SEQUENCE_SECONDS = 5.5e-8
-# The codimension-two points where omega grows by a factor of e, for each order. Their number, which is unknown before,
-# changes the time by a factor of up to four.
-POINTS_ORDER_SECONDS = 2.5e-3
+# The codimension-two points: once for each stop; for each zero of the impulse response, or of its periodic sums, that
+# is compared with the times of an order; and for each point of recurrence and each resonant one, which has an
+# unfolding, and the same per mass. The zeros are counted at so many times, without the modes that the contact hardly
+# has.
+POINTS_SECONDS = 1.0e-3
+ZERO_SECONDS = 2.0e-7
+RECURRENCE_SECONDS = 7.0e-5
+RECURRENCE_MASS_SECONDS = 2.0e-6
+RESONANCE_SECONDS = 3.0e-4
+RESONANCE_MASS_SECONDS = 2.5e-5
+ZERO_SAMPLES = 256
+LEAST_AMPLITUDE = 1e-9
 # What several harmonics add: at a sample of a grazing curve, for each harmonic and each order of the highest one; and
 # for corners and double grazes where omega grows by a factor of e, times the root of the highest order. Their number,
 # which is unknown before, changes the time by a factor of up to ten.
@@ -155,9 +164,13 @@ BRANCH_IMPACTS = 16.0
 # and at two more for the derivative. The seconds of each, besides those per square of the masses.
 BRANCH_STRUCTURES = 12.0
 BRANCH_MODES_SECONDS = 1.0e-3
-# Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
-# all curves of a motion together.
-BRANCH_POINTS = 100
+# The number of points of a branch: of a short one, and for each step of BRANCH_STEP times the parameter's unit, with a
+# maximum beyond one for each step; and the number of points that its special points cost. In a window, the number of
+# points of two branches, and of all curves of a motion together.
+BRANCH_POINTS = 60
+BRANCH_STEP = 0.05
+BRANCH_POINTS_A_STEP = 8
+BRANCH_POINTS_TURNING = 300
 BRANCH_SPECIAL_POINTS = 40
 WINDOW_BRANCH_POINTS = 50
 CURVES_POINTS = 100

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 import structlog
@@ -21,7 +21,7 @@ from rq.serializers import JSONSerializer
 from grazemap_worker.queue import bells, rq_keys
 from grazemap_worker.queue.refusal import Entry, refusal
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import Store, WorkerInfo
+from grazemap_worker.store import Store, WorkerInfo, is_full
 
 # RQ waits for work this long less 15 s at a time, and renews its heartbeat, and the lease with it, in between.
 WORKER_TTL = 16
@@ -77,17 +77,26 @@ class Drainer(Worker):
             raise StopRequested
         if monotonic() - self._beaten < _BEAT_SECONDS:
             return
-        super().heartbeat(timeout, pipeline)
-        self._store.workers.renew(self._info, LEASE_SECONDS)
         self._beaten = monotonic()
+        try:
+            self._store.workers.renew(self._info, LEASE_SECONDS)
+            super().heartbeat(timeout, pipeline)
+        except RedisError as error:
+            if not is_full(error):
+                raise
 
     def dequeue_job_and_maintain_ttl(
         self, timeout: int | None, max_idle_time: int | None = None
     ) -> tuple[Job, Queue] | None:
-        """Take a bell; drop what is none and cannot even be read."""
+        """Take a bell; drop what is none and cannot even be read. Wait where Redis is full."""
         while True:
             try:
                 return super().dequeue_job_and_maintain_ttl(timeout, max_idle_time)
+            except RedisError as error:
+                if not is_full(error):
+                    raise
+                sleep(_BEAT_SECONDS)
+                self.heartbeat()
             except (UnicodeDecodeError, ValueError, TypeError, LookupError):
                 self._refuse("unreadable")
                 # taken by this worker or by another one, which does not miss it
@@ -134,5 +143,7 @@ class Drainer(Worker):
 
     def teardown(self) -> None:
         """Give back the claims and end the lease."""
-        super().teardown()  # type: ignore[no-untyped-call]
-        self._store.workers.remove(self.name, return_claims=True)
+        try:
+            super().teardown()  # type: ignore[no-untyped-call]
+        finally:
+            self._store.workers.remove(self.name, return_claims=True)

@@ -26,8 +26,13 @@ NICENESS = 10
 _LOOK_SECONDS = 0.5
 # Share of the memory limit from which on a process that was aborted counts as out of memory.
 _NEAR_LIMIT = 0.7
-# Status of a process that its worker killed.
+# Status of a process that its worker killed, and of one that could not store what it computed as the store is full.
 _KILLED = -signal.SIGKILL
+STORE_FULL = 3
+
+
+def _nothing(_now: object) -> None:
+    """Say that there is nothing to do."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +83,14 @@ class Horse:
     Parameters
     ----------
     run : callable
-        It writes to the slate what it does.
+        It writes to the slate what it does, and returns the exit status.
     memory_bytes : int
         What it may allocate beyond what it starts with.
     slate : Slate
         With what it does first.
     """
 
-    def __init__(self, run: Callable[[], None], memory_bytes: int, slate: Slate) -> None:
+    def __init__(self, run: Callable[[], int], memory_bytes: int, slate: Slate) -> None:
         self._memory_bytes, self._slate = memory_bytes, slate
         parent = os.getpid()
         self._pid = os.fork()
@@ -97,15 +102,17 @@ class Horse:
                     signal.signal(number, signal.SIG_DFL)
                 os.nice(NICENESS)
                 limit_memory(memory_bytes)
-                run()
-                status = 0
+                status = run()
             finally:
                 os._exit(status)  # never return into the worker's code
 
-    def watch(self, wanted: Callable[[str], bool]) -> Ended:
+    def watch(
+        self, wanted: Callable[[str], bool], beside: Callable[[Now], Callable[[], None] | None] = _nothing
+    ) -> Ended:
         """Wait for its end, and kill it when it exceeds a limit, hangs, or computes for a job that is not wanted.
 
-        `wanted` is asked with the job, or with an empty text while the process stores.
+        `wanted` is asked with the job, or with an empty text while the process stores. `beside` is asked what this
+        worker is to do first, with what the process computes; the process is stopped meanwhile.
 
         An exception, such as a request to stop, kills it too.
         """
@@ -133,6 +140,8 @@ class Horse:
                 elif not wanted(now.job_id if now.computing else ""):
                     verdict = Ended(_KILLED)
                 else:
+                    if now.computing and (first := beside(now)) is not None:
+                        self._stop_for(first)
                     continue
                 if self._slate.read() == now:  # otherwise it has gone on since
                     os.kill(self._pid, signal.SIGKILL)
@@ -143,6 +152,13 @@ class Horse:
             if not ended:
                 os.kill(self._pid, signal.SIGKILL)
                 os.waitpid(self._pid, 0)
+
+    def _stop_for(self, first: Callable[[], None]) -> None:
+        os.kill(self._pid, signal.SIGSTOP)
+        try:
+            first()
+        finally:
+            os.kill(self._pid, signal.SIGCONT)
 
     def _ended(self, status: int, usage: resource.struct_rusage, killed: Ended) -> Ended:
         if killed.status:

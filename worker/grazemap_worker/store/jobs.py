@@ -13,7 +13,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.wire import FINISHED, Estimate, Job, Problem, Progress, Status, canonical, canonical_id
-from grazemap_worker.planning import LANE_WEIGHTS, TILE_SECONDS, Plan, kernels_of
+from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Plan, kernels_of
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
     FINGERPRINT_REMEMBERED,
@@ -88,9 +88,10 @@ class Jobs:
                 "tiles": plan.count,
                 "after": plan.after,
                 "lane": plan.lane,
+                "long_tiles": plan.seconds_of_tile > SHORT_SECONDS,
                 "kernels": kernels_of(process, request),
                 "weight": asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[plan.lane],
-                "cost": estimate.seconds / plan.count,
+                "cost": plan.seconds_of_tile,
                 "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),
             }
             calls.append(((text, plan.model_dump_json(exclude={"estimate"}).encode()), of_all | arguments))

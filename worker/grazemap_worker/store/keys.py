@@ -17,7 +17,11 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     unfinished:tiles    number: their sum; unfinished:askers: hash of the sums by asker
     flows:<f>           sorted set: the flows of jobs that have tiles to claim by workers with fingerprint f, by the
                         virtual time up to which they were served; clocks: hash of the virtual times that were reached
-    flow:<f>:<flow>     sorted set: the jobs of a flow "lane|kernels|priority|asker", by the same
+    flow:<f>:<flow>     sorted set: the jobs of a flow "lane|kernels|priority|asker", by the same; ":tiles" follows the
+                        lane of jobs whose tiles are long, each by itself
+    load                hash: fingerprint -> milliseconds that the unfinished tiles of the jobs bound to it should take
+    overran:<asker>     string with a time to live: a small tile of this asker took far too long
+    alone:<f>           string: the worker that last claimed a small tile of such an asker
     held:<name>         set of "id|tile": where to look for the claims of a worker; what it holds is in the claims
     holders             set of the names that have such a set
     result:<id>:<f>     string: npz bytes; f is the fingerprint of the numerics that made it
@@ -27,7 +31,7 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     waiting:<lane>      sorted set: the jobs that have tiles to claim, by the time of the last claim, or of the offer
     budget              string: the bytes that results and tiles may take, as the workers have it
     counts              hash: how often something happened: failures of each kind, poisoned records and entries, ends
-    worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
+    worker:<name>       string with a time to live: the lease of a worker, its length in milliseconds the value
     workers             hash: name -> description
     starting            string with a time to live: what workers do that are not ready yet
     compiling:<k>       string with a time to live: what is said of kernels that jobs wait for
@@ -36,12 +40,12 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     events              channel: "id, number, name, data" of every event, in lines
 """
 
-LAYOUT = 3
+LAYOUT = 4
 PREFIX = f"grazemap:{LAYOUT}:"
 QUEUE_PREFIX = PREFIX
 EVENTS_CHANNEL = f"{PREFIX}events"
 # Prefixes of earlier layouts. That of version 0.1.0 had no number.
-OLDER_PREFIXES = ("grazemap:", "grazemap:2:")
+OLDER_PREFIXES = ("grazemap:", "grazemap:2:", "grazemap:3:")
 
 # The number of the step that assembles a map once its tiles are done.
 ASSEMBLY = -1
@@ -49,6 +53,9 @@ ASSEMBLY = -1
 # Attempts at a tile before its job fails. An exception will probably recur, a lost worker will not.
 MOST_EXCEPTIONS = 3
 MOST_LOST = 10
+
+# Seconds for which the small tiles of an asker are claimed one by one after one that took far too long.
+ALONE_SECONDS = 600
 
 # A job is stopped when its processor time is over the service's limit of seconds and over so many times its estimate.
 SPENT_FACTOR = 4.0

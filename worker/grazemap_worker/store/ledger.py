@@ -14,7 +14,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
-from typing import Any
+from typing import Any, cast
 
 import structlog
 from redis.exceptions import RedisError
@@ -24,6 +24,7 @@ from grazemap_worker.planning.plan import Lane
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs, read_plan
 from grazemap_worker.store.keys import (
+    ALONE_SECONDS,
     MOST_EXCEPTIONS,
     MOST_LOST,
     MOST_RESULT_BYTES,
@@ -62,22 +63,39 @@ class Tiles:
     def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], bool]:
         """Claim tiles for a worker: a number of small ones, or one other. All flows of jobs get their share.
 
+        The small ones of an asker for whom one took far too long are claimed one by one. Tiles that are long by
+        themselves leave one worker free.
+
         Returns
         -------
         claims : list of Claim
         more : bool
             Whether there are others to claim.
         """
+        return self._claim_some(worker, lease_seconds, LANES[worker.small], {})
+
+    def claim_beside(self, worker: WorkerInfo, lease_seconds: float, stopped: str, waited: float) -> Claim | None:
+        """Claim a tile of a short job that has waited for some seconds, for a worker that stops a tile meanwhile.
+
+        `stopped` is the job of that tile. A long one is stopped for everybody, a short one only for other askers.
+        """
+        claims, _ = self._claim_some(worker, lease_seconds, ["short"], {"stopped": stopped, "waited": waited})
+        return next(iter(claims), None)
+
+    def _claim_some(
+        self, worker: WorkerInfo, lease_seconds: float, lanes: list[Lane], more: dict[str, Any]
+    ) -> tuple[list[Claim], bool]:
         answer = self._scripts.run(
             "claim",
             holder=worker.name,
             fingerprint=worker.fingerprint,
             lease=round(1000 * lease_seconds),
-            lanes=LANES[worker.small],
+            lanes=lanes,
             kernels=sorted(worker.kernels),
             most=MOST_SMALL_CLAIMS if worker.small else 1,
             seconds=SMALL_CLAIM_SECONDS,
             most_bytes=_CLAIMED_BYTES,
+            **more,
         )
         claims = [self._claim(worker.name, worker.fingerprint, fields) for fields in answer[1:]]
         return [claim for claim in claims if claim is not None], bool(answer[0])
@@ -102,7 +120,7 @@ class Tiles:
         """Return the claim that a script made; a job whose record cannot be read is forgotten."""
         identity, tile, _ = (field.decode() for field in fields[:3])
         try:
-            process, text, core_version, plan, estimate, left = (value.decode() for value in fields[3:])
+            process, text, core_version, plan, estimate, lane, left = (value.decode() for value in fields[3:])
             canonical = json.loads(text)
             request, planned = parse_request(process, canonical), read_plan(plan, estimate)
         except (ValueError, LookupError, TypeError, AttributeError):
@@ -111,9 +129,8 @@ class Tiles:
             )
             self._scripts.run("forget", id=identity)
             return None
-        return Claim(
-            identity, int(tile), holder, fingerprint, process, canonical, request, core_version, planned, float(left)
-        )
+        place = identity, int(tile), holder, fingerprint
+        return Claim(*place, process, canonical, request, core_version, planned, cast("Lane", lane), float(left))
 
     def record_failure(
         self, identity: str, tile: int, kind: FailureKind, holder: str = "", detail: str = ""
@@ -145,6 +162,18 @@ class Tiles:
         )
         return "retry" if again else "failed"
 
+    def give_back(self, identity: str, tile: int, holder: str) -> None:
+        """Free a tile that its holder cannot finish now; nothing is counted."""
+        self._scripts.run("record_failure", id=identity, tile=tile, most=0, holder=holder)
+
+    def overran(self, identity: str, tile: int, holder: str, seconds: float) -> None:
+        """Free a tile that took longer than its lane allows: the job goes on in the next lane.
+
+        Its asker is charged with the seconds of processor time, and his next small tiles are claimed one by one.
+        """
+        arguments = {"id": identity, "tile": tile, "holder": holder, "seconds": seconds}
+        self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
+
     def lost_claims(self) -> list[tuple[str, int, str]]:
         """Return (id, tile, holder) of every claim whose holder's lease has run out."""
         return self._claims("")
@@ -162,7 +191,7 @@ class Tiles:
         """Return (lane, kernels) of the tiles that wait to be claimed by workers with a fingerprint."""
         flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
         found = (flow.decode("utf-8", "replace").split("|") for flow in flows)
-        return {(parts[0], parts[1]) for parts in found}
+        return {(parts[0].partition(":")[0], parts[1]) for parts in found}
 
     def sweep(self) -> None:
         """Remove the tiles of finished jobs that have been kept long enough."""

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, get_args
 from pydantic import BaseModel
 
 from grazemap.wire import ProcessRequest, Waiting, WorkerState
-from grazemap_worker.planning import Plan, Tile
+from grazemap_worker.planning import Lane, Plan, Tile
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES
 
 FailureKind = Literal["exception", "lost", "hung", "timeout", "memory"]
@@ -36,8 +36,8 @@ class ResultTooLarge(Exception):
 class Claim:
     """The right to compute one tile, for as long as the holder's lease is renewed.
 
-    `canonical` is the request as the store holds it, `request` the same parsed; `left_seconds` is the processor time
-    that the job may still take.
+    `canonical` is the request as the store holds it, `request` the same parsed; `lane` is the job's now, and
+    `left_seconds` the processor time that it may still take.
     """
 
     job_id: str
@@ -49,12 +49,13 @@ class Claim:
     request: ProcessRequest
     core_version: str
     plan: Plan
+    lane: Lane = "short"
     left_seconds: float = math.inf
 
     @property
     def seconds(self) -> float:
         """The processor time that it is expected to take."""
-        return self.plan.estimate.seconds / self.plan.count
+        return self.plan.seconds_of_tile
 
     @property
     def assembly(self) -> bool:
@@ -182,6 +183,8 @@ class WorkerInfo:
 # What is counted; metrics begin with 0.
 EVENT_KINDS = (
     *(f"failures:{kind}" for kind in get_args(FailureKind)),
+    "overran:small",
+    "overran:short",
     "poisoned:records",
     "poisoned:entries",
     *(f"ended:{name}" for name in ("worker", "supervisor", "service", "redis")),

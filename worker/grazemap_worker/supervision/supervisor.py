@@ -27,7 +27,7 @@ from grazemap_worker.parent_death import adopt_orphans, die_with_parent
 from grazemap_worker.progress import Progress
 from grazemap_worker.queue import leftovers
 from grazemap_worker.queue.horse import limit_memory
-from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
@@ -36,8 +36,11 @@ from grazemap_worker.supervision.watched import Watched
 _POLL_SECONDS = 0.1
 # Workers for small tiles: more would wait for the service, which is one process.
 MOST_SMALL_WORKERS = 4
-# Limit of a small tile, in a worker that cannot notice it itself; it is computed again in a process of its own.
-SMALL_TILE_SECONDS = 5.0
+# Limits of a small tile, which is expected to take milliseconds, in a worker that cannot notice it itself: of its
+# processor time, and of the time that passes, before the lease of the worker runs out. It is computed again in a
+# process of its own.
+SMALL_TILE_PROCESSOR_SECONDS = 2.0
+SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
 # A worker that waits does something every few seconds, and longer than this only if it can never go on.
 _UNSEEN_SECONDS = 120.0
 _STOP_SECONDS = 2.0
@@ -50,7 +53,10 @@ _WORKER_TRIES = 14
 
 @dataclass
 class _Slot:
-    """One place for a worker, for small tiles or for others; `pid` 0: none runs."""
+    """One place for a worker, for small tiles or for others; `pid` 0: none runs.
+
+    `overran`: it was killed because its small tile took too long.
+    """
 
     small: bool
     watched: Watched = field(default_factory=Watched.shared)
@@ -60,6 +66,7 @@ class _Slot:
     started: float = 0.0
     failures: int = 0
     not_before: float = 0.0
+    overran: bool = False
 
 
 class Supervisor:
@@ -96,7 +103,8 @@ class Supervisor:
                     self._spawn(slot)
                 elif slot.pid and (reason := self._hangs(slot)):
                     self._log.warning("worker killed", worker=slot.name, reason=reason)
-                    self._count("hung:worker")
+                    if not slot.overran:
+                        self._count("hung:worker")
                     os.kill(slot.pid, signal.SIGKILL)
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
@@ -125,13 +133,22 @@ class Supervisor:
     def _hangs(self, slot: _Slot) -> str:
         """Return why a worker must be killed; empty if it need not be."""
         now = time.monotonic()
-        if slot.watched.computing and now - slot.watched.computing > SMALL_TILE_SECONDS:
-            return f"a small tile took over {SMALL_TILE_SECONDS:.0f} s"
         if slot.progress is not None and slot.progress.hangs(computing=False):
             return "it is stopped"
+        if slot.watched.computing and (
+            now - slot.watched.computing > SMALL_TILE_SECONDS
+            or self._small_tile_seconds(slot) > SMALL_TILE_PROCESSOR_SECONDS
+        ):
+            slot.overran = True
+            return "a small tile took too long"
         if now - slot.watched.seen > _UNSEEN_SECONDS:
             return "it does nothing"
         return ""
+
+    @staticmethod
+    def _small_tile_seconds(slot: _Slot) -> float:
+        """Return the processor time of the small tile that a worker computes."""
+        return slot.progress.cpu_seconds - slot.watched.processor_seconds if slot.progress is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
@@ -140,6 +157,7 @@ class Supervisor:
         slot.name = f"{self._name}-{secrets.token_hex(4)}"
         slot.started = time.monotonic()
         slot.watched.reset()
+        slot.overran = False
         info = WorkerInfo(
             slot.name, self._numerics.fingerprint, core_version(), frozenset(self._kernels.ready), slot.small
         )
@@ -173,11 +191,27 @@ class Supervisor:
             slot.pid = 0
             if slot.watched.asked_to_stop and status == 0:
                 continue
-            slot.failures = 0 if now - slot.started > _HEALTHY_SECONDS else slot.failures + 1
+            is_sound = slot.overran or now - slot.started > _HEALTHY_SECONDS
+            slot.failures = 0 if is_sound else slot.failures + 1
             slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
-            self._forget(slot.name, return_claims=False)
-            self._count("ended:worker")
+            self._forget(slot.name, return_claims=self._blame(slot))
+            if not slot.overran:
+                self._count("ended:worker")
+
+    def _blame(self, slot: _Slot) -> bool:
+        """Count the failure of the small tile with which a worker ended; return whether it alone is to blame."""
+        if not slot.watched.computing:
+            return False
+        job_id = slot.watched.job.decode()
+        try:
+            if slot.overran:
+                self._store.tiles.overran(job_id, 0, slot.name, self._small_tile_seconds(slot))
+            else:
+                self._store.tiles.record_failure(job_id, 0, "lost", slot.name)
+        except RedisError:
+            return False
+        return True
 
     def _count(self, name: str) -> None:
         with suppress(RedisError):  # not counted then; the log has it

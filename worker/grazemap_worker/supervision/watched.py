@@ -8,7 +8,7 @@ import time
 
 
 class Watched(ctypes.Structure):
-    """Three values in memory that is shared with forked processes; `shared` makes them.
+    """Values in memory that is shared with forked processes; `shared` makes them.
 
     Attributes
     ----------
@@ -16,14 +16,26 @@ class Watched(ctypes.Structure):
         When the worker was last seen to do something, on the monotonic clock.
     computing : float
         Since when it has computed a small tile; 0.0: it computes none.
+    processor_seconds : float
+        The processor time that it had taken then.
+    job : bytes
+        The job of that tile.
     asked_to_stop : bool
         Whether the worker is to stop after what it does.
     """
 
-    _fields_ = (("seen", ctypes.c_double), ("computing", ctypes.c_double), ("asked_to_stop", ctypes.c_bool))
+    _fields_ = (
+        ("seen", ctypes.c_double),
+        ("computing", ctypes.c_double),
+        ("processor_seconds", ctypes.c_double),
+        ("job", ctypes.c_char * 64),
+        ("asked_to_stop", ctypes.c_bool),
+    )
 
     seen: float
     computing: float
+    processor_seconds: float
+    job: bytes
     asked_to_stop: bool
 
     @classmethod
@@ -41,7 +53,9 @@ class Watched(ctypes.Structure):
         """Say that the worker does something."""
         self.seen = time.monotonic()
 
-    def compute(self, begins: bool) -> None:
-        """Say that the worker begins to compute a tile, or has computed it."""
+    def compute(self, job_id: str) -> None:
+        """Say that the worker begins to compute the tile of a job; empty: that it has computed it."""
         self.beat()
-        self.computing = time.monotonic() if begins else 0.0
+        if job_id:
+            self.job, self.processor_seconds = job_id.encode(), time.process_time()
+        self.computing = time.monotonic() if job_id else 0.0

@@ -13,7 +13,7 @@ local function bind(id)
   end
   if version ~= given.core_version then
     local young = tonumber(now()) - (tonumber(created) or 0) < given.remembered
-    if not young and redis.call('EXISTS', key('version', version)) == 0 then
+    if not young and not lasts(key('version', version), 1000 * given.remembered) then
       outdated[#outdated + 1] = id
     end
     return
@@ -22,7 +22,7 @@ local function bind(id)
     offer(id)
     return
   end
-  if bound ~= '' and redis.call('EXISTS', key('fingerprint', bound)) == 1 then
+  if bound ~= '' and lasts(key('fingerprint', bound), 1000 * given.remembered) then
     return
   end
   if bound ~= '' then
@@ -33,7 +33,7 @@ local function bind(id)
     set_remaining(id, number(id, 'total'))
     progress_event(id)
   end
-  redis.call('HSET', key('job', id), 'fingerprint', given.fingerprint)
+  bind_to(id, given.fingerprint)
   offer(id)
   bound_now[#bound_now + 1] = id
 end

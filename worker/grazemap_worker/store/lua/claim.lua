@@ -1,7 +1,8 @@
 -- Claims tiles, fairly among flows. Arguments: holder, fingerprint, lease (milliseconds), lanes, kernels, most (tiles),
--- seconds (of these tiles together), most_bytes (of their requests); or job and tile, to claim this one.
+-- seconds (of these tiles together), most_bytes (of their requests); stopped (a job whose tile is stopped meanwhile; left
+-- out: none) and waited (seconds for which others must have waited then); or job and tile, to claim this one.
 -- Returns {whether there is more to claim, {id, tile, attempts that lost their worker, process, request, core version,
--- plan, estimate, seconds of processor time that the job may still take}, ...}.
+-- plan, estimate, lane, seconds of processor time that the job may still take}, ...}.
 local holder, fingerprint = given.holder, given.fingerprint
 local MOST_HELD = 100
 local flows, found, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
@@ -12,14 +13,14 @@ local function take(id, tile)
   redis.call('SREM', key('job', id, 'again'), tile)
   redis.call('SADD', key('held', holder), id .. '|' .. tile)
   redis.call('SADD', key('holders'), holder)
-  redis.call('SET', key('worker', holder), fingerprint, 'PX', given.lease)
+  renew(holder, given.lease)
   if not started then
     redis.call('HSET', key('job', id), 'started', now())
     set_status(id, 'running')
     progress_event(id)
   end
   local lost = redis.call('HGET', key('job', id, 'failures'), tile .. ':lost') or '0'
-  local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate')
+  local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate', 'lane')
   fields[#fields + 1] = tostring(left_of(id))
   found[#found + 1] = { id, tile, lost, unpack(fields) }
   bytes = bytes + string.len(fields[2] or '')
@@ -40,18 +41,63 @@ local function next_tile(id)
   return number < total and tostring(number) or nil
 end
 
-local function contains(list, value)
-  for _, one in ipairs(list) do
-    if one == value then
-      return true
+-- An asker with a small tile that took far too long gets his small tiles one by one from one worker at a time, so that
+-- they hold up nobody else.
+local function is_alone(asker)
+  return redis.call('EXISTS', key('overran', asker)) == 1
+end
+
+local function may_take_alone()
+  local other = redis.call('GET', key('alone', fingerprint))
+  if #found > 1 or not other or other == holder or not alive(other) then
+    return #found == 1
+  end
+  for _, claim in ipairs(claims_of(other)) do
+    if is_alone(get(claim[1], 'asker') or '') then
+      return false
     end
   end
-  return false
+  return true
+end
+
+-- Whether this worker may take a tile that is long by itself: such tiles leave one worker free, where there are several.
+local function may_take_long()
+  local others, with_long = 0, 0
+  for _, worker in ipairs(live_workers()) do
+    local described = cjson.decode(worker[2])
+    if worker[1] ~= holder and described.fingerprint == fingerprint and not described.small then
+      others = others + 1
+      for _, claim in ipairs(claims_of(worker[1])) do
+        if get(claim[1], 'long_tiles') == '1' then
+          with_long = with_long + 1
+          break
+        end
+      end
+    end
+  end
+  return with_long < math.max(1, others)
+end
+
+-- Whether the job that is next in a flow may have a tile of a worker's time while a tile of another one is stopped: the
+-- tile of a long job is stopped for everybody's short ones, any other tile only for those of other askers.
+local function may_interrupt(flow, asker)
+  local lane, other = unpack(redis.call('HMGET', key('job', given.stopped), 'lane', 'asker'))
+  if lane ~= 'long' and other == asker then
+    return false
+  end
+  local id = redis.call('ZRANGE', key('flow', fingerprint, flow), 0, 0)[1]
+  local since = id and redis.call('ZSCORE', key('waiting', 'short'), id)
+  return since and tonumber(now()) - tonumber(since) >= given.waited
 end
 
 local function claimable(flow)
-  local lane, kernels = string.match(flow, '^([^|]*)|([^|]*)|')
-  return contains(given.lanes, lane) and contains(given.kernels, kernels)
+  local place, kernels, _, asker = string.match(flow, '^([^|]*)|([^|]*)|([^|]*)|(.*)$')
+  local lane, long_tiles = string.match(place, '^(%a+)(.*)$')
+  return contains(given.lanes, lane)
+    and contains(given.kernels, kernels)
+    and (long_tiles == '' or may_take_long())
+    and (lane ~= 'small' or not is_alone(asker) or may_take_alone())
+    and (not given.stopped or may_interrupt(flow, asker))
 end
 
 -- Claims one tile of the job that is next in a flow; returns its seconds, or nil if the job had none.
@@ -76,6 +122,10 @@ local function serve(flow)
   redis.call('ZADD', jobs, own, id)
   redis.call('HSET', key('job', id), 'served', own)
   take(id, tile)
+  if get(id, 'lane') == 'small' and is_alone(get(id, 'asker') or '') then
+    redis.call('SET', key('alone', fingerprint), holder)
+    cost = given.seconds -- and nothing else with it
+  end
   if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
     withdraw(id)
   else
@@ -102,7 +152,7 @@ local function take_given(id, tile)
     end
     redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':lost', 1)
   end
-  redis.call('HSET', key('job', id), 'fingerprint', fingerprint)
+  bind_to(id, fingerprint)
   take(id, tile)
   offer(id)
 end

@@ -5,18 +5,6 @@
 -- more), or -2 when there is no room, or -3 when the tile is stored and its job has taken more than its limit of
 -- processor time.
 
-local function charge(id, seconds)
-  redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', string.format('%.9f', seconds))
-  -- what it took beyond the estimate counts for its flow
-  local flow = flow_of(id)
-  local flows = key('flows', given.fingerprint)
-  local served = redis.call('ZSCORE', flows, flow)
-  local more = (seconds - number(id, 'cost')) / math.max(1e-6, number(id, 'weight'))
-  if served and more > 0 then
-    redis.call('ZADD', flows, tonumber(served) + more, flow)
-  end
-end
-
 local function store_tile(item, data)
   local id, tile, total = item.id, tostring(item.tile), number(item.id, 'total')
   local claims, size = key('job', id, 'claims'), string.len(data)

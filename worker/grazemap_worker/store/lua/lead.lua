@@ -1,7 +1,6 @@
 -- Arguments: role, holder, milliseconds. Returns 1 to the one that has the role, for that long after each call.
 local name = key('lead', given.role)
-local leader = redis.call('GET', name)
-if leader and leader ~= given.holder then
+if redis.call('GET', name) ~= given.holder and lasts(name, given.milliseconds) then
   return 0
 end
 redis.call('SET', name, given.holder, 'PX', given.milliseconds)

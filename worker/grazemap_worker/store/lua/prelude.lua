@@ -8,6 +8,8 @@ local given = cjson.decode(ARGV[2])
 local EVENTS_KEPT = 3600
 -- The number of the step that assembles a map once its tiles are done.
 local ASSEMBLY = '-1'
+-- What follows the lane in the name of a flow of jobs whose tiles are long, each by itself.
+local LONG_TILES = ':tiles'
 
 local function key(...)
   return prefix .. table.concat({ ... }, ':')
@@ -16,6 +18,15 @@ end
 local function now()
   local time = redis.call('TIME')
   return string.format('%d.%06d', time[1], time[2])
+end
+
+local function contains(list, value)
+  for _, one in ipairs(list) do
+    if one == value then
+      return true
+    end
+  end
+  return false
 end
 
 local function unfinished(status)
@@ -78,9 +89,24 @@ local function set_status(id, status)
   redis.call('ZADD', key('status', status), number(id, 'seq'), id)
 end
 
--- Whether the worker that holds something still renews its lease.
+-- Whether a key that lives for so many milliseconds is there. One that would live more than twice as long is stale: the
+-- clock was stepped back after it was written.
+local function lasts(name, milliseconds)
+  local left = redis.call('PTTL', name)
+  return left >= 0 and left <= 2 * milliseconds
+end
+
+-- Whether the worker that holds something still renews its lease, whose length is its value.
 local function alive(holder)
-  return redis.call('EXISTS', key('worker', holder)) == 1
+  local name = key('worker', holder)
+  return lasts(name, tonumber(redis.call('GET', name)) or 0)
+end
+
+-- The first write takes no memory. After it Redis lets a script write where its memory is full, so that a worker keeps
+-- what it computes.
+local function renew(holder, milliseconds)
+  redis.call('PEXPIRE', key('worker', holder), milliseconds)
+  redis.call('SET', key('worker', holder), milliseconds, 'PX', milliseconds)
 end
 
 -- The holder and the time of a claim are one value, "holder|seconds".
@@ -97,8 +123,20 @@ local function claimed_by(id, tile)
   return split_claim(claim)
 end
 
--- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sums over all jobs and over
--- those of its asker.
+-- The work that workers with the same numerics have before them, in milliseconds as estimated, grows by so many tiles.
+local function add_load(id, tiles)
+  local fingerprint, each = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'tile_milliseconds'))
+  if not fingerprint or fingerprint == '' then
+    return
+  end
+  local more = string.format('%d', tiles * (tonumber(each) or 0))
+  if redis.call('HINCRBY', key('load'), fingerprint, more) <= 0 then
+    redis.call('HDEL', key('load'), fingerprint)
+  end
+end
+
+-- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sums over all jobs, over those
+-- of its asker and over those of its numerics.
 local function set_remaining(id, tiles)
   local before = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
   if tiles then
@@ -111,14 +149,26 @@ local function set_remaining(id, tiles)
   if redis.call('HINCRBY', key('unfinished', 'askers'), asker, (tiles or 0) - before) <= 0 then
     redis.call('HDEL', key('unfinished', 'askers'), asker)
   end
+  add_load(id, (tiles or 0) - before)
 end
 
--- Fairness. The jobs with tiles to compute are in flows: one for each lane, kernels, priority and asker. A flow has the
--- virtual time up to which it was served, and so has each job in its flow; the one with the least is served next, and
--- advances by the seconds of the tile over its weight. A flow that comes (again) begins where the others are.
+-- Binds an unfinished job to numerics.
+local function bind_to(id, fingerprint)
+  local remaining = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
+  add_load(id, -remaining)
+  redis.call('HSET', key('job', id), 'fingerprint', fingerprint)
+  add_load(id, remaining)
+end
+
+-- Fairness. The jobs with tiles to compute are in flows: one for each lane, kernels, priority and asker; jobs whose tiles
+-- are long have others than those of many tiles. A flow has the virtual time up to which it was served, and so has each
+-- job in its flow; the one with the least is served next, and advances by the seconds of the tile over its weight. A flow
+-- that comes (again) begins where the others are.
 local function flow_of(id)
-  local lane, kernels, priority, asker = unpack(redis.call('HMGET', key('job', id), 'lane', 'kernels', 'priority', 'asker'))
-  return table.concat({ lane or '', kernels or '', priority or '', asker or '' }, '|')
+  local lane, long_tiles, kernels, priority, asker =
+    unpack(redis.call('HMGET', key('job', id), 'lane', 'long_tiles', 'kernels', 'priority', 'asker'))
+  local place = (lane or '') .. (long_tiles == '1' and LONG_TILES or '')
+  return table.concat({ place, kernels or '', priority or '', asker or '' }, '|')
 end
 
 local function withdraw(id)
@@ -262,6 +312,25 @@ local function finish(id, status, tile_ttl)
   redis.call('EXPIRE', key('job', id, 'events'), EVENTS_KEPT)
 end
 
+-- Counts processor time that a job has taken; what it took beyond the estimate of a tile counts for its flow.
+local function charge(id, seconds)
+  redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', string.format('%.9f', seconds))
+  local flow = flow_of(id)
+  local flows = key('flows', get(id, 'fingerprint') or '')
+  local served = redis.call('ZSCORE', flows, flow)
+  local more = (seconds - number(id, 'cost')) / math.max(1e-6, number(id, 'weight'))
+  if served and more > 0 then
+    redis.call('ZADD', flows, tonumber(served) + more, flow)
+  end
+end
+
+-- Puts a job into another lane.
+local function move(id, lane, long_tiles)
+  withdraw(id)
+  redis.call('HSET', key('job', id), 'lane', lane, 'long_tiles', long_tiles and 1 or 0)
+  offer(id)
+end
+
 local function fail(id, problem, kept)
   redis.call('HSET', key('job', id), 'problem', problem)
   finish(id, 'failed', kept)
@@ -324,15 +393,35 @@ local function live_workers()
   return live
 end
 
--- Returns {record of a job, live workers, unfinished jobs, what starting workers do, what is said of its kernels}; the
--- latter are empty when it is over.
+-- Whether a worker, by its description, takes the tiles of a lane.
+local function takes(worker, lane)
+  return worker.small == (lane == 'small')
+end
+
+-- Number of live workers that take the tiles of a job: those of its numerics, or of its core version if it is bound to
+-- none, and of its lane.
+local function workers_for(id)
+  local bound, version, lane = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'core_version', 'lane'))
+  local number = 0
+  for _, worker in ipairs(live_workers()) do
+    local described = cjson.decode(worker[2])
+    local same = described.fingerprint == bound or (bound == '' and described.core_version == version)
+    if same and takes(described, lane) then
+      number = number + 1
+    end
+  end
+  return number
+end
+
+-- Returns {record of a job, live workers that take its tiles, unfinished jobs, what starting workers do, what is said of
+-- its kernels}; the latter are empty when it is over.
 local function seen(id, longest)
   if not unfinished(get(id, 'status')) then
     return { record(id, longest), 0, 0, '', '' }
   end
   return {
     record(id, longest),
-    #live_workers(),
+    workers_for(id),
     redis.call('HLEN', key('unfinished')),
     redis.call('GET', key('starting')) or '',
     redis.call('GET', key('compiling', get(id, 'kernels') or '')) or '',

@@ -18,9 +18,7 @@ if given.most > 0 then
     return 0
   end
   if get(id, 'lane') == 'small' then
-    -- it is computed in a process of its own from now on
-    withdraw(id)
-    redis.call('HSET', key('job', id), 'lane', 'short')
+    move(id, 'short') -- it is computed in a process of its own from now on
   end
 end
 again(id, tile)

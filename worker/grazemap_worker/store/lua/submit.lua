@@ -1,6 +1,6 @@
 -- Starts a job, unless it is there already. Arguments: id, process, core_version, estimate, tiles, after (steps of
--- putting the tiles together; 0: only tiles are counted), lane, kernels, asker, priority, weight, cost (seconds of a
--- tile), and the limits: most_seconds (of processor time of the job; left out: none), most_tiles, asker_tiles (of this
+-- putting the tiles together; 0: only tiles are counted), lane, long_tiles (whether each of them is long), kernels, asker,
+-- priority, weight, cost (seconds of a tile), and the limits: most_seconds (of processor time of the job; left out: none), most_tiles, asker_tiles (of this
 -- asker), most_small, most_large (records), most_bytes (of requests), interest (seconds); group ('': none). Bytes:
 -- request, plan.
 -- Returns {'there' or 'started', what `seen` does} or {'full', unfinished tiles} or {'quota', unfinished tiles of the asker}.
@@ -39,20 +39,55 @@ if status == 'successful' and redis.call('EXISTS', result_key(id)) == 1 then
   return { 'there', seen(id) }
 end
 
--- The numerics of most of the live workers of that core version; '' when there are none.
-local function fingerprint_of_most()
-  local counts, most, found = {}, 0, ''
+local tile_milliseconds = math.ceil(1000 * given.cost)
+
+-- The numerics of the live workers of that core version, by fingerprint: how many workers take the tiles of this lane,
+-- whether one has the kernels, and after how long all work there would be done, this job's included.
+local function numerics()
+  local found = {}
   for _, worker in ipairs(live_workers()) do
     local described = cjson.decode(worker[2])
     if described.core_version == given.core_version then
       local name = described.fingerprint
-      counts[name] = (counts[name] or 0) + 1
-      if counts[name] > most or (counts[name] == most and name < found) then
-        most, found = counts[name], name
-      end
+      local one = found[name] or { name = name, workers = 0, ready = false }
+      one.workers = one.workers + (takes(described, given.lane) and 1 or 0)
+      one.ready = one.ready or contains(described.kernels, given.kernels)
+      found[name] = one
     end
   end
+  for name, one in pairs(found) do
+    local load = tonumber(redis.call('HGET', key('load'), name) or 0) + total * tile_milliseconds
+    one.after = load / math.max(1, one.workers)
+  end
   return found
+end
+
+local function better(one, other)
+  if (one.workers > 0) ~= (other.workers > 0) then
+    return one.workers > 0
+  elseif one.ready ~= other.ready then
+    return one.ready
+  elseif one.after ~= other.after then
+    return one.after < other.after
+  elseif one.workers ~= other.workers then
+    return one.workers > other.workers
+  end
+  return one.name < other.name
+end
+
+-- The numerics that will compute it: those that did before, where its tiles are kept, else the best; '' when no worker
+-- is alive.
+local function numerics_for_it(before)
+  local all, best = numerics(), nil
+  if all[before] then
+    return before
+  end
+  for _, one in pairs(all) do
+    if not best or better(one, best) then
+      best = one
+    end
+  end
+  return best and best.name or ''
 end
 
 -- Forgets the oldest job that is over, a small one if there is one. Returns whether there was one.
@@ -79,8 +114,9 @@ end
 status = get(id, 'status') -- it may have been the oldest itself
 
 -- A failed job goes on from the tiles that it has, as long as the same numerics will do the rest.
-local fingerprint, kept = fingerprint_of_most(), 0
-if status == 'failed' and fingerprint ~= '' and get(id, 'fingerprint') == fingerprint then
+local before = status == 'failed' and redis.call('EXISTS', key('job', id, 'tiles')) == 1 and get(id, 'fingerprint')
+local fingerprint, kept = numerics_for_it(before or ''), 0
+if before and fingerprint ~= '' and fingerprint == before then
   kept = redis.call('HLEN', key('job', id, 'tiles'))
 end
 if waiting + total - kept > given.most_tiles then
@@ -91,9 +127,9 @@ if given.asker_tiles and own > 0 and own + total - kept > given.asker_tiles then
   return { 'quota', own }
 end
 
-local before = {}
+local more = {}
 if kept > 0 then
-  before = { 'cpu_seconds', get(id, 'cpu_seconds') or 0, 'tile_bytes', number(id, 'tile_bytes') }
+  more = { 'cpu_seconds', get(id, 'cpu_seconds') or 0, 'tile_bytes', number(id, 'tile_bytes') }
   redis.call('ZREM', key('tiles', 'kept'), id)
 else
   drop_tiles(id)
@@ -101,12 +137,12 @@ end
 -- the tag of a result that is computed again, for clients that have it
 local etag = get(id, 'etag')
 if etag then
-  before[#before + 1] = 'etag'
-  before[#before + 1] = etag
+  more[#more + 1] = 'etag'
+  more[#more + 1] = etag
 end
 if groups() ~= '|' then
-  before[#before + 1] = 'groups'
-  before[#before + 1] = groups()
+  more[#more + 1] = 'groups'
+  more[#more + 1] = groups()
 end
 add_bytes('requests', bytes_after() - bytes_of('requests'))
 if status then
@@ -118,8 +154,9 @@ redis.call('DEL', key('job', id), key('job', id, 'events'), key('job', id, 'agai
 local seq = redis.call('INCR', key('sequence'))
 redis.call('HSET', key('job', id), 'seq', seq, 'process', given.process, 'request', request, 'plan', plan,
   'core_version', given.core_version, 'estimate', given.estimate, 'total', total, 'done', kept, 'unit', 'tiles',
-  'fingerprint', fingerprint, 'lane', given.lane, 'kernels', given.kernels, 'asker', given.asker, 'priority',
-  given.priority, 'weight', given.weight, 'cost', given.cost, 'created', now(), unpack(before))
+  'fingerprint', fingerprint, 'lane', given.lane, 'long_tiles', given.long_tiles and 1 or 0, 'kernels', given.kernels,
+  'asker', given.asker, 'priority', given.priority, 'weight', given.weight, 'cost', given.cost, 'tile_milliseconds',
+  tile_milliseconds, 'created', now(), unpack(more))
 if given.after > 0 then
   redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + given.after)
 end
