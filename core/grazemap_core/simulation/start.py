@@ -240,15 +240,20 @@ def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displa
 
     Where several displacements make up the contact coordinate, it is on a stop to within its round-off.
     """
-    terms = oscillator.contact * displacement
-    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
-    place = math.fsum(terms)
+    place, rounding = _contact_coordinate(oscillator, displacement)
     for stop, clearance in zip((1, -1), clearances, strict=True):
         if abs(stop * place - clearance) <= rounding:
             return stop
         if stop * place > clearance:
             return OUTSIDE
     return 0
+
+
+def _contact_coordinate(oscillator: Oscillator, values: Floats) -> tuple[float, float]:
+    """Return the contact coordinate of displacements, or its velocity, and the round-off of several terms."""
+    terms = oscillator.contact * values
+    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
+    return math.fsum(terms), rounding
 
 
 def _one_per_mass(name: str, values: Floats, count: int) -> Floats:
@@ -268,7 +273,7 @@ def start(forced: ForcedOscillator, state: State) -> Start:
     """Return the trajectory that starts from a state of `initial_state`.
 
     If the contact starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
-    stop.
+    stop. Where several velocities make up that of the contact, it is at rest to within its round-off.
     """
     problem, held = forced.problems(state.phase)
     orders, place = problem.orders, state.displacement - forced.equilibrium
@@ -278,7 +283,9 @@ def start(forced: ForcedOscillator, state: State) -> Start:
     status, stop = OK, touched_stop(forced.oscillator, forced.clearances, state.displacement)
     stops = forced.stops_from(state)
     if stop != 0:
-        velocity = math.fsum(forced.oscillator.contact * state.velocity)
+        velocity, rounding = _contact_coordinate(forced.oscillator, state.velocity)
+        if abs(velocity) <= rounding:
+            velocity = 0.0
         status = _start_on_stop(problem, held, stops, u, stop, velocity, work)
     return Start(problem, held, steady, stops, u, work, status)
 
