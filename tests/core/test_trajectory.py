@@ -13,8 +13,10 @@ from impact_accuracy import compare, random_point
 from oracles import digits
 from thorough import every_fourth
 
+from grazemap_core.codes import TOO_MANY_IMPACTS
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 from grazemap_core.tolerances import EPSILON
 
@@ -117,7 +119,9 @@ def test_energy_never_rises_without_forcing(
     start = np.full(count, others), np.full(count, -others)
     start[0][0], start[1][0] = x, v
     result = trajectory(oscillator, 1.0, 1.0, *start, periods=5, samples_per_period=64)
-    assert len(result.time) == 5 * 64 + 1
+    # an elastic contact that is pressed on its stop at next to no speed has impacts without end
+    stuck = restitution > 0.9 and result.motion.reason == REASONS[TOO_MANY_IMPACTS]
+    assert stuck or len(result.time) == 5 * 64 + 1
     level = energy(oscillator, result)
     # squares below the normal numbers have absolute roundings
     assert np.all(np.diff(level) <= 1e-14 * level[0] + np.finfo(float).tiny)

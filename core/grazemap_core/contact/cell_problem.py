@@ -62,11 +62,10 @@ def trajectory_models(oscillator: Oscillator) -> HeldModel:
 
 
 def stops_of(oscillator: Oscillator, clearance: Clearance, problem: CellProblem) -> Stops:
-    """Return the stops as the kernels of trajectories take them. Raises as `stops_between`."""
+    """Return the stops as the kernels of trajectories take them. Raises as `stops_between`, but the unit may be 0."""
     gaps = _gaps(oscillator, clearance)
     both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
     (row,) = stops_table(oscillator, np.array([gaps]), np.array([both]), problem.cells, problem.steady_bound)
-    _require_length(row[UNIT])
     right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric = row.tolist()
     return Stops(right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric != 0.0)
 
@@ -81,7 +80,7 @@ def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float
     """
     gaps = _gaps(oscillator, clearance)
     unit = float(unit_of_stops(*gaps, amplitude))
-    _require_length(unit)
+    require_length(unit)
     both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
     alike = gaps[0] == gaps[1] and both[0] == both[1] and has_odd_harmonics_only(oscillator)
     return Stops(*gaps, *both, unit, 0.0, 0.0, alike)
@@ -100,9 +99,10 @@ def _gaps(oscillator: Oscillator, clearance: Clearance) -> tuple[float, float]:
     return effective_gaps(oscillator, right, left)
 
 
-def _require_length(unit: float) -> None:
+def require_length(unit: float, moved_by: str = "the forces do not move") -> None:
+    """Raise ParameterError unless the unit of length is positive; `moved_by` says what else has no length."""
     if not unit > 0.0:
-        raise ParameterError("clearance", "of the only stop is 0, and the forces do not move the contact")
+        raise ParameterError("clearance", f"has a stop at the equilibrium, and {moved_by} the contact")
 
 
 def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float | Floats = 0.0) -> Floats:

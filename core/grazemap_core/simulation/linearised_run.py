@@ -117,7 +117,7 @@ def linearised_run(
         state=begun.u,
         steady=reference_state(forced.steady, begun.problem.orders, omega, phase)
         + np.concatenate([forced.equilibrium, np.zeros(oscillator.size)]),
-        stops=forced.stops,
+        stops=begun.stops,
         halves=0,
         work=begun.work,
         began=half_period(oscillator.size),

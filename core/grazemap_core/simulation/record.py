@@ -118,14 +118,21 @@ class Record:
         )
 
     def sticking(self) -> Sticking:
-        """Return the intervals of rest."""
-        rows, time = self.rows, self.event_time
-        begins = ~np.isin(rows[:, workspace.KIND], (workspace.IMPACT, workspace.GRAZE, workspace.RELEASE)) & (
-            time + rows[:, workspace.DELAY] <= self.end
+        """Return the intervals of rest.
+
+        A contact that is released in the moment in which it would come to rest has none.
+        """
+        rows = self.rows
+        start = self.event_time + rows[:, workspace.DELAY]
+        until = np.append(self.event_time[1:], self.end)  # the event after a rest is its release
+        ends = np.append(rows[1:, workspace.KIND] == workspace.RELEASE, False)
+        begins = (
+            ~np.isin(rows[:, workspace.KIND], (workspace.IMPACT, workspace.GRAZE, workspace.RELEASE))
+            & (start <= self.end)
+            & ~(ends & (until <= start))
         )
-        until = np.append(time[1:], self.end)  # the event after a rest is its release
         return Sticking(
-            start=(time + rows[:, workspace.DELAY])[begins],
+            start=start[begins],
             stop_time=until[begins],
             stop=rows[begins, workspace.STOP].astype(np.int8),
         )

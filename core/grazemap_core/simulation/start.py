@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from grazemap_core.contact.cell_problem import (
     cell_problem,
     free_state,
     reference_state,
+    require_length,
     stops_of,
     trajectory_models,
 )
@@ -32,6 +34,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.simulation.tolerances import LENGTH_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
 OUTSIDE = 2
@@ -72,9 +75,63 @@ class ForcedOscillator:
     models: HeldModel
     steady: Complexes
 
-    @cached_property
+    @property
     def stops(self) -> Stops:
-        """The stops, with gaps from the equilibrium."""
+        """The stops, with gaps from the equilibrium.
+
+        Raises
+        ------
+        ParameterError
+            Neither the gaps nor the steady motion have a length (`Stops.unit`).
+        """
+        require_length(self._stops.unit)
+        return self._stops
+
+    def stops_from(self, state: State) -> Stops:
+        """Return the stops of the trajectory from a state, whose unit of length is the state's if they have none.
+
+        Raises
+        ------
+        ParameterError
+            The state is the equilibrium at rest, and has no length either.
+        """
+        stops = self._stops
+        if stops.unit > self._unit_rounding:
+            return stops
+        unit = next((length for length in self._lengths(state) if length > 0.0), stops.unit)
+        require_length(unit, "neither the forces nor the initial state move")
+        return stops._replace(unit=unit)
+
+    def _lengths(self, state: State) -> Iterator[float]:
+        """Yield the lengths of a trajectory from a state; the first one that is not 0 is its unit.
+
+        A contact at rest on its stop has none, but other masses may move it later: theirs are last.
+        """
+        stops, contact = self._stops, self.oscillator.contact
+        between = 0.5 * (stops.right + stops.left)
+        yield between if math.isfinite(between) else 0.0
+        yield beyond_rounding(*(contact * state.displacement), -self._nearer_stop)
+        yield beyond_rounding(*(contact * state.velocity)) / self.omega
+        size = float(np.max(np.abs(self.oscillator.jump)))
+        pairs = zip(state.displacement, -self.equilibrium, strict=True)
+        yield max(beyond_rounding(*pair) for pair in pairs) / size
+        yield float(np.max(np.abs(state.velocity))) / (self.omega * size)
+
+    @property
+    def _nearer_stop(self) -> float:
+        """The contact coordinate at the stop that is nearer to the equilibrium."""
+        right, left = self.clearances
+        return right if self._stops.right <= self._stops.left else -left
+
+    @cached_property
+    def _unit_rounding(self) -> float:
+        """Round-off of the gap of the nearer stop, and of the steady motion of the contact."""
+        displacements = np.abs(self.equilibrium) + np.sum(np.abs(self.steady[:, 0, :-1]), axis=0)
+        return LENGTH_ROUNDING * (abs(self._nearer_stop) + float(np.abs(self.oscillator.contact) @ displacements))
+
+    @cached_property
+    def _stops(self) -> Stops:
+        """The stops; their unit of length may be 0."""
         return stops_of(self.oscillator, self.clearance, self._at_phase_zero[0])
 
     @cached_property
@@ -91,7 +148,7 @@ class ForcedOscillator:
     def rest(self) -> Floats:
         """Displacements of the structure at rest, (N,): its equilibrium, or that on a preloaded stop."""
         for stop, clearance in zip((1, -1), self.clearances, strict=True):
-            gap = gap_of(self.stops, stop)
+            gap = gap_of(self._stops, stop)
             if gap < 0.0:
                 moved = self.equilibrium + stop * gap * self.models.constrained.profile
                 return self.oscillator.with_contact(moved, stop * clearance)
@@ -115,6 +172,8 @@ class Start:
     problem, held : CellProblem, HeldProblem
     steady : complex (H, 2, N + 1)
         From `reference_response`, the initial phase included.
+    stops : Stops
+        From `ForcedOscillator.stops_from`.
     u : (N, 2)
         Free state; the kernels change it in place, as well as `held` and `work`.
     work : Workspace
@@ -126,6 +185,7 @@ class Start:
     problem: CellProblem
     held: HeldProblem
     steady: Complexes
+    stops: Stops
     u: Floats
     work: Workspace = field(repr=False)
     status: int
@@ -151,7 +211,7 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
     models = trajectory_models(oscillator)
     steady = reference_response(oscillator, models.free, values)[0]
     found = ForcedOscillator(oscillator, omega, clearance, models, steady)
-    _ = found.stops  # checks them
+    _ = found._stops  # checks them
     return found
 
 
@@ -165,7 +225,7 @@ def initial_state(
     Raises
     ------
     ParameterError
-        A number is not finite, there is not one per mass, or the contact is outside the stops.
+        A number is not finite, there is not one per mass, the contact is outside the stops, or nothing moves it.
     """
     if not math.isfinite(phase):
         raise ParameterError(f"{where}phase", "must be finite")
@@ -174,7 +234,9 @@ def initial_state(
     v = _one_per_mass(f"{where}velocity", np.zeros(count) if velocity is None else velocity, count)
     if touched_stop(forced.oscillator, forced.clearances, x) == OUTSIDE:
         raise ParameterError(f"{where}displacement", "the contact starts outside the stops")
-    return State(x, v, phase)
+    state = State(x, v, phase)
+    forced.stops_from(state)  # checks that it has a length
+    return state
 
 
 def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displacement: Floats) -> int:
@@ -182,15 +244,20 @@ def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displa
 
     Where several displacements make up the contact coordinate, it is on a stop to within its round-off.
     """
-    terms = oscillator.contact * displacement
-    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
-    place = math.fsum(terms)
+    place, rounding = _contact_coordinate(oscillator, displacement)
     for stop, clearance in zip((1, -1), clearances, strict=True):
         if abs(stop * place - clearance) <= rounding:
             return stop
         if stop * place > clearance:
             return OUTSIDE
     return 0
+
+
+def _contact_coordinate(oscillator: Oscillator, values: Floats) -> tuple[float, float]:
+    """Return the contact coordinate of displacements, or its velocity, and the round-off of several terms."""
+    terms = oscillator.contact * values
+    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
+    return math.fsum(terms), rounding
 
 
 def _one_per_mass(name: str, values: Floats, count: int) -> Floats:
@@ -200,11 +267,17 @@ def _one_per_mass(name: str, values: Floats, count: int) -> Floats:
     return array
 
 
+def beyond_rounding(*terms: float) -> float:
+    """Return the size of a sum, 0 if it is the round-off of its terms."""
+    size = abs(math.fsum(terms))
+    return size if size > LENGTH_ROUNDING * math.fsum(map(abs, terms)) else 0.0
+
+
 def start(forced: ForcedOscillator, state: State) -> Start:
     """Return the trajectory that starts from a state of `initial_state`.
 
     If the contact starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
-    stop.
+    stop. Where several velocities make up that of the contact, it is at rest to within its round-off.
     """
     problem, held = forced.problems(state.phase)
     orders, place = problem.orders, state.displacement - forced.equilibrium
@@ -212,10 +285,13 @@ def start(forced: ForcedOscillator, state: State) -> Start:
     work = workspace(forced.oscillator.size, events=EVENTS)
     steady = forced.steady * np.exp(1j * orders * state.phase)[:, None, None]
     status, stop = OK, touched_stop(forced.oscillator, forced.clearances, state.displacement)
+    stops = forced.stops_from(state)
     if stop != 0:
-        velocity = math.fsum(forced.oscillator.contact * state.velocity)
-        status = _start_on_stop(problem, held, forced.stops, u, stop, velocity, work)
-    return Start(problem, held, steady, u, work, status)
+        velocity, rounding = _contact_coordinate(forced.oscillator, state.velocity)
+        if abs(velocity) <= rounding:
+            velocity = 0.0
+        status = _start_on_stop(problem, held, stops, u, stop, velocity, work)
+    return Start(problem, held, steady, stops, u, work, status)
 
 
 def _start_on_stop(
@@ -252,7 +328,7 @@ def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
     right, left = forced.clearances
     if resting != 0:
         held.turn[:, 0], held.turn[:, 1] = np.cos(held.orders * phase), np.sin(held.orders * phase)
-        held_motion(held, held.state, resting * gap_of(forced.stops, resting), forced.omega)
+        held_motion(held, held.state, resting * gap_of(run.stops, resting), forced.omega)
         x = forced.oscillator.with_contact(held.physical[:count] + forced.equilibrium, right if resting > 0 else -left)
         return State(x, held.physical[count:].copy(), phase)
     physical = np.asarray(held.from_free @ run.u.ravel()) + reference_state(

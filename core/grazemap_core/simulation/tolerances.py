@@ -9,6 +9,10 @@ from grazemap_core.tolerances import EPSILON
 END_ROUNDING: Final = 1.0 + 4.0 * EPSILON
 """Factor on the end of a record up to which a time counts as inside: the end has three roundings, a given time one."""
 
+LENGTH_ROUNDING: Final = 16.0 * EPSILON
+"""Length, relative to the sum of the moduli of its terms, up to which it is round-off and no unit of length: the gap of
+a stop at the equilibrium, whose place is a few roundings of a solution, or the distance of a state from its stop."""
+
 CLOSING_GOAL: Final = 1e-9
 """Largest distance of a return, in units of the clearance, at which the stroboscopic orbit counts as closed."""
 

@@ -14,7 +14,6 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     EVENT_COLUMNS,
@@ -242,11 +241,11 @@ def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> 
     first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
     done = 0
     if run.status == OK:
-        done = _run_transient(run, forced.stops, first_half, ring)
+        done = _run_transient(run, first_half, ring)
     rows = first_row(run, first_half)
     recorded = run.status == OK
     if recorded:
-        done = _run_record(run, forced.stops, first_half, last_half, ring, events)
+        done = _run_record(run, first_half, last_half, ring, events)
         if run.status == RECORD_FULL or run.work.cursor[ROWS] > events:
             raise RecordSizeError(plan.most_events, plan.most_bytes)
         rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
@@ -262,7 +261,7 @@ def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> 
         half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
         end = float((half - first_half) * (0.5 * period) + since)
     shape = forced.models.free.shape
-    record = Record(run.problem, run.held, shape, run.steady, forced.equilibrium, forced.stops, rows, first_half, end)
+    record = Record(run.problem, run.held, shape, run.steady, forced.equilibrium, run.stops, rows, first_half, end)
     if plan.times is not None:
         time = plan.times if run.status == OK else plan.times[plan.times <= end]
         x, v = record.at(time)
@@ -280,18 +279,18 @@ def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> 
         impacts=record.impacts(),
         sticking=record.sticking(),
         undecided=int(run.work.tally[UNDECIDED]),
-        motion=_motion(forced, run, ring, done, plan.max_period),
+        motion=_motion(run, ring, done, plan.max_period),
         final=_final(forced, state, run, rows) if recorded else None,
         record=record,
     )
 
 
-def _run_transient(run: Start, stops: Stops, halves: int, ring: StroboscopicHistory) -> int:
+def _run_transient(run: Start, halves: int, ring: StroboscopicHistory) -> int:
     """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
     done, most = 0, TRANSIENT_EVENTS
     while done < halves and run.status == OK:
         until = min(done + RECORD_BLOCK, halves)
-        done = _run_record(run, stops, done, until, ring, most)
+        done = _run_record(run, done, until, ring, most)
         while run.status == RECORD_FULL:
             events, last = run.work.events, int(run.work.cursor[ROWS]) - 1
             if last > 0:  # a graze may continue the last event
@@ -299,15 +298,15 @@ def _run_transient(run: Start, stops: Stops, halves: int, ring: StroboscopicHist
                 run.work.cursor[ROWS] = 1
             else:  # half a period has more
                 most *= 4
-            done = _run_record(run, stops, done, until, ring, most)
+            done = _run_record(run, done, until, ring, most)
         run.work.cursor[ROWS] = 0
     return done
 
 
-def _run_record(run: Start, stops: Stops, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
+def _run_record(run: Start, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
     """Run to `halves` half periods, enlarging the record up to `most` events, and return the number completed."""
     while True:
-        run.status, done = run_recorded(run.problem, run.held, stops, run.u, done, halves, ring, run.work)
+        run.status, done = run_recorded(run.problem, run.held, run.stops, run.u, done, halves, ring, run.work)
         if run.status != RECORD_FULL or len(run.work.events) >= most:
             return done
         run.work = longer_record(run.work, most)
@@ -325,11 +324,11 @@ def _final(forced: ForcedOscillator, state: State, run: Start, rows: Floats) -> 
     return state_at(forced, run, phase)
 
 
-def _motion(forced: ForcedOscillator, run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
+def _motion(run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
     """Return the motion at the end of a trajectory."""
     if run.status != OK:
         return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
-    problem, stops = run.problem, forced.stops
+    problem, stops = run.problem, run.stops
     if hidden_by_rounding(problem.steady_bound, np.array([stops.unit]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
     reach = reach_from(problem, stops, run.u, halves)

@@ -200,7 +200,8 @@ def carry_rest(
     degree = plain(TAYLOR_DEGREE)
     status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
     if status != CONTACT:
-        if status == GRAZE_UNDECIDED:
+        # where nothing moves and no force acts, nothing is undecided
+        if status == GRAZE_UNDECIDED and error > 0.0:
             work.tally[workspace.UNDECIDED] += 1.0
         flow_state(held, held.state, length)
         return problem.step

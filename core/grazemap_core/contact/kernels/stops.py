@@ -24,7 +24,8 @@ class Stops(NamedTuple):
     unit : float
         Length to which distances between states are relative: the gap of the nearer stop or the amplitude of the
         steady motion, whichever is larger, but at most half the distance between the stops. It is the gap where both
-        are equal, and a stop out of reach is as an absent one.
+        are equal, and a stop out of reach is as an absent one. Where this is 0, a trajectory has the unit of
+        `ForcedOscillator.stops_from`.
     chatter_impacts : float
         Maximum number of impacts of complete chatter in half a period.
     settling_chatter : float
