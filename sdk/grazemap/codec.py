@@ -28,8 +28,8 @@ from grazemap import npz
 Document = dict[str, Any]
 # Number of elements of an array that are written at once, which takes less than a millisecond.
 _PIECE = 1024
-# Records, and the elements of their fields, become objects of a hundred bytes and more. Results have at most one of them
-# for every five bytes of the file; equal ones are packed into almost nothing.
+# Records, and the elements of their fields, become objects of a hundred bytes and more. Results have at most one for
+# every five bytes of the file; equal ones are packed into almost nothing.
 _MOST_ENTRIES_OF_A_BYTE = 4
 # Characters of the meta: twice the longest request that services take by default, or so many for each byte of the file.
 _MOST_META = 2 << 20
@@ -89,7 +89,7 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
 
 
 def _entries(name: str, array: NDArray[Any]) -> int:
-    """Return how many objects are made of an array of records: of its elements, or rows without columns, and records."""
+    """Return how many objects are made of an array of records: elements, rows without columns, and records."""
     count = int(array) if name.endswith(".count") and not array.ndim else 0
     return max(count, math.prod(side or 1 for side in array.shape))
 
