@@ -1,4 +1,7 @@
-PYTHON ?= python3.11
+# the first that runs and can make an environment: those that pyenv only stands in for do not
+PYTHON ?= $(or $(shell for python in python3.11 python3.12 python3.13 python3.14; do \
+	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python from 3.11 \
+	to 3.14 runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
 BIN := .venv/bin
 # what a stack, its client and pictures need; the rest, for tests and tools; the other tools of the benchmarks
 RUN_STAMP := .venv/.run-stamp
@@ -12,8 +15,9 @@ SOURCES := sdk core worker service benchmarks tests examples tools
 OWN_KERNELS := tests/core/test_kernel_folder.py tests/core/test_without_parts.py
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service $(OWN_KERNELS)
 ARITHMETIC := tests/core tests/performance
-# one cache of compiled kernels, for the tests and the workers that they start
-TEST_CACHE := $(CURDIR)/.cache/grazemap
+# one cache of compiled kernels, for the tests and the workers that they start. In recipes paths are relative, whatever
+# the name of this folder is; in variables of the environment they are not, for processes in other folders.
+TEST_CACHE := .cache/grazemap
 
 .DEFAULT_GOAL := help
 .PHONY: $(shell awk -F: '/^[a-z-]+:/{print $$1}' $(firstword $(MAKEFILE_LIST)))
@@ -49,8 +53,8 @@ reproduce: $(RUN_STAMP)  ## compute the paper's figures, numbers and motions aga
 published: $(RUN_STAMP)  ## compute published numbers of other oscillators again, into docs/published.md (three minutes)
 	$(BIN)/python -m examples.published
 
-resonance: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-resonance: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+resonance: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+resonance: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resonance: export PYTHONPATH = .
 resonance: $(STAMP)  ## the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
 	$(BIN)/python tests/resonance.py 50
@@ -64,8 +68,8 @@ pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out
 serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 	$(BIN)/grazemap up
 
-test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+test: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+test: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 # threads of small products wait for one another where others compute too
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
@@ -90,13 +94,13 @@ test-arithmetic: kernels $(STAMP)
 test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
-digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-digests: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+digests: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+digests: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 digests: $(STAMP)  ## record the digests of this version's results for this processor
 	$(BIN)/python -m tests.result_digests
 
 # What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
-NEWEST := $(CURDIR)/.cache/newest
+NEWEST := .cache/newest
 define OF_THE_WHEEL
 import sys, grazemap, grazemap_core, grazemap_service, grazemap_worker, rq
 for module in (grazemap, grazemap_core, grazemap_service, grazemap_worker, rq):
@@ -104,8 +108,8 @@ for module in (grazemap, grazemap_core, grazemap_service, grazemap_worker, rq):
         sys.exit(f"not of the wheel's environment: {module.__file__}")
 endef
 test-newest: export OF_THE_WHEEL := $(OF_THE_WHEEL)
-test-newest: export GRAZEMAP_CACHE_DIR = $(NEWEST)/cache
-test-newest: export NUMBA_CACHE_DIR = $(NEWEST)/cache/kernels/numba
+test-newest: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(NEWEST)/cache
+test-newest: export NUMBA_CACHE_DIR = $(CURDIR)/$(NEWEST)/cache/kernels/numba
 test-newest: export PYTHONPATH =
 test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environment of its own: service, worker, chaos, SDK
 	rm -rf $(NEWEST)
@@ -125,61 +129,61 @@ first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python
 latency: $(STAMP)  ## the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
 
-thorough: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-thorough: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+thorough: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+thorough: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 thorough: kernels $(STAMP)  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
 	$(BIN)/python -m pytest -m thorough tests
 
-general: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-general: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+general: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+general: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 general: export PYTHONPATH = tests:.
 general: $(STAMP)  ## systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m general_checks
 
-hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+hardware: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+hardware: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  ## compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
 
-verify: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-verify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+verify: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+verify: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python tests/verified_points.py 1000
 
-beside-borders: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-beside-borders: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+beside-borders: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+beside-borders: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 beside-borders: $(STAMP)  ## verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
 	$(BIN)/python tests/beside_borders.py 300 400
 
-chaotic-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-chaotic-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+chaotic-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+chaotic-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaotic-transients: $(STAMP)  ## chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
 	$(BIN)/python tests/chaotic_transients.py 300
 
-long-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-long-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+long-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+long-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 long-transients: $(STAMP)  ## how many of 500 long transients that double precision follows are called sensitive (ten minutes)
 	$(BIN)/python tests/long_transients.py 500
 
-one-period: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-one-period: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+one-period: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+one-period: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 one-period: kernels $(STAMP)  ## ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.one_period
 
-resolve: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+resolve: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+resolve: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python tests/resolved_points.py 200
 
-memory: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-memory: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+memory: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+memory: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 memory: export PYTHONPATH = .
 memory: $(STAMP)  ## the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python tests/limits_of_memory.py
 
 # another program's environment, as it needs other versions
-SCHEMATHESIS := $(CURDIR)/.cache/schemathesis
+SCHEMATHESIS := .cache/schemathesis
 schemathesis: export PYTHONPATH = .
 schemathesis: $(STAMP)  ## a thousand requests from the API's document to each operation, and sequences of them (an hour)
 	$(PYTHON) -m venv $(SCHEMATHESIS)
@@ -189,33 +193,33 @@ schemathesis: $(STAMP)  ## a thousand requests from the API's document to each o
 storage: $(STAMP)  ## append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
 	$(BIN)/python -m pytest -m "" tests/service/test_storage.py tests/service/test_http_storage_full.py
 
-chaos: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-chaos: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+chaos: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+chaos: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python tests/signals_at_random.py
 
-fairness: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-fairness: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+fairness: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+fairness: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 fairness: kernels $(STAMP)  ## 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python tests/fairness.py
 
-unfair: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-unfair: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+unfair: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+unfair: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 unfair: kernels $(STAMP)  ## small questions and maps beside dense zeros and long trajectories of another client (five minutes)
 	$(BIN)/python tests/unfair_askers.py
 
-first-window: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-first-window: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+first-window: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+first-window: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 first-window: kernels chromium $(STAMP)  ## the explorer's first window: previews, and verified, on two cores (three minutes)
 	$(BIN)/python tests/first_window.py
 
-load: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-load: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+load: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+load: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 load: kernels $(STAMP)  ## 500 event streams, and twice a thousand clients for a minute (ten minutes)
 	$(BIN)/python tests/load.py
 
-small-questions: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-small-questions: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+small-questions: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+small-questions: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 small-questions: kernels $(STAMP)  ## the time from a small question to its answer, alone and beside two large maps (three minutes)
 	$(BIN)/python -m tools.small_questions
 
@@ -225,14 +229,14 @@ cold-start: $(STAMP)  ## from the first start to the first curve, trajectory and
 kernels-wheel: $(RUN_STAMP)  ## compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
 	$(BIN)/python tools/kernels_wheel.py dist
 
-estimates: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-estimates: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+estimates: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+estimates: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 estimates: $(STAMP)  ## the processor time of random requests of every process, over its estimate (ten minutes)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m benchmarks.estimates
 
-planes: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-planes: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+planes: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+planes: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 planes: kernels $(STAMP)  ## the processor time of maps over other parameters, beside that over omega and clearance (ten minutes)
 	$(BIN)/python -m benchmarks.planes
 
@@ -243,13 +247,13 @@ $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@
 
-proofs: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-proofs: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+proofs: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
 	$(BIN)/python -m tests.proven_statements
 
-mutants: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-mutants: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+mutants: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+mutants: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 mutants: export PYTHONPATH = tests:.
 mutants: $(STAMP)  ## change certificates at random, and judge in 100 digits what the checker accepts (hours)
 	$(BIN)/python -W ignore -m tests.mutated_certificates $(MUTANTS)
@@ -290,8 +294,8 @@ types: $(STAMP)  ## check types with mypy, strict
 chromium:
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 
-browser: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-browser: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+browser: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+browser: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 browser: kernels chromium $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/browser
 

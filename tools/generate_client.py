@@ -30,8 +30,8 @@ _NAMES = {
     "AsyncBaseTransport": "BaseTransport",
     "Awaited": "Blocking",
 }
-# Phrases of docstrings.
-_PHRASES = {" from asyncio": "", "await client.": "client."}
+# Phrases of docstrings, and of what only an event loop needs.
+_PHRASES = {" from asyncio": "", "await client.": "client.", "await asyncio.to_thread(function, ": "function("}
 _OWN_NAME = re.compile(
     r"\b[Aa]sync_?(?=(?:Client|JobHandle|Follower|Connection|BaseTransport|client|jobs|watch|connection)\b)"
 )

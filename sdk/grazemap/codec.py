@@ -28,8 +28,12 @@ from grazemap import npz
 Document = dict[str, Any]
 # Number of elements of an array that are written at once, which takes less than a millisecond.
 _PIECE = 1024
-# Elements that take no bytes: rows without columns, and records without fields.
-_MOST_EMPTY = 1 << 24
+# Records, and the elements of their fields, become objects of a hundred bytes and more. Results have at most one for
+# every five bytes of the file; equal ones are packed into almost nothing.
+_MOST_ENTRIES_OF_A_BYTE = 4
+# Characters of the meta: twice the longest request that services take by default, or so many for each byte of the file.
+_MOST_META = 2 << 20
+_MOST_META_OF_A_BYTE = 16
 
 
 class CodecError(ValueError):
@@ -51,7 +55,8 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
     """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError.
 
-    No array is made that is larger than the bytes which are there.
+    No array is made that is larger than the bytes which are there, and no more records, elements of their fields and
+    names than so many for each byte of the file.
     """
     try:
         return _decoded(data)
@@ -64,14 +69,29 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
 
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     arrays = npz.unpacked(data)
-    meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
+    text = arrays.pop("meta")
+    if text.nbytes > np.dtype("U1").itemsize * max(_MOST_META, _MOST_META_OF_A_BYTE * len(data)):
+        raise CodecError("the meta is too long")
+    meta: dict[str, Any] = json.loads(str(text))
     shape: dict[str, str] = meta.pop("structure")
+    if len(shape) > npz.MOST_MEMBERS or sum(map(len, shape)) > len(data):
+        raise CodecError("the structure has too many names")
     records = tuple(f"{name}." for name, kind in shape.items() if kind == "records")
+    if sum(_entries(name, array) for name, array in arrays.items() if name.startswith(records)) > (
+        _MOST_ENTRIES_OF_A_BYTE * len(data)
+    ):
+        raise CodecError("there are too many records")
     document: Document = {}
     for name in sorted({*arrays, *shape}):
         if not name.startswith(records):
             _place(document, name, _unflatten(name, arrays, shape))
     return document, meta
+
+
+def _entries(name: str, array: NDArray[Any]) -> int:
+    """Return how many objects are made of an array of records: elements, rows without columns, and records."""
+    count = int(array) if name.endswith(".count") and not array.ndim else 0
+    return max(count, math.prod(side or 1 for side in array.shape))
 
 
 def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
@@ -201,7 +221,7 @@ def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str
 
 def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[dict[str, Any]]:
     columns, count = _columns(name, arrays, shape, {"count"}), int(arrays[f"{name}.count"])
-    if count > (min(map(len, columns.values())) if columns else _MOST_EMPTY):
+    if columns and count > min(map(len, columns.values())):
         raise CodecError("there are fewer records than are counted")
     return [{field: columns[field][i] for field in columns} for i in range(count)]
 

@@ -35,6 +35,8 @@ _MOST_UNPACKED = 2 << 30
 _MOST_RATIO = 1032
 # Elements of an array that take no bytes, such as rows without columns.
 _MOST_EMPTY = 1 << 24
+# No result has so many arrays.
+MOST_MEMBERS = 1 << 13
 # Bytes of an array whose compressed form is remembered: some megabytes for all.
 _SMALL = 512
 # where the lengths of name and extra field stand in the header of a member, and where these begin
@@ -77,6 +79,11 @@ def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = archive.infolist()
+    if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
+        raise ValueError("the members are too many, or several have one name")
+    # members that overlap would be unpacked from the same bytes
+    if sum(member.compress_size for member in members) > len(data):
+        raise ValueError("the members are longer than the file")
     if sum(member.file_size for member in members) > _MOST_UNPACKED:
         raise ValueError("the arrays are too large")
     return {member.filename.removesuffix(".npy"): _array(_content(data, member)) for member in members}

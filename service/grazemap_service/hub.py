@@ -51,11 +51,16 @@ class Listener:
 
     def put(self, event: Event | None) -> None:
         """Pass an event on; None: some were missed. One that is too slow misses everything that waits."""
-        if self._events.full():
-            while not self._events.empty():
-                self._events.get_nowait()
-            event = None
-        self._events.put_nowait(event)
+        _put(self._events, event)
+
+
+def _put(waiting: asyncio.Queue[T | None], item: T | None) -> None:
+    """Put an item into a queue, or None in place of everything where the queue is full."""
+    if waiting.full():
+        while not waiting.empty():
+            waiting.get_nowait()
+        item = None
+    waiting.put_nowait(item)
 
 
 class Hub:
@@ -95,7 +100,7 @@ class Hub:
     @contextmanager
     def ends(self) -> Iterator[asyncio.Queue[str | None]]:
         """Give the ids of all jobs that end within this block; None: some were missed."""
-        ended: asyncio.Queue[str | None] = asyncio.Queue()
+        ended: asyncio.Queue[str | None] = asyncio.Queue(_MOST_ENDED)
         self._start()
         self._ends.add(ended)
         try:
@@ -177,13 +182,13 @@ class Hub:
             while len(self._ended) > _MOST_ENDED:
                 self._ended.popitem(last=False)
             for ids in self._ends:
-                ids.put_nowait(job_id)
+                _put(ids, job_id)
         for listener in self._listeners.get(job_id, ()):
             listener.put(event)
 
     def _missed(self) -> None:
         for ids in self._ends:
-            ids.put_nowait(None)
+            _put(ids, None)
         for listeners in self._listeners.values():
             for listener in listeners:
                 listener.put(None)

@@ -41,7 +41,10 @@ def install(app: FastAPI, settings: Settings) -> None:
             Cors,
             allow_origins=list(settings.cors_origins),
             allow_methods=["GET", "HEAD", "POST", "DELETE"],
-            allow_headers=["Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"],
+            allow_headers=[
+                *("Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"),
+                *("Priority", "Grazemap-Group", "Grazemap-Client"),
+            ],
             expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
         )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)

@@ -65,7 +65,9 @@ KINDS: dict[str, Kind] = {
     "body-too-large": Kind(
         "Body too large", 413, "The body is over the byte limit: give ranges in place of long lists."
     ),
-    "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
+    "unsupported-media-type": Kind(
+        "Unsupported media type", 415, "The body must be application/json, without a Content-Encoding."
+    ),
     "invalid-request": Kind(
         "Invalid request", 422, "Values are missing, unknown or out of range; the errors name each of them."
     ),

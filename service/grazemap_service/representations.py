@@ -30,7 +30,8 @@ NPZ_TYPE = "application/x-npz"
 # In the server's order of preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
-_CACHE_CONTROL = "private, max-age=31536000, immutable"
+# a result that was evicted and computed again by other numerics has another tag
+_CACHE_CONTROL = "private, no-cache"
 # Maximum share of the cache's budget for one result.
 _LARGEST_SHARE = 4
 # JSON of larger arrays is made while it is sent, and a larger npz waits while much is being sent.
@@ -107,7 +108,7 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
 
 
 def cache_headers(stored: str, name: str) -> dict[str, str]:
-    """Return the headers of a representation of a result, from the entity tag of the stored npz; it never changes."""
+    """Return the headers of a representation of a result, from the entity tag of the stored npz."""
     return {"ETag": f'"{stored}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 

@@ -126,8 +126,11 @@ class JsonRequest(Request):
     """A request whose body is checked before the framework sees it."""
 
     async def body(self) -> bytes:
-        """Return the raw body. Raises ProblemException for another media type, or none."""
+        """Return the raw body. Raises ProblemException for another media type, or none, and for an encoded body."""
         data = await super().body()
+        encodings = ",".join(self.headers.getlist("content-encoding")).lower().split(",")
+        if any(encoding.strip() not in ("", "identity") for encoding in encodings):
+            raise ProblemException("unsupported-media-type", headers={"Accept-Encoding": "identity"})
         media_type = self.headers.get("content-type", "").split(";")[0].strip().lower()
         if media_type != "application/json" and not (
             media_type.startswith("application/") and media_type.endswith("+json")

@@ -15,6 +15,7 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import NoDecode
 
 from grazemap_service import keys
+from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.settings import WorkerSettings
 
@@ -100,8 +101,11 @@ class Settings(RedisSettings):
 
 
 class StackSettings(WorkerSettings):
-    """The settings of the Redis that a stack embeds."""
+    """The settings of the Redis that a stack embeds: on a small machine it has less memory than elsewhere."""
 
+    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = Field(
+        default_factory=lambda: _share_of_memory(WorkerSettings.model_fields["result_bytes"].default, 4)
+    )
     redis_bytes: Annotated[
         int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; default: the results and 1 GiB.")
     ] = None
@@ -109,7 +113,13 @@ class StackSettings(WorkerSettings):
     @property
     def most_redis_bytes(self) -> int:
         """The limit of its memory: what is set, else the budget of results and 1 GiB for all else."""
-        return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + (1 << 30)
+        return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + _share_of_memory(1 << 30, 8)
+
+
+def _share_of_memory(most: int, parts: int) -> int:
+    """Return so many bytes, or that part of the machine's memory where it is less."""
+    memory = machine_memory()
+    return most if memory is None else min(most, max(64 << 20, memory // parts))
 
 
 def is_loopback(host: str) -> bool:

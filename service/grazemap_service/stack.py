@@ -17,10 +17,9 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from threading import Event, Thread
 from types import FrameType
 from typing import Any
 
@@ -45,6 +44,8 @@ _STOP_SECONDS = 3.0
 _LOCK_SECONDS = 4.0
 # Seconds after which a line on stderr says what the stack waits for.
 _PATIENCE_SECONDS = 10.0
+# Seconds between lines that say what it waits for.
+_TALK_SECONDS = 1.0
 # Seconds between attempts to count the children that ended, and until Redis has to answer.
 _COUNT_SECONDS = 0.5
 # A child that dies this often before the stack was ever ready counts as unable to start.
@@ -92,12 +93,17 @@ class Stack:
         self._answered = False
         self._patient_until = math.inf
 
-        # keys of clients are for the service alone; the service reads variables in any case
-        keys = {name: value for name, value in os.environ.items() if name.upper().startswith("GRAZEMAP_API_KEY")}
-        environment = {name: value for name, value in os.environ.items() if name not in keys}
+        # keys of clients are for the service alone
+        variables = own_variables(os.environ)
+        keys = {name: value for name, value in variables.items() if name.startswith("GRAZEMAP_API_KEY")}
+        environment = {name: value for name, value in variables.items() if name not in keys}
+        self._allowed_host = environment.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
-            server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), most_memory=_most_redis_bytes(workers))
+            settings = _stack_settings(workers)
+            memory = settings.most_redis_bytes
+            server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), most_memory=memory)
+            environment["GRAZEMAP_RESULT_BYTES"] = str(settings.result_bytes)
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # the password of another Redis
             self._children.append(server)
@@ -127,16 +133,16 @@ class Stack:
         host, port = self._address()
         return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
-    def start(self, talks: bool = False) -> None:
-        """Lock the data folder and start everything. What takes long is logged, unless it is said otherwise (`talks`).
+    def start(self, talk: Callable[[], None] | None = None) -> None:
+        """Lock the data folder and start everything. What takes long is logged, unless `talk`, called often, says it.
 
         Raises
         ------
         StackError
             Another stack uses the data folder.
         """
-        self._take_lock()
-        self._patient_until = math.inf if talks else time.monotonic() + _PATIENCE_SECONDS
+        self._take_lock(talk or (lambda: None))
+        self._patient_until = math.inf if talk else time.monotonic() + _PATIENCE_SECONDS
         for child in self._children:
             child.start()
 
@@ -192,7 +198,7 @@ class Stack:
         self._listener.close()
         self._lock.close()
 
-    def _take_lock(self) -> None:
+    def _take_lock(self, talk: Callable[[], None]) -> None:
         """Lock the data folder: for this process, and for the Redis on it, which may outlive a killed stack.
 
         Raises StackError.
@@ -205,6 +211,7 @@ class Stack:
             self._missing = f"waiting for another stack that uses {self._data}"
             if time.monotonic() > deadline:
                 raise StackError(f"another stack runs on the data folder {self._data}")
+            talk()
             time.sleep(_POLL_SECONDS)
 
     def _address(self) -> tuple[str, int]:
@@ -214,7 +221,7 @@ class Stack:
     def _answer(self, path: str) -> dict[str, Any] | None:
         """Return the object that the service answers with; None, and what is missing, where it is a problem."""
         connection = http.client.HTTPConnection(*self._address(), timeout=2)
-        allowed = os.environ.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
+        allowed = self._allowed_host
         try:
             connection.request("GET", path, headers={"Host": allowed} if allowed not in ("", "*") else {})
             answer = connection.getresponse()
@@ -236,6 +243,11 @@ class Stack:
         return None
 
 
+def own_variables(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment with grazemap's variables in upper case: they are read in any case."""
+    return {name.upper() if name.upper().startswith("GRAZEMAP_") else name: environment[name] for name in environment}
+
+
 def _redis_settings() -> RedisSettings:
     """Return where Redis is. Raises StackError."""
     try:
@@ -244,13 +256,12 @@ def _redis_settings() -> RedisSettings:
         raise StackError(refusal_text(error)) from None
 
 
-def _most_redis_bytes(workers: int | None) -> int:
-    """Return the limit of the embedded Redis's memory, in bytes. Raises StackError."""
+def _stack_settings(workers: int | None) -> StackSettings:
+    """Return the settings of the embedded Redis. Raises StackError."""
     try:
-        settings = StackSettings() if workers is None else StackSettings(workers=workers)
+        return StackSettings() if workers is None else StackSettings(workers=workers)
     except ValidationError as error:
         raise StackError(refusal_text(error)) from None
-    return settings.most_redis_bytes
 
 
 def _end(parent: int | None) -> Callable[[], bool]:
@@ -271,41 +282,45 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
 
     With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. Raises StackError.
     """
-    ready = Event()
-    talker = Thread(target=_talk, args=(stack, ready), daemon=True)
+    talk = _Talk(stack) if talks else None
     announced = False
     try:
-        if talks:
-            talker.start()
-        stack.start(talks)
+        if talk:
+            talk()
+        stack.start(talk)
         while not ended():
             stack.look_after()
             if not announced and stack.ready():
                 announced = True
-                ready.set()
-                if talks:
-                    talker.join()  # no line after that of the address
                 line = json.dumps({"url": stack.url, "pid": os.getpid()})
                 if ready_file is not None:
                     ready_file.write_text(line + "\n", "utf-8")
                 print(line, flush=True)  # noqa: T201 - the one line that the starting process reads
+            if talk and not announced:
+                talk()
             time.sleep(_POLL_SECONDS)
     finally:
-        ready.set()
-        if talker.is_alive():
-            talker.join()
         stack.stop()
         if announced and ready_file is not None:
             ready_file.unlink(missing_ok=True)
 
 
-def _talk(stack: Stack, ready: Event) -> None:
-    """Print what the stack waits for, at once and every second."""
-    with suppress(BrokenPipeError):  # the starting process has gone, which ends the stack too
-        while True:
-            print(json.dumps({"starting": stack.missing}), flush=True)  # noqa: T201 - for the starting process
-            if ready.wait(1.0):
-                return
+class _Talk:
+    """Prints what the stack waits for, when it is called for the first time and at most every second.
+
+    It is no thread: children are forked while the stack starts, and a lock that a thread holds stays held in them.
+    """
+
+    def __init__(self, stack: Stack) -> None:
+        self._stack = stack
+        self._next = 0.0
+
+    def __call__(self) -> None:
+        if time.monotonic() < self._next:
+            return
+        self._next = time.monotonic() + _TALK_SECONDS
+        with suppress(BrokenPipeError):  # the starting process has gone, which ends the stack too
+            print(json.dumps({"starting": self._stack.missing}), flush=True)  # noqa: T201 - for the starting process
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -17,6 +17,7 @@ SDK = "The SDK is a light client"
 SDK_LAYERS = "The SDK's packages import only those below them"
 CORE = "The core is numerics only"
 CORE_LAYERS = "The core's packages import only those below them"
+FLINT = "Only proofs and runs in multi-precision arithmetic need python-flint"
 KERNELS = "Kernels import kernels only"
 WORKER = "The worker speaks no HTTP"
 WORKER_LAYERS = "The worker's packages import only those below them"
@@ -31,8 +32,10 @@ CONTRACTS = (
     SDK_LAYERS,
     CORE,
     CORE_LAYERS,
+    FLINT,
     KERNELS,
     WORKER,
+    WORKER_LAYERS,
     STORE,
     STORE_ALONE,
     QUEUE,
@@ -54,6 +57,7 @@ PLANTS = [
     ("core/grazemap_core/orbits/kernels/newton.py", "from grazemap_core.maps.kernels import lanes", CORE_LAYERS),
     ("core/grazemap_core/codes.py", "from grazemap_core import checks", CORE_LAYERS),
     ("core/grazemap_core/contact/kernels/cells.py", "from grazemap_core.contact import held_problem", KERNELS),
+    ("core/grazemap_core/orbits/search.py", "import flint", FLINT),
     ("worker/grazemap_worker/tasks.py", "import fastapi", WORKER),
     ("worker/grazemap_worker/queue/bells.py", "import numba", STORE),
     ("worker/grazemap_worker/queue/rq_keys.py", "import grazemap_worker.tasks", STORE),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import re
 import time
@@ -15,6 +16,7 @@ from grazemap.errors import ParameterError
 from grazemap.wire import UnfoldingMapsRequest
 from grazemap_worker.planning import PLANNING
 from grazemap_worker.store import Store
+from tests.service.conftest import CURVE
 
 JSON = {"Content-Type": "application/json"}
 RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
@@ -603,3 +605,20 @@ def test_the_problem_of_an_invalid_request_is_the_same_before_and_after_it_is_se
         validated("trajectories", {**TRAJECTORY, "omega": -1})
     assert answered == caught.value.problem.model_dump(mode="json")
     assert answered["detail"].endswith("; the errors name each of them.")
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "br", "deflate", "GZIP, identity", "x", "identity, gzip"])
+@pytest.mark.parametrize("path", ["/v1/grazing-curves", "/v1/batches", "/v1/grazing-curves/estimate"])
+def test_a_body_that_is_encoded_is_not_taken(client: TestClient, encoding: str, path: str) -> None:
+    content = gzip.compress(json.dumps(CURVE).encode())
+    headers = {"Content-Type": "application/json", "Content-Encoding": encoding}
+    answer = client.post(path, content=content, headers=headers)
+    assert answer.status_code == 415
+    assert answer.json()["type"] == "urn:grazemap:problem:unsupported-media-type"
+    assert answer.headers["accept-encoding"] == "identity"
+
+
+@pytest.mark.parametrize("encoding", ["identity", ""])
+def test_a_body_that_says_that_it_is_not_encoded_is_taken(client: TestClient, encoding: str) -> None:
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Content-Encoding": encoding})
+    assert answer.status_code == 201

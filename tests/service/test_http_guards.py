@@ -83,6 +83,19 @@ def test_no_origin_is_allowed_unless_set(client: TestClient, serve: Any) -> None
     assert "access-control-allow-origin" not in other.headers
 
 
+def test_every_described_header_is_allowed_to_pages_of_an_allowed_origin(serve: Any) -> None:
+    client = serve(cors_origins="https://app.example")
+    paths = client.get("/openapi.json").json()["paths"].values()
+    operations = [operation for path in paths for operation in path.values()]
+    named = [parameter for operation in operations for parameter in operation.get("parameters", [])]
+    described = {parameter["name"].lower() for parameter in named if parameter["in"] == "header"}
+    assert {"priority", "grazemap-group", "grazemap-client", "prefer", "last-event-id"} <= described
+    for header in [*described, "authorization", "content-type"]:
+        asked = {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": header}
+        preflight = client.options("/v1/grazing-curves", headers={"Origin": "https://app.example", **asked})
+        assert preflight.status_code == 200, header
+
+
 def test_a_refused_preflight_is_a_problem(serve: Any) -> None:
     client = serve(cors_origins="https://app.example")
     answer = client.options(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 
 import redis.exceptions
 
@@ -86,3 +86,20 @@ def test_a_listener_gets_all_that_waits_at_once_and_is_told_what_it_missed() -> 
         assert await listener.next(1.0) == [None]
 
     asyncio.run(run())
+
+
+def test_the_ends_that_nobody_takes_are_not_kept_without_end() -> None:
+    """A client that does not read its batch; the ends of all jobs come to it."""
+
+    async def run() -> int:
+        hub = Hub(lambda: cast(Any, LosesACancellation()))
+        with hub.ends() as ended:
+            for number in range(25_000):
+                hub._pass_on(f'{number}\n1-0\ndone\n{{"status": "successful"}}'.encode())
+            most, items = ended.qsize(), [ended.get_nowait() for _ in range(ended.qsize())]
+        await hub.close()
+        assert None in items  # some were missed, so all are looked at
+        assert items[-1] == "24999"
+        return most
+
+    assert asyncio.run(run()) <= 10_000

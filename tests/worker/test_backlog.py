@@ -12,7 +12,7 @@ from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import bells
-from grazemap_worker.store import QueueFull, Store, WorkerInfo
+from grazemap_worker.store import QueueFull, Store, Submission, WorkerInfo
 from grazemap_worker.supervision.reconciler import Reconciler
 
 LEASE = 5.0
@@ -153,3 +153,16 @@ def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store,
     for _ in range(5):
         assert reconciler.reconcile() == {"curves", "maps-3"}
     assert [queue.count for queue in queues] == [bells.MOST_WAITING] * 2
+
+
+def test_the_workers_are_counted_once_for_all_refusals_of_a_batch(
+    store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    requests = [GrazingCurvesRequest(omega=[1, 1000 + number]) for number in range(50)]
+    asked = [Submission("grazing-curves", request, Plan()) for request in requests]
+    counted: list[int] = []
+    live = store.workers.live
+    monkeypatch.setattr(store.workers, "live", lambda: counted.append(1) or live())
+    outcomes = store.jobs.submit(asked, "1", 1)
+    assert all(isinstance(outcome, QueueFull) for outcome in outcomes)
+    assert len(counted) == 1

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 
 # A worker renews its lease every second while it works and every three while it waits; one that is killed loses its
 # tile when the lease runs out.
 LEASE_SECONDS = 5.0
+# Of a large machine: what the computation of a tile may allocate. On a smaller one the workers, and two more for the
+# store and what compiles, share the memory.
+_MOST_MEMORY = 2 << 30
+_LEAST_MEMORY = 1 << 26
 
 
 def available_cores() -> int:
@@ -23,6 +28,17 @@ def available_cores() -> int:
 def default_cache_dir() -> Path:
     """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR, else in XDG_CACHE_HOME, else in ~/.cache."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
+
+
+def default_memory(workers: int, machine: int | None) -> int:
+    """Return what the computation of a tile may allocate, on a machine of so many bytes."""
+    if machine is None:
+        return _MOST_MEMORY
+    return min(_MOST_MEMORY, max(_LEAST_MEMORY, machine // (workers + 2)))
+
+
+def _default_memory(valid: dict[str, Any]) -> int:
+    return default_memory(valid.get("workers", 1), machine_memory())
 
 
 class WorkerSettings(RedisSettings):
@@ -39,4 +55,6 @@ class WorkerSettings(RedisSettings):
         "ahead"
     )
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
-    memory_bytes: Annotated[int, Field(ge=1 << 26, description="Memory for the computation of a tile.")] = 2 << 30
+    memory_bytes: Annotated[int, Field(ge=_LEAST_MEMORY, description="Memory for the computation of a tile.")] = Field(
+        default_factory=_default_memory
+    )

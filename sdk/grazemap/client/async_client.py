@@ -108,8 +108,8 @@ class AsyncClient(ProcessMethods, Awaited):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        job = await async_jobs.submit(self._connection, validated(process, request))
-        return AsyncJobHandle(self._connection, job)
+        asked = validated(process, request)
+        return AsyncJobHandle(self._connection, await async_jobs.submit(self._connection, asked), asked)
 
     def map(
         self,

@@ -7,15 +7,19 @@ job, which is computed once.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager
 from time import monotonic
+from typing import ParamSpec, TypeVar
 
 import httpx2
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
 from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class AsyncConnection:
@@ -116,6 +120,10 @@ class AsyncConnection:
     async def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         await asyncio.sleep(seconds)
+
+    async def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
+        """Return what a function returns that may take long, to decode a result or to write it to a disk."""
+        return await asyncio.to_thread(function, *arguments, **keywords)
 
 
 async def _read(streamed: httpx2.Response) -> httpx2.Response:

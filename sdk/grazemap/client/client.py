@@ -109,8 +109,8 @@ class Client(ProcessMethods, Blocking):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        job = jobs.submit(self._connection, validated(process, request))
-        return JobHandle(self._connection, job)
+        asked = validated(process, request)
+        return JobHandle(self._connection, jobs.submit(self._connection, asked), asked)
 
     def map(
         self,

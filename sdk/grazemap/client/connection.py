@@ -8,15 +8,19 @@ job, which is computed once.
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager
 from time import monotonic
+from typing import ParamSpec, TypeVar
 
 import httpx2
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
 from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class Connection:
@@ -117,6 +121,10 @@ class Connection:
     def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         time.sleep(seconds)
+
+    def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
+        """Return what a function returns that may take long, to decode a result or to write it to a disk."""
+        return function(*arguments, **keywords)
 
 
 def _read(streamed: httpx2.Response) -> httpx2.Response:

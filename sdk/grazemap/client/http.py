@@ -31,7 +31,7 @@ _GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 # Who asks, for a service without keys: its workers are shared by those who ask.
 _ASKER = secrets.token_hex(8)
 # The title and the detail of the service's problem.
-_UNKNOWN_JOB = Problem(
+UNKNOWN_JOB = Problem(
     type="urn:grazemap:problem:unknown-job",
     title="Unknown job",
     status=404,
@@ -92,7 +92,7 @@ class Settings:
 def job_path(job_id: str) -> str:
     """Return a job's address below the base URL. Raises NotFound for an invalid id."""
     if not isinstance(job_id, str) or not JOB_ID.fullmatch(job_id):
-        raise NotFound(_UNKNOWN_JOB)
+        raise NotFound(UNKNOWN_JOB)
     return f"{constants.API_PREFIX}/jobs/{job_id}"
 
 

@@ -31,6 +31,7 @@ from grazemap.errors import (
     ConnectionFailed,
     GrazemapError,
     JobError,
+    NotFound,
     ProtocolError,
     ServiceProblem,
 )
@@ -53,9 +54,10 @@ _NPZ_TYPE = "application/x-npz"
 class JobHandle(JobState):
     """A job of an `Client`, in its last known state; `refresh` and `wait` update it."""
 
-    def __init__(self, connection: Connection, job: Job) -> None:
+    def __init__(self, connection: Connection, job: Job, request: ProcessRequest | None = None) -> None:
         super().__init__(job)
         self._connection = connection
+        self._request = request  # of a job that this client has submitted
 
     def refresh(self) -> JobHandle:
         """Update the handle from the service, and return it."""
@@ -84,26 +86,47 @@ class JobHandle(JobState):
             Show the progress on a terminal or below a notebook's cell; elsewhere, on stderr, what the job waits
             for longer than 5 s.
 
+        The request of a job that this client has submitted is submitted once more if the service has lost the job.
+
         Raises
         ------
         JobFailed, JobDismissed, WaitTimeout
         """
+        now = self._connection.now
+        deadline = None if timeout is None else now() + timeout
         with Listener(self.process, progress) as listener:
-            self._job = Follower(self._connection, job_path(self.id), timeout).run(listener)
+            try:
+                self._job = Follower(self._connection, job_path(self.id), timeout).run(listener)
+            except NotFound as error:
+                self._submit_again(error)
+                remaining = None if deadline is None else max(0.0, deadline - now())
+                self._job = Follower(self._connection, job_path(self.id), remaining).run(listener)
         messages.require_success(self._job)
         return self
 
     def result(self) -> Result:
         """Fetch the result of a finished job.
 
-        If the service no longer stores the result, it is computed again, and this call waits for it.
+        If the service no longer stores the result, it is computed again, and this call waits for it; so is the request
+        of a job that this client has submitted if the service has lost the job.
 
         Raises
         ------
         ResultNotReady
             The job is not finished.
         """
+        try:
+            return fetch(self._connection, self.id)
+        except NotFound as error:
+            self._submit_again(error)
+        messages.require_success(Follower(self._connection, job_path(self.id), job=self._job).run())
         return fetch(self._connection, self.id)
+
+    def _submit_again(self, error: NotFound) -> None:
+        """Submit the request again, of a job that the service has lost; otherwise raise the error."""
+        if self._request is None or not messages.is_lost(error):
+            raise error
+        self._job = submit(self._connection, self._request)
 
     def cancel(self) -> JobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
@@ -168,20 +191,35 @@ def list_jobs(connection: Connection, selected: Mapping[str, str | None], limit:
 def answer(connection: Connection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
     """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
     with Listener(request.operation.process, progress) as listener:
-        prefer = f"wait={PREFER_WAIT}, return=representation"
-        response = _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
-        if response.headers.get("content-type") == _NPZ_TYPE:
-            warn_of([*notes_on(request), *unstated(request)])
-            result = decode_result(response.content)
-            messages.keep(connection.settings, response.headers.get("location", "").rpartition("/")[2], response)
-        else:
-            job = messages.job_of(response)
-            warn_of([*job.notes, *unstated(request)])
-            messages.require_success(Follower(connection, job_path(job.id), job=job).run(listener))
-            result = fetch(connection, job.id, listener)
+        try:
+            result = _answer(connection, request, listener)
+        except NotFound as error:
+            if not messages.is_lost(error):
+                raise
+            result = _answer(connection, request, listener)
     if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
     return cast(R, result)
+
+
+def _answer(connection: Connection, request: ProcessRequest, listen: Callable[[Event], None] | None = None) -> Result:
+    """Submit a request, wait for its job, and return the result."""
+    prefer = f"wait={PREFER_WAIT}, return=representation"
+    response = _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
+    if response.headers.get("content-type") == _NPZ_TYPE:
+        warn_of([*notes_on(request), *unstated(request)])
+        return _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
+    job = messages.job_of(response)
+    warn_of([*job.notes, *unstated(request)])
+    messages.require_success(Follower(connection, job_path(job.id), job=job).run(listen))
+    return fetch(connection, job.id, listen)
+
+
+def _decoded(connection: Connection, job_id: str, response: httpx2.Response) -> Result:
+    """Return the result that an answer has, and keep it in the folder of the client."""
+    result = connection.work(decode_result, response.content)
+    connection.work(messages.keep, connection.settings, job_id, response)
+    return result
 
 
 def answers(
@@ -213,7 +251,8 @@ def answers(
                         else:
                             lines[missing[messages.place_of(line, missing)]], attempt = line, 0
                         while given in lines:
-                            outcome = _outcome(connection, lines.pop(given), return_exceptions)
+                            request = asked[before + given]
+                            outcome = _outcome(connection, request, lines.pop(given), return_exceptions)
                             given += 1
                             yield outcome
             except ConnectionFailed as error:
@@ -250,9 +289,16 @@ def _lines(connection: Connection, bodies: Sequence[bytes]) -> Generator[dict[st
         raise failure_of(error) from None
 
 
-def _outcome(connection: Connection, line: dict[str, Any], return_exceptions: bool) -> Result | GrazemapError:
+def _outcome(
+    connection: Connection, request: ProcessRequest, line: dict[str, Any], return_exceptions: bool
+) -> Result | GrazemapError:
     try:
-        return _result(connection, line)
+        try:
+            return _result(connection, line)
+        except NotFound as error:
+            if not messages.is_lost(error):
+                raise
+            return _answer(connection, request)
     except (JobError, ServiceProblem) as error:
         if not return_exceptions:
             raise
@@ -266,7 +312,7 @@ def _result(connection: Connection, line: dict[str, Any]) -> Result:
         raise refused
     if isinstance(line.get("npz"), str):
         try:
-            return decode_result(b64decode(line["npz"], validate=True))
+            return connection.work(decode_result, b64decode(line["npz"], validate=True))
         except ValueError as error:
             raise ProtocolError("a result of the answer cannot be read") from error
     return fetch(connection, line["id"])
@@ -280,7 +326,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
     ResultNotReady, JobFailed, JobDismissed
     """
     cache = connection.settings.cache
-    cached = cache.read(job_id) if cache else None
+    cached = connection.work(cache.read, job_id) if cache else None
     headers = {"if-none-match": cached[0]} if cached else {}
     while True:
         try:
@@ -290,7 +336,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
             messages.require_success(look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
-            return decode_result(cached[1])
+            return connection.work(decode_result, cached[1])
         if response.status_code == 202:
             job = Job.read(response.content)
             messages.require_success(Follower(connection, job_path(job.id)).run(listen))
@@ -299,6 +345,4 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
-        result = decode_result(response.content)
-        messages.keep(connection.settings, job_id, response)
-        return result
+        return _decoded(connection, job_id, response)

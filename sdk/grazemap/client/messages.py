@@ -10,9 +10,17 @@ from typing import Any
 import httpx2
 from pydantic import ValidationError
 
-from grazemap.client.http import JOB_ID, Settings
+from grazemap.client.http import JOB_ID, UNKNOWN_JOB, Settings
 from grazemap.constants import BYTES_OF_BATCH, MOST_OF_BATCH
-from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_exception, problem_text
+from grazemap.errors import (
+    JobDismissed,
+    JobFailed,
+    NotFound,
+    ProtocolError,
+    ServiceProblem,
+    problem_exception,
+    problem_text,
+)
 from grazemap.wire import Job, Note, Problem
 
 
@@ -31,6 +39,11 @@ def require_success(job: Job) -> None:
         raise JobFailed(f"job {job.id} failed: {reason}", job)
     if job.status == "dismissed":
         raise JobDismissed(f"job {job.id} was dismissed", job)
+
+
+def is_lost(error: NotFound) -> bool:
+    """Return whether the service knows nothing of a job, as after its store was emptied."""
+    return error.problem.type == UNKNOWN_JOB.type
 
 
 def keep(settings: Settings, job_id: str, response: httpx2.Response) -> None:

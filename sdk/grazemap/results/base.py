@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 RESULTS: dict[str, type[Result]] = {}
 """The classes of results by the names of their schemas."""
 _SCHEMAS = {schema.name: schema for schema in SCHEMAS}
+# No result has a longer list of texts, such as the reasons to which a map refers by numbers.
+_MOST_TEXTS = 1 << 16
 _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
 
 
@@ -236,6 +238,8 @@ def value_of(one: Field, value: Any) -> Any:
     if one.type == "complex":
         return _complex(value)
     if one.texts:
+        if len(value) > _MOST_TEXTS:
+            raise ValueError("a list of texts is too long")
         return tuple(map(_SCALARS[one.type], value))
     if one.dims:
         array = np.asarray(value, dtype=ARRAY_TYPES[one.type])

@@ -1,7 +1,7 @@
 """Results: whole ones, and the tiles of a map while the others are still computed.
 
-A result never changes under its id, so a client that has it gets 304 instead. One that was evicted is computed
-again when it is asked for: 202 and the job.
+A client that has the result gets 304 instead. One that was evicted is computed again when it is asked for: 202 and the
+job. Other numerics than the first time give it another tag.
 """
 
 from __future__ import annotations

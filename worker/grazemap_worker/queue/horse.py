@@ -11,6 +11,7 @@ import resource
 import select
 import signal
 import struct
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ NICENESS = 10
 _LOOK_SECONDS = 0.5
 # Share of the memory limit from which on a process that was aborted counts as out of memory.
 _NEAR_LIMIT = 0.7
+# Bytes of the unit of a peak of memory: kilobytes, but on macOS.
+_PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
 # Status of a process that its worker killed, and of one that could not store what it computed as the store is full.
 _KILLED = -signal.SIGKILL
 STORE_FULL = 3
@@ -166,7 +169,7 @@ class Horse:
         code = os.waitstatus_to_exitcode(status)
         # LLVM and others abort where they get no memory
         if code in (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS) and (
-            usage.ru_maxrss * 1024 > _NEAR_LIMIT * self._memory_bytes
+            usage.ru_maxrss * _PEAK_UNIT > _NEAR_LIMIT * self._memory_bytes
         ):
             return Ended(code, "memory", memory_text(self._memory_bytes))
         return Ended(code, "lost" if code < 0 or code == 1 else None)

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from typing import Any
 
 import structlog
@@ -95,13 +96,14 @@ class Jobs:
                 "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),
             }
             calls.append(((text, plan.model_dump_json(exclude={"estimate"}).encode()), of_all | arguments))
+        workers = cache(lambda: max(1, len(self._workers.live())))  # asked for once, and only after a refusal
         outcomes: list[tuple[Job, Bell | None] | QueueFull | RedisError] = []
         for one, (_, sent), answer in zip(submissions, calls, self._scripts.run_each("submit", calls), strict=True):
             if isinstance(answer, RedisError):
                 outcomes.append(answer)
             elif answer[0] in (b"full", b"quota"):
                 most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
-                wait = math.ceil((answer[1] + one.plan.count - most) * TILE_SECONDS / max(1, len(self._workers.live())))
+                wait = math.ceil((answer[1] + one.plan.count - most) * TILE_SECONDS / workers())
                 kind = QuotaUsed if answer[0] == b"quota" else QueueFull
                 outcomes.append(kind(retry_after=min(120, max(1, wait))))
             elif (job := self._seen(str(sent["id"]), answer[1])) is None:

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import re
 
+import structlog
+from redis.exceptions import NoPermissionError
+
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import OLDER_PREFIXES
 from grazemap_worker.store.problems import outdated_problem
@@ -46,9 +49,16 @@ class OlderLayouts:
         return bool(leases) and self._redis.exists(*leases) > 0
 
     def _remove(self, prefix: str) -> None:
-        """Remove every key of a layout, and last the one by which it is recognised."""
+        """Remove every key of a layout, and last the one by which it is recognised.
+
+        A user that may not list keys leaves them to an administrator.
+        """
         mark, length = _mark(prefix).encode(), len(prefix)
-        keys = self._redis.scan_iter(f"{prefix}*", count=_KEYS_A_STEP)
+        try:
+            keys = [*self._redis.scan_iter(f"{prefix}*", count=_KEYS_A_STEP)]
+        except NoPermissionError:
+            structlog.get_logger("grazemap_worker").warning("keys of an earlier version remain", prefix=prefix)
+            keys = []
         # a key that continues with a number is of another layout
         removed = [key for key in keys if key != mark and not _NUMBER.match(key, length)]
         for start in range(0, len(removed), _KEYS_A_STEP):

@@ -2,6 +2,7 @@
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
 import { LAYERS } from "./layers.js";
 import { USUAL, isUsual, parameter } from "./parameters.js";
+import { SIDES } from "./sketch.js";
 import { rounded } from "./ticks.js";
 
 const SHARE = 1e-6; // of a window, to which its ends are said
@@ -41,6 +42,7 @@ export function read(hash, standard) {
   } catch {
     /* an address that was cut off */
   }
+  if (!Object.hasOwn(SIDES, machine.stops)) machine = { ...machine, stops: standard.machine.stops };
   return {
     ...planeOf(said, standard),
     layer: Object.hasOwn(LAYERS, said.get("layer") ?? "") ? said.get("layer") : standard.layer,

@@ -38,7 +38,7 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
   return { labels, motion };
 }
 
-onmessage = async ({ data: { number, buffer } }) => {
+async function tileOf(buffer) {
   const { margin_right, margin_left, ...found } = await arrays(buffer, NAMES);
   const { kind, kinds, period, impacts_right, impacts_left, ...rest } = found;
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
@@ -46,10 +46,19 @@ onmessage = async ({ data: { number, buffer } }) => {
   if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, one) => sum + Number(one), 0) / kind.length;
   if (margin_right) tile.graze_right = zeros(margin_right, points);
   if (margin_left) tile.graze_left = zeros(margin_left, points);
-  postMessage(
-    { number, tile },
-    Object.values(tile)
-      .filter(ArrayBuffer.isView)
-      .map((array) => array.buffer),
-  );
+  return tile;
+}
+
+onmessage = async ({ data: { number, buffer } }) => {
+  try {
+    const tile = await tileOf(buffer);
+    postMessage(
+      { number, tile },
+      Object.values(tile)
+        .filter(ArrayBuffer.isView)
+        .map((array) => array.buffer),
+    );
+  } catch {
+    postMessage({ number });
+  }
 };

@@ -9,8 +9,12 @@ const LOOK_AGAIN = 2000;
 
 export function listJobs() {
   const section = byId("jobs-section");
+  let again = null;
+  let isLooking = false;
   const look = async () => {
-    if (!section.open) return;
+    clearTimeout(again);
+    if (!section.open || isLooking) return;
+    isLooking = true;
     try {
       const { jobs } = await (await send(`v1/jobs?small=false&limit=${ASKED}`)).json();
       const sorted = [...jobs.filter(isRunning), ...jobs.filter((job) => !isRunning(job))];
@@ -19,7 +23,8 @@ export function listJobs() {
     } catch (error) {
       byId("jobs").replaceChildren(element("li", { textContent: error.message }));
     }
-    setTimeout(look, LOOK_AGAIN);
+    isLooking = false;
+    again = setTimeout(look, LOOK_AGAIN);
   };
   section.addEventListener("toggle", look);
 }

@@ -43,7 +43,8 @@ function amplitudes(forcing) {
   return typeof forcing[0] === "object" ? forcing.map(({ amplitude }) => amplitude) : [forcing];
 }
 
-const SIDES = { equal: [-1, 1], unequal: [-1, 1], right: [1], left: [-1] };
+// Where the stops of a machine are.
+export const SIDES = { equal: [-1, 1], unequal: [-1, 1], right: [1], left: [-1] };
 
 function words(count, contact, stops, base) {
   const number = SIDES[stops].length === 2 ? "between two stops" : `with a stop on the ${stops}`;

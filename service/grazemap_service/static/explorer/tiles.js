@@ -14,8 +14,8 @@ const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
 const isInside = ([low, high], [least, most]) => least <= low && high <= most;
 
 export class Tiles {
-  #decoder = new Worker(new URL("decoder.js", import.meta.url), { type: "module" });
-  #decoding = new Map();
+  #decoder;
+  #decoding = new Map(); // number -> called with the tile, or without one that cannot be read
   #number = 0;
   #running = new Map(); // name -> { abort, job }
   #wanted = [];
@@ -26,16 +26,28 @@ export class Tiles {
   // failed, `failed` with the error.
   constructor({ changed, failed }) {
     Object.assign(this, { changed, failed });
-    this.#decoder.onmessage = ({ data: { number, tile } }) => {
-      this.#decoding.get(number)(tile);
-      this.#decoding.delete(number);
+    this.#startDecoder();
+  }
+
+  #startDecoder() {
+    this.#decoder = new Worker(new URL("decoder.js", import.meta.url), { type: "module" });
+    this.#decoder.onmessage = ({ data: { number, tile } }) => this.#decoded(number, tile);
+    this.#decoder.onerror = this.#decoder.onmessageerror = () => {
+      this.#decoder.terminate();
+      this.#startDecoder();
+      for (const number of [...this.#decoding.keys()]) this.#decoded(number);
     };
+  }
+
+  #decoded(number, tile) {
+    this.#decoding.get(number)?.(tile);
+    this.#decoding.delete(number);
   }
 
   #decode(buffer) {
     const number = this.#number++;
-    return new Promise((resolve) => {
-      this.#decoding.set(number, resolve);
+    return new Promise((resolve, reject) => {
+      this.#decoding.set(number, (tile) => (tile ? resolve(tile) : reject(new Error("A map cannot be read."))));
       this.#decoder.postMessage({ number, buffer }, [buffer]);
     });
   }
