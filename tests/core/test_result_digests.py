@@ -162,7 +162,7 @@ def test_types_shapes_and_fields_are_part_of_the_record(known: Results) -> None:
 
 def test_a_name_in_the_table_is_no_change(known: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     found = {name.replace("impacts", "contacts"): field for name, field in result().items()}
-    assert len(list(record.changes(record.read(), {"trajectories": {"one": found}}))) == 6
+    assert len(list(record.changes(record.read(), {"trajectories": {"one": found}}))) == 8
     monkeypatch.setitem(record.RENAMED, "trajectories", {"impacts": "contacts"})
     assert list(record.changes(record.read(), {"trajectories": {"one": found}})) == []
 
@@ -184,11 +184,12 @@ def test_numbers_of_a_certificate_are_numbers_and_its_words_are_labels() -> None
         text = json.dumps({"statement": {"kind": "orbit", "range": ["0.282", "0.283"]}, "theorem": theorem})
         return {"proofs": {"one": fields(encode_npz({"certificate": text}, {}))}}
 
-    one = certificate(name="newton", box=["0.25", "1e-30"])
-    labels, numbers = record.disagreements(one, certificate(name="newton", box=["0.2500000001", "1e-30"]))
+    one = certificate(name="newton", box=["[0.25 +/- 1e-30]", "1e-30"])
+    other = certificate(name="newton", box=["[0.2500000001 +/- 2e-30]", "1e-30"])
+    labels, numbers = record.disagreements(one, other)
     assert labels == []
     assert [change.field for _, change in numbers] == ["certificate.theorem.box"]
-    labels, _ = record.disagreements(one, certificate(name="krawczyk", box=["0.25", "1e-30"]))
+    labels, _ = record.disagreements(one, certificate(name="krawczyk", box=["[0.25 +/- 1e-30]", "1e-30"]))
     assert [change.field for change in labels] == ["certificate.theorem.name"]
 
 

@@ -24,6 +24,7 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.schema import schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import parse_request
+from grazemap_core.numerics.jit.quick_compiler import hurry
 from grazemap_worker.planning import PLANNING
 from grazemap_worker.processes import PROCESSES
 from tests.digests.requests import TIERS, Body
@@ -126,6 +127,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=PROCESSES, help="these processes alone")
     parser.add_argument("--plant", help="the name of an error that is planted first")
     given = parser.parse_args()
+    hurry()  # to compile what is not stored
     if given.plant:
         from tests.digests.planted import plant
 

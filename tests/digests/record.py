@@ -32,6 +32,7 @@ RENAMED: dict[str, dict[str, str]] = {}
 # Values of a field that are recorded, evenly spaced: of numbers, and of labels and flags, which take less space.
 _NUMBERS, _LABELS = 32, 256
 _DIGITS = 16  # of a digest
+_DECIMAL = re.compile(r"-?\d+(?:\.\d+(?:e[+-]?\d+)?|e[+-]?\d+)")
 _OF_VALUES = {"f": "floats", "i": "integers", "u": "integers", "b": "integers", "U": "texts"}
 
 Digests = dict[str, dict[str, dict[str, str]]]
@@ -140,7 +141,8 @@ def changes(record: Record, results: Results) -> Iterator[Change]:
 def disagreements(results: Results, others: Results) -> tuple[list[Change], list[tuple[float, Change]]]:
     """Return labels and flags (all but floating-point numbers) that differ, and the differences of numbers by size.
 
-    The size of a difference is relative to the largest number of the field. A text that is a decimal is a number.
+    The size of a difference is relative to the largest number of the field. Decimals in texts, as certificates have
+    them, are numbers.
     """
     labels: list[Change] = []
     numbers: list[tuple[float, Change]] = []
@@ -213,11 +215,10 @@ def _difference(one: Field | None, other: Field | None) -> float | None:
         return None
     if np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
         return 0.0
-    if a.dtype.kind == "U":
-        try:
-            a, b = a.astype(np.float64), b.astype(np.float64)
-        except ValueError:
-            return None
+    if a.dtype.kind == "U" and [_DECIMAL.sub("", text) for text in a.flat] == [
+        _DECIMAL.sub("", text) for text in b.flat
+    ]:
+        a, b = (np.array(_DECIMAL.findall(" ".join(texts.flat)), dtype=np.float64) for texts in (a, b))
     if a.dtype.kind != "f" or not np.array_equal(np.isfinite(a), np.isfinite(b)):
         return None
     a, b = a[np.isfinite(a)], b[np.isfinite(b)]
