@@ -174,7 +174,7 @@ def _some(values: NDArray[Any]) -> NDArray[Any]:
     """Return the values of a field that are recorded."""
     flat, most = values.ravel(), _most(values.dtype)
     few = flat if flat.size <= most else flat[np.linspace(0, flat.size - 1, most).astype(int)]
-    return few.astype(np.int64) if few.dtype.kind in "bu" else few
+    return few.astype(np.int64) if few.dtype.kind in ("b", "u") else few
 
 
 def _most(dtype: np.dtype[Any]) -> int:
