@@ -201,7 +201,9 @@ def _by_how_much(before: Field, digest_before: str, now: Field) -> str:
     if size is None:
         which = few != before.values
         return f"has other values: {few[which][0]!s} was {before.values[which][0]!s}, {which.sum()} of {few.size}"
-    return f"changed by {size:.1e} of its largest number" if size else f"changed outside of {few.size} recorded values"
+    if size == 0.0:
+        return f"changed by less than {few.size} recorded values show"
+    return f"changed by {size:.1e} of its largest number"
 
 
 def _difference(one: Field | None, other: Field | None) -> float | None:
