@@ -9,6 +9,11 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples tools
 
+# NARROW=1, with any target: no wider vectors than those of x86-64-v3 in numba, numpy and BLAS together
+ifdef NARROW
+$(foreach setting,$(shell $(PYTHON) tests/narrow.py),$(eval export $(setting)))
+endif
+
 # tests without kernels, which begin while these are compiled; tests of arithmetic alone, which leave the processor to
 # all others; the others start workers and stacks, and often wait
 # these compile a few kernels into folders of their own
@@ -76,6 +81,9 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 test-processes test-without-kernels test-arithmetic)
 	@$(BIN)/python -m tools.all_checks --age
 
+test-narrow:  ## `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
+	@$(MAKE) --no-print-directory test NARROW=1
+
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (three hours)
 	$(BIN)/python -m tools.all_checks
 
@@ -94,10 +102,16 @@ test-arithmetic: kernels $(STAMP)
 test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
-digests: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-digests: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-digests: $(STAMP)  ## record the digests of this version's results for this processor
-	$(BIN)/python -m tests.result_digests
+digests digests-all: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+digests digests-all: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
+digests digests-all: export OPENBLAS_NUM_THREADS = 1
+digests: $(STAMP)  ## say which results changed, and by how much, and record their digests (ten minutes; kernels stored: one)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	$(BIN)/python -m tests.digests
+
+digests-all: $(STAMP)  ## compare all results with their digests, and labels with this processor's own (twenty minutes; two)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	$(BIN)/python -m tests.digests --check
 
 # What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
 NEWEST := .cache/newest

@@ -16,7 +16,7 @@ from redis import Redis
 from redis.exceptions import RedisError
 
 from grazemap_service.redis_server import find_redis_server
-from tests.result_digests import core_version
+from tests.digests.record import core_version
 
 COMPOSE: dict[str, Any] = yaml.safe_load((Path(__file__).parents[2] / "docker-compose.yml").read_text("utf-8"))
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]

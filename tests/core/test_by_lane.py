@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -112,3 +115,12 @@ def test_tables_are_those_of_the_number_or_the_shared_ones():
     records = Records(record(3.0), np.zeros(2, dtype=np.int64))
     assert second_of(OwnTables(0, ()), records, 2) == SHARED[1]
     assert second_of(OwnTables(2, (Tables(0.0 * OWN, 1), Tables(OWN, 1))), records, 2) == OWN[1, 2]
+
+
+@pytest.mark.parametrize(("features", "lanes"), [("+avx512f", "8"), ("", "4")])
+def test_blocks_of_lanes_are_of_the_processor_that_code_is_generated_for(features: str, lanes: str) -> None:
+    """Whatever this one is: kernels for x86-64-v3 that are compiled on a processor with AVX-512 are those of others."""
+    code = "from grazemap_core.maps.kernels.lanes import VECTOR; print(VECTOR)"
+    environment = os.environ | {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": features}
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120)
+    assert said.stdout.decode().strip() == lanes

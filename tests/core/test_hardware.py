@@ -31,6 +31,7 @@ from impact_accuracy import compare_lockstep, lockstep_amplification
 from llvmlite import binding
 
 from benchmarks.ensemble import Ensemble
+from grazemap_core.compiled_ahead import TARGET
 from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
 from grazemap_core.model.oscillator import Oscillator
 
@@ -42,7 +43,7 @@ PLAIN = {"NUMBA_CPU_NAME": "generic"}
 INTERPRETED = {"NUMBA_DISABLE_JIT": "1"}
 COMPILED = {
     "generic": PLAIN,
-    "avx2": {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""},
+    "avx2": TARGET,
     "no-avx": {"NUMBA_ENABLE_AVX": "0"},
 }
 DETERMINED = ("half", "stop", "kind")

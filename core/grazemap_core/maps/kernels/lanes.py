@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import binding
+from numba.core.registry import cpu_target
 
 from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
@@ -26,8 +26,9 @@ from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, ker
 
 Masses = tuple[int, ...]
 
-VECTOR = 8 if binding.get_host_cpu_features().get("avx512f") else 4
-"""Numbers in the longest vector of this processor; lanes with an impact are solved in blocks of this size."""
+VECTOR = 8 if "+avx512f" in cpu_target.target_context.codegen().magic_tuple()[2].split(",") else 4
+"""Numbers in the longest vector of the processor that code is generated for, which need not be this one; lanes with an
+impact are solved in blocks of this size."""
 LANE_BLOCK = 16
 """The number of lanes in use is a multiple of this: loops over all of them work on two vectors or more at a time."""
 
