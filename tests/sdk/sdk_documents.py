@@ -291,6 +291,7 @@ def _proof() -> dict[str, Any]:
         "kind": "codimension-two",
         "verdict": "undecided",
         "reason": "rests",
+        "limited": False,
         "certificate": json.dumps(certificate),
         "shown": "{}",
     }

@@ -26,7 +26,7 @@ from grazemap.wire import (
 )
 from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
 from grazemap_worker.planning import PLANNING, Plan
-from grazemap_worker.store import ASSEMBLY, QueueFull, Store, connect
+from grazemap_worker.store import ASSEMBLY, Finished, QueueFull, Store, connect
 
 LEASE = 5.0
 FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
@@ -87,6 +87,26 @@ def test_same_request_is_one_job(store: Store) -> None:
     assert first.id == canonical_id("grazing-curves", canonical(request), "1")
     assert first.status == "accepted"
     assert first.created is not None
+
+
+def test_a_result_that_does_not_last_is_computed_again_when_it_is_asked_for_again(store: Store) -> None:
+    register(store, "w", "cpu", 60.0, "1")
+    job = submit_curve(store)
+    commit_claimed(store, job, b"undecided", lasting=False)
+    assert store.results.data(job.id) == b"undecided"
+    again = submit_curve(store)
+    assert (again.id, again.status) == (job.id, "accepted")
+    commit_claimed(store, job, b"proven", lasting=True)
+    request = curve_request(5)
+    plan = PLANNING["grazing-curves"].plan(request)
+    answered, created = submitting.submit(store, "grazing-curves", request, "1", plan, 1000)
+    assert (answered.status, created) == ("successful", None)
+
+
+def commit_claimed(store: Store, job: Job, data: bytes, *, lasting: bool) -> None:
+    claim = store.tiles.claim(job.id, 0, "w", "cpu", 60.0)
+    assert claim is not None
+    assert store.results.commit([Finished(claim, data, 1.0, lasting=lasting)]) == [0]
 
 
 def test_fifty_at_once_start_one_computation(redis_server: object, store: Store) -> None:

@@ -31,6 +31,15 @@ def seen(pid: int) -> Seen | None:
     return Seen(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
 
 
+def children_seconds(pid: int) -> float:
+    """Return the processor time of the children of a process that have not ended (Linux only; elsewhere 0)."""
+    try:
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text("ascii").split()
+    except OSError:
+        return 0.0
+    return sum(child.cpu_seconds for child in map(seen, map(int, children)) if child is not None)
+
+
 class Stopwatch:
     """Seconds of this process's own looking, without the pauses in which it did not look."""
 
@@ -49,8 +58,8 @@ class Stopwatch:
 class Progress:
     """Notices that a process hangs: it is stopped, or uses no processor time while it should."""
 
-    def __init__(self, pid: int) -> None:
-        self._pid = pid
+    def __init__(self, pid: int, *, with_children: bool = False) -> None:
+        self._pid, self._with_children = pid, with_children
         self._idle = Stopwatch()
         self.cpu_seconds = 0.0
 
@@ -60,6 +69,7 @@ class Progress:
         if found is None:
             return False
         stopped = found.state in "Tt"
-        progress = found.cpu_seconds > self.cpu_seconds or not (computing or stopped)
-        self.cpu_seconds = found.cpu_seconds
+        seconds = found.cpu_seconds + (children_seconds(self._pid) if self._with_children else 0.0)
+        progress = seconds != self.cpu_seconds or not (computing or stopped)
+        self.cpu_seconds = seconds
         return self._idle.look(reset=progress) > HUNG_SECONDS

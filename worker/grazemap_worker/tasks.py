@@ -9,6 +9,7 @@ stopped while its worker computes short ones that wait.
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -227,7 +228,8 @@ def _now(claim: Claim, began: float, most: float) -> Now:
     limit = CPU_MOST["long" if claim.assembly else claim.lane]
     if not claim.assembly:
         limit = min(limit, CPU_MORE + CPU_FACTOR * claim.seconds)
-    limit = min(limit, most)
+    asked = getattr(claim.request, "time_limit", 0.0)  # a search that ends itself there
+    limit = min(max(limit, asked and asked + CPU_MORE), most)
     return Now(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
 
 
@@ -316,13 +318,19 @@ def _failed(claim: Claim, context: Context) -> None:
     structlog.get_logger("grazemap_worker").exception("tile failed", process=claim.process, verdict=verdict)
 
 
+def _processor_seconds() -> float:
+    """Return the processor time of this thread, and of the children that have ended."""
+    times = os.times()
+    return time.thread_time() + times.children_user + times.children_system
+
+
 def _computed(claim: Claim, context: Context) -> Finished:
     """Return what was computed, and the processor time that it took."""
     process, store = PROCESSES[claim.process], context.store
     if process.tile is not None and not claim.assembly:
-        began = time.thread_time()
+        began = _processor_seconds()
         document = process.tile(claim.request, claim.rectangle)
-        took = time.thread_time() - began
+        took = _processor_seconds() - began
         data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
         return Finished(claim, data, took, whole=False)
     if process.assembled is not None:
@@ -332,12 +340,13 @@ def _computed(claim: Claim, context: Context) -> Finished:
         compute = partial(process.whole, claim.request, _counted(claim, store))
     else:
         raise TypeError(f"the process {claim.process} computes nothing")
-    began = time.thread_time()
+    began = _processor_seconds()
     document = compute()
-    took = time.thread_time() - began
+    took = _processor_seconds() - began
     add_deprecated(schema_of(claim.process, document), document)
     notes = [note.model_dump() for note in notes_on(claim.request)]
-    return Finished(claim, encode_npz(document, {**_meta(claim, context), "notes": notes}), took)
+    data = encode_npz(document, {**_meta(claim, context), "notes": notes})
+    return Finished(claim, data, took, lasting=process.lasting(document))
 
 
 def _counted(claim: Claim, store: Store) -> Report:

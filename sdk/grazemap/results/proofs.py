@@ -18,6 +18,7 @@ class Proof(Result):
     kind: str
     verdict: str
     reason: str | None
+    limited: bool
     certificate: str
     shown: str
 

@@ -21,6 +21,11 @@ PROOFS = ResultSchema(
             values=("proven", "disproven", "undecided"),
         ),
         field("reason", "str", "Why it is undecided, and at which precision or limit of time.", null=True),
+        field(
+            "limited",
+            "bool",
+            "Whether the limit of time ended the search; then it is made again when it is asked for again.",
+        ),
         field("certificate", "str", "The certificate, as JSON.", variable=None),
         field("shown", "str", "What the checker shows besides the statement, by name, as JSON.", variable=None),
     ),

@@ -23,8 +23,11 @@ class Process:
         Computes a rectangle of the grid.
     assembled : callable (request, plan, tiles, report) -> document, optional
         Joins the tiles' documents, in the plan's order; `report` is for plans with steps after the tiles.
+    lasting : callable (document) -> bool
+        Whether a result is the answer whenever the request is made again; else it is computed again then.
     """
 
     whole: Callable[[Any, Report], Document] | None = None
     tile: Callable[[Any, Tile], Document] | None = None
     assembled: Callable[[Any, Plan, list[Document], Report], Document] | None = None
+    lasting: Callable[[Document], bool] = lambda document: True

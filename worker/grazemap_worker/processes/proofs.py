@@ -32,6 +32,7 @@ def compute(request: ProofsRequest, report: Report) -> Document:
         "kind": request.statement.kind,
         "verdict": proof.certificate["verdict"],
         "reason": reason or None,
+        "limited": ended,
         "certificate": json.dumps(proof.certificate),
         "shown": json.dumps(proof.enclosures),
     }
@@ -73,4 +74,4 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
     return values
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(whole=compute, lasting=lambda document: not document["limited"])

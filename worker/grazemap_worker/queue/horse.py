@@ -14,6 +14,7 @@ import struct
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -101,6 +102,7 @@ class Horse:
             status = 1
             try:
                 die_with_parent(parent)
+                os.setpgid(0, 0)
                 for number in (signal.SIGTERM, signal.SIGINT):
                     signal.signal(number, signal.SIG_DFL)
                 os.nice(NICENESS)
@@ -108,6 +110,9 @@ class Horse:
                 status = run()
             finally:
                 os._exit(status)  # never return into the worker's code
+        # in both processes, whichever comes first; its own children are stopped with it
+        with suppress(OSError):
+            os.setpgid(self._pid, self._pid)
 
     def watch(
         self, wanted: Callable[[str], bool], beside: Callable[[Now], Callable[[], None] | None] = _nothing
@@ -120,7 +125,7 @@ class Horse:
         An exception, such as a request to stop, kills it too.
         """
         descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
-        progress, killed = Progress(self._pid), Ended(0)
+        progress, killed = Progress(self._pid, with_children=True), Ended(0)
         ended = False
         try:
             while True:
@@ -157,11 +162,11 @@ class Horse:
                 os.waitpid(self._pid, 0)
 
     def _stop_for(self, first: Callable[[], None]) -> None:
-        os.kill(self._pid, signal.SIGSTOP)
+        os.killpg(self._pid, signal.SIGSTOP)
         try:
             first()
         finally:
-            os.kill(self._pid, signal.SIGCONT)
+            os.killpg(self._pid, signal.SIGCONT)
 
     def _ended(self, status: int, usage: resource.struct_rusage, killed: Ended) -> Ended:
         if killed.status:

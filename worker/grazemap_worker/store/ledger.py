@@ -247,6 +247,7 @@ class Results:
             }
             if one.whole:
                 item["etag"] = hashlib.sha256(one.data).hexdigest()
+                item["lasting"] = one.lasting
             else:
                 item["event"] = json.dumps(claim.plan.place(claim.tile))
             items.append(item)

@@ -119,6 +119,8 @@ class QuotaUsed(QueueFull):
 class Finished:
     """What was computed of a claim: the npz of a tile, or of the `whole` result of its job, and the processor time.
 
+    A result that is not `lasting` can be fetched, but is computed again when the request is made again.
+
     Raises
     ------
     ResultTooLarge
@@ -129,6 +131,7 @@ class Finished:
     data: bytes
     seconds: float
     whole: bool = True
+    lasting: bool = True
 
     def __post_init__(self) -> None:
         """Check the size."""

@@ -1,5 +1,5 @@
 -- Stores what was computed; the first commit of a tile or a result wins. Arguments: fingerprint, budget (bytes of all
--- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job),
+-- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job), lasting (whether it answers the request when it is made again),
 -- event, etag, seconds (of processor time), size}. Bytes: the npz files of the items, one after another.
 -- Returns, for each item, the tiles that remain (0: the assembly may be claimed), or -1 when it is not wanted (any
 -- more), or -2 when there is no room, or -3 when the tile is stored and its job has taken more than its limit of
@@ -67,6 +67,9 @@ local function store_result(item, data)
     redis.call('HSET', key('job', id), 'steps_done', number(id, 'steps_total'))
   end
   redis.call('HDEL', key('job', id), 'eta')
+  if not item.lasting then
+    redis.call('HSET', key('job', id), 'passing', 1)
+  end
   charge(id, item.seconds)
   progress_event(id)
   finish(id, 'successful', given.kept)

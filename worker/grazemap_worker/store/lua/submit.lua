@@ -35,7 +35,7 @@ if status and unfinished(status) then
   join()
   return { 'there', seen(id) }
 end
-if status == 'successful' and redis.call('EXISTS', result_key(id)) == 1 then
+if status == 'successful' and not get(id, 'passing') and redis.call('EXISTS', result_key(id)) == 1 then
   return { 'there', seen(id) }
 end
 
