@@ -25,6 +25,7 @@ RELATIONS = (
     "a time lies after the end of the record",
     r"the range.* does not contain the \S+ of the orbit",
     # what is given beside what
+    "radius is given, and motion has no phases and velocities",
     "both .* are given",
     r".* (is|are) given, and (so are matrices|\S+ (is|are) missing)",
     r"\S+ is missing(: it does not vary| in a statement of the kind \S+)?",

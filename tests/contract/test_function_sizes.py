@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MAX_LINES = 60
 MAX_ARGUMENTS = 8
-MAX_OF_CHECKER = 430
+MAX_OF_CHECKER = 1050
 KEYWORDS = "public, called by hand: settings are keyword arguments with defaults, as in scipy.integrate.solve_ivp"
 MORE_ARGUMENTS = {
     "simulation.monodromy.monodromy": (9, KEYWORDS),

@@ -39,7 +39,7 @@ UNIT_CIRCLE_DISTANCE: Final = 1e-6
 
 UNIT_CIRCLE_HALVINGS: Final = 24
 """Maximum number of halvings of a segment in which a complex and a real pair of multipliers have product 1. They are
-told apart where they are further from each other than the 2^-24th part of it."""
+distinguished where they are further from each other than the 2^-24th part of it."""
 
 GRAZE_MARGIN: Final = 1e-4
 """Distance from an orbit with an impact of velocity 0, as a share of the step between two orbits, at which

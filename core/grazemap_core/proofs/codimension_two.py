@@ -18,7 +18,7 @@ SAMPLES = 64
 def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the first zero that is found in the range of frequencies.
 
-    Where the maxima of the steady motion are not told apart, the second statement is on the zero alone.
+    Where the maxima of the steady motion are not distinguished, the second statement is on the zero alone.
     """
     statement: Document = {name: request[name] for name in ("type", "order", "range", "stop") if name in request}
 

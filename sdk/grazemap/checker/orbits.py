@@ -97,7 +97,7 @@ class BoundaryProblem:
         span = start, start + system.turn * self.turns
         ends = (self.graze, self.graze * self.sign) if checked else None
         if checked:
-            system.require_room()
+            system.require_stops()
         return carry(system, span, unknowns[: len(self.state)], self.impacts, ends, alone)
 
     def residual(self, unknowns: list[Any]) -> list[Any]:

@@ -199,10 +199,13 @@ class System:
             moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
         return moved + [exact(v) / self.scale for v in velocity]
 
-    def require_room(self) -> None:
-        """Show that there is a stop, and room between two."""
+    def require_stops(self) -> None:
+        """Show that there is a stop, and a distance between two."""
         known = [gap for gap in self.gaps.values() if gap is not None]
-        require(len(known) == 1 or (len(known) == 2 and sum(known, arb(0)).real > 0), "there is no room between stops")
+        require(
+            len(known) == 1 or (len(known) == 2 and sum(known, arb(0)).real > 0),
+            "there is no distance between the stops",
+        )
 
     def periodic_state(self, section: arb, turns: Any, sign: int, impacts: list[tuple[int, Any, Any]]) -> arb_mat:
         """Return the state on a section of the periodic motions with impacts: stops, times and velocities before them.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NEAR = 1e-9
-"""Relative distance from omega of a point within which its zero is proven."""
+"""Relative distance from omega of a point in which the statement on the point has its zero."""
 
 
 @described(FAMILY, comparable=True)
@@ -98,7 +98,9 @@ class CodimensionTwoPoint:
             whole = (self.bifurcation == "SN") != self.symmetric
             function, order = ("h" if whole else "h_s"), self.multiple * (1 if self.symmetric else 2)
         else:
-            raise ValueError(f"a point of the kind {self.kind} is no zero of g, h or h_s, which alone can be proven")
+            raise ValueError(
+                f"a point of the kind {self.kind} is no zero of g, h or h_s, as a statement of proofs needs it"
+            )
         away = max(_NEAR * self.omega, 4.0 * (self.omega_error or 0.0))
         window = {"start": self.omega - away, "stop": self.omega + away}
         stop = {None: None, 1: "A", -1: "C"}[self.stop]

@@ -68,7 +68,7 @@ class PeriodicOrbit(Observed, Result):
     def statement(self) -> dict[str, Any]:
         """Return the statement of proofs that the orbit exists, and is stable or not, with the numbers of the orbit."""
         if not self.converged or not len(self.stops):
-            raise ValueError("an orbit is proven by its impacts, and this result has none")
+            raise ValueError("a statement on an orbit needs its impacts, and this result has none")
         motion = {"period": self.period, "stops": self.stops.tolist()}
         motion |= {"phases": self.phases.tolist(), "velocities": self.velocities.tolist()}
         place = {"omega": self.omega, "clearance": self.meta["request"]["clearance"]}
