@@ -14,8 +14,8 @@ CORE = ROOT / "core" / "grazemap_core"
 PLAIN = set(
     re.findall(
         r"\w+",
-        """about address apart array at attempt between by check code comparison coordinate core curve end equation error
-        exact
+        """about address apart array at attempt between by check code comparison coordinate core curve end equation
+        error exact
         finding first folder from found grid half init interval line map maximum middle moment multi name next number
         one pair parameter pass piece plan point problem progress quick result root run search second segment setting
         short size solved start step sum summary table task two warmup warning work""",
