@@ -88,7 +88,12 @@ class CodimensionTwoPoint:
     margin: float | None
     unfolding: Unfolding | None
     corner: Corner | None
-    oscillator: dict[str, Any] | None = field(default=None, repr=False, compare=False)
+    _oscillator: dict[str, Any] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def oscillator(self) -> dict[str, Any] | None:
+        """The oscillator of the request."""
+        return self._oscillator
 
     def statement(self) -> dict[str, Any]:
         """Return the statement of proofs that the point is a zero of g, h or h_s, with the numbers of the point."""
@@ -114,7 +119,7 @@ class _WithPoints:
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         attributes: dict[str, Any] = super()._attributes(document, meta)  # type: ignore[misc]
         oscillator = meta["request"]["oscillator"]
-        return attributes | {"points": tuple(replace(point, oscillator=oscillator) for point in attributes["points"])}
+        return attributes | {"points": tuple(replace(point, _oscillator=oscillator) for point in attributes["points"])}
 
 
 class StopGrazingCurves(_WithPoints, Result):

@@ -59,8 +59,7 @@ class Statement(Request):
     motion: OrbitMotion | None = None
     """Period and stops of the orbit; with phases and velocities, the orbit near them."""
     radius: Annotated[float, Field(gt=0, le=0.1), Listable] | None = None
-    """Of an orbit with phases and velocities: how far the phases may be from those given, in radians, and the
-    velocities, relative to the largest; left out, 1e-6."""
+    """Of an orbit with phases and velocities: how far it may be from them, in radians and relative; left out, 1e-6."""
     stable: bool | None = None
     """Of an orbit: whether all of its multipliers, or not all of them, lie inside the unit circle; left out: all."""
     initial: InitialState | None = None
