@@ -119,7 +119,7 @@ def test_a_branch_over_a_parameter_of_the_structure_costs_the_modes_at_every_poi
             "range": {"start": start, "stop": stop},
         }
         seconds.append(plan("orbit-branches", parse_request("orbit-branches", body)).estimate.seconds)
-    assert 5.0 * seconds[0] < seconds[1] < 30.0 * seconds[0]
+    assert 5.0 * seconds[0] < seconds[1] < 60.0 * seconds[0]  # the range of damping is wide, too
 
 
 def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
