@@ -140,6 +140,27 @@ def test_a_name_that_is_there_twice_is_refused(tmp_path, capsys):
     assert "twice" in capsys.readouterr().err
 
 
+def test_modules_beside_a_certificate_are_not_loaded(tmp_path, monkeypatch, capfd):
+    (tmp_path / "flint.py").write_text("import os, sys; sys.stderr.write('loaded'); os._exit(3)")
+    (tmp_path / "certificate.json").write_text(json.dumps(certificate()))
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["check", "certificate.json"]) == 0
+    assert "loaded" not in capfd.readouterr().err
+
+
+def test_that_an_orbit_is_not_symmetric_is_not_said():
+    """No theorem shows it: an orbit that is not called symmetric may be so."""
+    steady = {"period": 1, "symmetric": False, "section": "0", "scale": "1", "stops": [], "times": []}
+    inputs = {"omega": "1", "clearance": {"right": "9", "left": "9"}, "restitution": {"right": "0.8", "left": "0.8"}}
+    statement = {"kind": "orbit", **inputs, "period": 1, "stops": [], "stable": True}
+    # x'' + x'/5 + 2 x = sin t
+    theorem = {**steady, "state": ["-0.192307692307692307692", "0.961538461538461538461"], "radius": "1e-9"}
+    answer = check(certificate(stiffness="2", statement=statement, theorem=theorem))
+    assert answer.accepted, answer.reason
+    assert "symmetric" not in answer.enclosures
+    assert check(certificate(stiffness="2", statement=statement, theorem={**theorem, "symmetric": True})).accepted
+
+
 def test_the_time_of_a_check_is_limited(tmp_path, capsys):
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(certificate()))

@@ -34,5 +34,21 @@ def answer(data: bytes) -> dict[str, Any]:
     return {"outcome": "verified", **verdict._asdict()}
 
 
+MOST_MEMORY = 8 << 30
+"""Bytes that the arithmetic may take, where the system can limit them."""
+
+
+def limit_memory() -> None:
+    """Limit what this process may allocate (not on Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+
+
 if __name__ == "__main__":
+    limit_memory()
     sys.stdout.write(json.dumps(answer(sys.stdin.buffer.read())))

@@ -98,6 +98,7 @@ class BoundaryProblem:
         ends = (self.graze, self.graze * self.sign) if checked else None
         if checked:
             system.require_stops()
+            system.require_forces()
         return carry(system, span, unknowns[: len(self.state)], self.impacts, ends, alone)
 
     def residual(self, unknowns: list[Any]) -> list[Any]:
@@ -141,12 +142,12 @@ class BoundaryProblem:
             differ = any(a != b or not (late - early - time).contains(0) for a, b, early, late in pairs)
             require(differ, f"the impacts may repeat after {self.period // parts} periods")
 
-    def motion(self, run: Run) -> dict[str, Any]:
-        """Return what identifies a motion: its label, the stops of a period, and the impacts up to the section."""
-        stops, _, _ = self.contacts(run)
-        shown = {"times": run.times, "velocities": run.velocities}
-        text = {name: [str(x) for x in values] for name, values in shown.items()}
-        return {"label": label(self.period, stops), "symmetric": self.symmetric, "stops": stops, **text}
+    def motion(self, contacts: tuple[list[int], list[Any], list[Any]]) -> dict[str, Any]:
+        """Return what identifies a motion: its label, and the contacts of a period."""
+        stops, times, velocities = contacts
+        impacts = self.stops if not self.symmetric else [*self.stops, *(-stop for stop in self.stops)]
+        shown = {"label": label(self.period, impacts)} | ({"symmetric": True} if self.symmetric else {})
+        return shown | {"stops": stops, "times": list(map(str, times)), "velocities": list(map(str, velocities))}
 
 
 def label(period: int, stops: Sequence[int]) -> str:

@@ -143,6 +143,7 @@ class System:
         def number(entry: Any) -> Any:
             return value if entry == VARIED else None if entry is None else exact(entry)
 
+        self.machine = machine
         omega, (right, left) = number(inputs.omega), map(number, inputs.restitutions)
         require(omega.real > 0, "the frequency is not positive")
         require(all(r.real >= 0 and r.real <= 1 for r in (right, left)), "a restitution is not between 0 and 1")
@@ -198,6 +199,12 @@ class System:
         if displacement != "equilibrium":
             moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
         return moved + [exact(v) / self.scale for v in velocity]
+
+    def require_forces(self) -> None:
+        """Show that no order of the forces vanishes at this frequency, so that their period is T."""
+        for order, powers in self.machine.forces.items():
+            entries = (x for row in _amplitudes(powers, order * self.omega) for x in row)
+            require(any(abs(x) > 0 for x in entries), f"the forces of order {order} may vanish at this frequency")
 
     def require_stops(self) -> None:
         """Show that there is a stop, and a distance between two."""

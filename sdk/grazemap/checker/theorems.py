@@ -66,6 +66,12 @@ def require_phases(statement: Numbers, machine: Machine) -> None:
         require(exact(statement["radius"]) * machine.divisor < arb.pi(), "the statement's radius is too large")
 
 
+def box_sizes(statement: Numbers) -> tuple[Fraction, Fraction]:
+    """Return how far phases, and velocities, may be from those of a statement."""
+    radius: Fraction = statement["radius"]
+    return radius, radius * max((abs(v) for v in statement["velocities"]), default=Fraction(0))
+
+
 def in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[arb], list[arb]]) -> bool | None:
     """Return whether the contacts of a period lie in the box of a statement, or None where this is undecided.
 
@@ -77,8 +83,7 @@ def in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[a
     if not stops:
         return True
     phases, speeds = ([exact(x) for x in statement[name]] for name in ("phases", "velocities"))
-    near = exact(statement["radius"])
-    reaches = [near] * len(stops) + [near * max(abs(v) for v in speeds)] * len(stops)
+    reaches = [exact(reach) for reach in box_sizes(statement) for _ in stops]
     whole, undecided = system.turn * statement["period"], False
     for first in range(len(stops)):
         if stops[first:] + stops[:first] != statement["stops"]:
@@ -107,9 +112,8 @@ def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any
         return
     require("radius" in statement, "an orbit contradicts only a statement that names its impacts")
     system = System(problem.machine, problem.inputs, scale=problem.scale)
-    near = exact(statement["radius"])
+    near, fast = map(exact, box_sizes(statement))
     phases, speeds = ([exact(x) for x in statement[name]] for name in ("phases", "velocities"))
-    fast = near * max(abs(v) for v in speeds)
     times = [(phase + ball(near)) / system.omega for phase in phases]
     begin, end = exact(problem.section), exact(problem.section) + system.turn * problem.turns
     require(all(begin < time and time < end for time in times), "the section does not lie between the impacts")
@@ -144,7 +148,8 @@ def prove_orbit(machine: Machine, statement: Numbers, theorem: Numbers, proven: 
         require_only_orbit(problem, statement, theorem["radius"])
         contradicts = stable != statement["stable"] or near is False
         require(contradicts, "the orbit does not contradict the statement")
-    return problem.motion(run) | {"stable": stable, "multipliers": [str(m) for m in values]}
+    whole = [m * m for m in values] if problem.symmetric else values
+    return problem.motion(contacts) | {"stable": stable, "multipliers": [str(m) for m in whole]}
 
 
 def contracts(problem: BoundaryProblem, orbit: list[arb], norm: arb_mat, size: arb) -> bool:
@@ -173,7 +178,7 @@ def prove_attraction(machine: Machine, statement: Numbers, theorem: Numbers, pro
     final = carry(system, span, start, impacts, (0, 0))
     away = final.state * problem.sign**turns - column(orbit)
     require((away.transpose() * norm * away)[0, 0] < size**2, "the trajectory is not shown to enter the ball")
-    shown = problem.motion(run)
+    shown = problem.motion(problem.contacts(run))
     agrees = statement.get("label", shown["label"]) == shown["label"]
     require(agrees == proven, f"the trajectory is attracted by {shown['label']}")
     return shown | {"stable": True}
@@ -195,13 +200,12 @@ def prove_bifurcation(machine: Machine, statement: Numbers, theorem: Numbers, pr
     require_in_range(statement, solution[size])
     require(problem.period == statement["period"], "the orbit has another period than that of the statement")
     contacts = problem.contacts(run, solution[-1] if graze else None)
-    shown = problem.motion(run) | {"value": str(solution[size])}
+    shown = problem.motion(contacts) | {"value": str(solution[size])}
     if graze:
         start = run.system.with_phase(solution[:size], solution[-1])
         require(problem.graze * (run.system.rows * start)[2, 0] < 0, "the graze is not shown to be quadratic")
         regular = (run.derivative - identity(size) * problem.sign).det()
         require(not regular.contains(0), "the orbit without the graze is not shown to be regular")
-        shown["stops"] = contacts[0]
     else:
         require(any(not x.contains(0) for x in problem.direction), "the direction vanishes")
         near = [m for m in multipliers(run, problem.sign) if not (abs(m) > 1 or abs(m) < 1)]
@@ -249,13 +253,14 @@ def prove_codimension_two(machine: Machine, statement: Numbers, theorem: Numbers
     omega = newton(lambda u: [impulse(machine, kind, u[0], order)], [exact(theorem["value"])], exact(theorem["radius"]))
     require_in_range(statement, omega[0])
     shown: Numbers = {"omega": str(omega[0])}
+    system = System(machine, FREE, omega[0])
+    system.require_forces()
     if stop is None:
         return shown
     if stop:
         require(order % 2 == 0, "one stop is grazed after whole periods")
     else:
         require(machine.half_wave_symmetric and machine.place == 0, "the stops are not grazed at once")
-    system = System(machine, FREE, omega[0])
     amplitudes = harmonic_amplitudes(system, machine.divisor)
     require(any(abs(x) > 0 for x in amplitudes.values()), "the steady motion may not move the contact")
     highest = maximum(amplitudes, stop or 1)

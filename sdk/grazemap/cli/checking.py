@@ -15,6 +15,7 @@ from grazemap.cli.outcome import DONE, FAILED, InvalidCommand, fail
 
 _MOST_BYTES = 50_000_000
 _SECONDS = 3600.0
+_MOST_SECONDS = 1e6
 
 
 def add_command(commands: Any) -> None:
@@ -34,28 +35,34 @@ def add_command(commands: Any) -> None:
 def _check(options: argparse.Namespace) -> int:
     if find_spec("flint") is None:
         raise InvalidCommand("the checker needs python-flint: pip install 'grazemap[proofs]'")
-    if not options.seconds > 0:
-        raise InvalidCommand("--seconds must be positive")
-    path = options.certificate
-    with files.named("the certificate", path):
-        if path.stat().st_size > _MOST_BYTES:
-            raise InvalidCommand(f"{path} is too large for a certificate")
-        data = path.read_bytes()
-    # in a process of its own, which can be ended within long steps of the arithmetic
-    command = [sys.executable, "-m", "grazemap.checker"]
+    if not 0 < options.seconds <= _MOST_SECONDS:
+        raise InvalidCommand(f"--seconds must be above 0 and at most {_MOST_SECONDS:g}")
+    with files.named("the certificate", options.certificate), options.certificate.open("rb") as stream:
+        data = stream.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise InvalidCommand("the file is too large for a certificate")
+    # in a process of its own, which can be ended within long steps of the arithmetic; -P: no module of this folder
+    command = [sys.executable, "-P", "-m", "grazemap.checker"]
     try:
-        done = subprocess.run(command, input=data, stdout=subprocess.PIPE, timeout=options.seconds, check=False)
+        done = subprocess.run(
+            command,
+            input=data,
+            stdout=subprocess.PIPE,
+            timeout=options.seconds,
+            check=False,
+            start_new_session=True,  # Ctrl-C ends it through this process
+        )
     except subprocess.TimeoutExpired:
         return fail(f"undecided: the certificate is not verified within {options.seconds:g} s", FAILED)
     if done.returncode:
         return fail("the checker ended before its verdict", FAILED)
-    return _told(json.loads(done.stdout), path)
+    return _print(json.loads(done.stdout))
 
 
-def _told(answer: dict[str, Any], path: Path) -> int:
-    """Print what the checker found; return the exit status."""
+def _print(answer: dict[str, Any]) -> int:
+    """Print the verdict of the checker; return the exit status."""
     if answer["outcome"] == "no certificate":
-        raise InvalidCommand(f"{path} is not a certificate: {answer['reason']}")
+        raise InvalidCommand(f"the file is not a certificate: {answer['reason']}")
     if answer["outcome"] == "undecided":
         return fail("the certificate says that its statement is undecided", FAILED)
     if answer["outcome"] == "refused":
