@@ -54,7 +54,7 @@ def map_request(points: int = 4) -> UnfoldingMapsRequest:
 
 
 def curve_request(points: int = 5) -> GrazingCurvesRequest:
-    return GrazingCurvesRequest.model_validate({"omega": {"start": 0.1, "stop": 0.3, "points": points}})
+    return GrazingCurvesRequest.model_validate({"omega": {"start": 0.26, "stop": 0.3, "points": points}})
 
 
 def submit_map(store: Store, points: int = 4) -> Job:
