@@ -16,6 +16,7 @@ from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.motion_curves import lies_on, motion_curves
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences
@@ -41,8 +42,11 @@ def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
     found = curves_of(*stops)
     kinds = [(curve.type, curve.impact) for curve in found]
     assert len(set(kinds)) == len(kinds)
-    assert {kind for kind, _ in kinds} == ({"SB", "GR"} if symmetric else {"SN", "PD", "GR"})
+    assert {kind for kind, _ in kinds} == ({"SB", "GR"} if symmetric else {"SN", "PD", "GR", "NS"})
     for curve in found:
+        if curve.type == "NS":  # the closed form has none
+            assert_complex_pairs_on_the_circle(curve)
+            continue
         assert curve.ends == ("range", "range")
         compared = 0
         for omega, clearance, speed in zip(curve.omega, curve.clearance, curve.velocities[:, 0], strict=True):
@@ -55,6 +59,16 @@ def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
                     assert min(abs(p.clearance - clearance) for p in same) < 1e-9
                     compared += 1
         assert compared >= 5 or curve.impact == 0
+
+
+def assert_complex_pairs_on_the_circle(curve):
+    for omega, clearance, phases, speeds in zip(
+        curve.omega[1:-1], curve.clearance[1:-1], curve.phases[1:-1], curve.velocities[1:-1], strict=True
+    ):
+        sequence = ImpactSequence.create(1, [1], phases, speeds)
+        multipliers = periodic_orbit(DEFAULT, float(omega), float(clearance), sequence).multipliers
+        turning = multipliers[np.abs(multipliers.imag) > 1e-6]
+        assert np.min(np.abs(np.abs(turning) - 1.0)) < 1e-8
 
 
 def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
