@@ -263,8 +263,10 @@ $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 
 proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 proofs: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
+proofs: export PYTHONPATH = tests:.
 proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
 	$(BIN)/python -m tests.proven_statements
+	$(BIN)/python -m tests.proven_points
 
 mutants: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 mutants: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
