@@ -26,7 +26,7 @@ from flint import ctx
 
 from grazemap.checker import FORMAT, check
 from grazemap.checker.arithmetic import Refused
-from grazemap.checker.reading import OSCILLATOR, VARIED
+from grazemap.checker.reading import OSCILLATOR, RADIUS, VARIED
 from grazemap.checker.system import Machine
 from grazemap_core.contact.cell_problem import both_clearances
 from grazemap_core.continuation.branch_switching import starts_beyond
@@ -53,8 +53,6 @@ WAYS = ("centre", "parameter", "stability", "virtual", "beyond", "left out", "st
 FALSE = 200
 TOLERANCE = 1e-13
 PARAMETERS = ("clearance", "omega", "restitution")
-
-RADIUS = "1e-6"
 
 
 class Timed(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb, arb_mat
 
 from grazemap.checker.arithmetic import Refused, column, exact, identity
-from grazemap.checker.orbits import BoundaryProblem, label
+from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.system import Inputs, System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -54,17 +54,11 @@ def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
         for impacts in repeated(run.impacts, turn, float(system.omega)):
             theorem = _arrival(search, given, run, replace(impacts, divisor=search.machine.divisor))
             if theorem is not None:
-                name = label(theorem["period"], _stops(theorem))
+                name = BoundaryProblem(search.machine, given, theorem).label
                 verdict = "proven" if request.get("label", name) == name else "disproven"
                 yield Attempt(statement, verdict, theorem, search.bits + BITS_PER_IMPACT * len(run.impacts))
                 return
         periods += periods // 2
-
-
-def _stops(theorem: Document) -> list[int]:
-    """Return the stops of a period."""
-    stops: list[int] = theorem["stops"]
-    return [*stops, *(-stop for stop in stops)] if theorem["symmetric"] else stops
 
 
 def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[ImpactSequence]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap.checker.orbits import BoundaryProblem
+from grazemap.checker.reading import RADIUS
 from grazemap.checker.system import Inputs
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
@@ -27,9 +28,6 @@ from grazemap_core.proofs.certificates import (
     text,
 )
 from grazemap_core.proofs.orbits import as_admitted, refined, sequence_theorem, starting_sequence
-
-RADIUS = "1e-6"
-"""Radius of the box that names the orbit at a bifurcation, in radians, and relative to the largest velocity."""
 
 
 def prove_bifurcation(search: Search, request: Document) -> Iterator[Attempt]:

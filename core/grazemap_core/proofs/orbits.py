@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from grazemap.checker.arithmetic import Refused, ball, exact
+from grazemap.checker.arithmetic import Refused, exact
 from grazemap.checker.orbits import BoundaryProblem
+from grazemap.checker.reading import STATEMENTS
 from grazemap.checker.system import Inputs, System
+from grazemap.checker.theorems import motions_of_box
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
@@ -160,11 +162,6 @@ def _only_orbit(search: Search, given: Inputs, statement: Document, impacts: Imp
     impacts = replace(impacts, phases=impacts.phases + turn * ahead)
     theorem = orbit_theorem(search, given, omega, impacts, first=0)
     problem = BoundaryProblem(search.machine, given, theorem)
-    system, near = System(search.machine, given), exact(statement["radius"])
-    speeds = [exact(v) for v in statement["velocities"]]
-    fast = near * max(abs(v) for v in speeds)
-    times = [(exact(phase) + ball(near)) / system.omega for phase in statement["phases"]]
-    contacts = list(zip(statement["stops"], times, [v + ball(fast) for v in speeds], strict=True))
-    states = system.periodic_state(exact(theorem["section"]), problem.turns, 1, contacts).entries()
+    _, states = motions_of_box(problem, STATEMENTS["orbit"](statement, "the statement"))
     reach = max((abs(x - middle).abs_upper() for x, middle in zip(states, problem.state, strict=True)), key=float)
     return theorem | {"radius": (WIDER * reach).str(4, radius=False)}

@@ -20,6 +20,7 @@ from grazemap.checker.reading import (
     OSCILLATOR,
     PARAMETERS,
     POSITIVE_INTEGER,
+    RADIUS,
     STATEMENTS,
     STOPS,
     VARIED,
@@ -34,8 +35,6 @@ from grazemap.checker.reading import (
 from grazemap.checker.system import Machine
 
 FORMATS = ("grazemap-certificate-1", "grazemap-certificate-2")
-RADIUS = "1e-6"
-"""Radius of the box of a statement whose phases and velocities had none."""
 
 _GAP = either(None, number)
 _BOTH = sequence(_GAP, 2, 2)

@@ -114,6 +114,11 @@ class BoundaryProblem:
             values.append(sum(a * (b - a) for a, b in zip(self.direction, vector, strict=True)))
         return values
 
+    @property
+    def label(self) -> str:
+        """The name of the motion, from the impacts of a whole period."""
+        return label(self.period, [*self.stops, *(-stop for stop in self.stops)] if self.symmetric else self.stops)
+
     def jacobian(self, radius: arb) -> arb_mat | None:
         """Return an enclosure of the derivative of an orbit's equations over its box; None for a bifurcation."""
         if self.names:
@@ -145,8 +150,7 @@ class BoundaryProblem:
     def motion(self, contacts: tuple[list[int], list[Any], list[Any]]) -> dict[str, Any]:
         """Return what identifies a motion: its label, and the contacts of a period."""
         stops, times, velocities = contacts
-        impacts = self.stops if not self.symmetric else [*self.stops, *(-stop for stop in self.stops)]
-        shown = {"label": label(self.period, impacts)} | ({"symmetric": True} if self.symmetric else {})
+        shown = {"label": self.label} | ({"symmetric": True} if self.symmetric else {})
         return shown | {"stops": stops, "times": list(map(str, times)), "velocities": list(map(str, velocities))}
 
 

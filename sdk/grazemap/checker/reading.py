@@ -17,6 +17,8 @@ from grazemap.checker.arithmetic import Refused, require
 FORMAT = "grazemap-certificate-3"
 VARIED = "varied"
 """Stands for the number that varies, in the inputs of a statement about a parameter."""
+RADIUS = "1e-6"
+"""Radius of the box of an orbit, in radians and relative to the largest velocity, where no other one is given."""
 PARAMETERS = (
     "omega",
     "clearance",

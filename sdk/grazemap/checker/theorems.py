@@ -99,6 +99,18 @@ def in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[a
     return None if undecided else False
 
 
+def motions_of_box(problem: BoundaryProblem, statement: Numbers) -> tuple[list[arb], list[arb]]:
+    """Return the times of the impacts of all motions in the box of a statement, and their states on the section."""
+    system = System(problem.machine, problem.inputs, scale=problem.scale)
+    near, fast = map(exact, box_sizes(statement))
+    times = [(exact(phase) + ball(near)) / system.omega for phase in statement["phases"]]
+    begin, end = exact(problem.section), exact(problem.section) + system.turn * problem.turns
+    require(all(begin < time and time < end for time in times), "the section does not lie between the impacts")
+    speeds = [exact(speed) + ball(fast) for speed in statement["velocities"]]
+    impacts = list(zip(problem.stops, times, speeds, strict=True))
+    return times, system.periodic_state(begin, problem.turns, 1, impacts).entries()
+
+
 def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any) -> None:
     """Show that no other orbit than the one in the theorem's box can be the orbit of a statement.
 
@@ -111,14 +123,7 @@ def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any
     if not problem.stops:
         return
     require("radius" in statement, "an orbit contradicts only a statement that names its impacts")
-    system = System(problem.machine, problem.inputs, scale=problem.scale)
-    near, fast = map(exact, box_sizes(statement))
-    phases, speeds = ([exact(x) for x in statement[name]] for name in ("phases", "velocities"))
-    times = [(phase + ball(near)) / system.omega for phase in phases]
-    begin, end = exact(problem.section), exact(problem.section) + system.turn * problem.turns
-    require(all(begin < time and time < end for time in times), "the section does not lie between the impacts")
-    impacts = list(zip(problem.stops, times, [speed + ball(fast) for speed in speeds], strict=True))
-    states = system.periodic_state(begin, problem.turns, 1, impacts).entries()
+    times, states = motions_of_box(problem, statement)
     size = exact(radius)
     inside = all(abs(x - middle) < size for x, middle in zip(states, problem.state, strict=True))
     require(inside, "the theorem's box does not contain every motion of the statement's box")

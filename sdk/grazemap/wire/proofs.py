@@ -33,8 +33,6 @@ _Varied = Literal[
     "restitution_right",
     "restitution_left",
 ]
-DEFAULT_RADIUS = 1e-6
-"""Radius of the box of an orbit that is given by phases and velocities."""
 _TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from grazemap.codec import Document
 from grazemap.wire import ClearancePair, ProofsRequest
-from grazemap.wire.proofs import DEFAULT_RADIUS
 from grazemap_worker.processes.conversion import Report, core_oscillator
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.time_limit import within
@@ -40,6 +39,7 @@ def compute(request: ProofsRequest, report: Report) -> Document:
 
 def statement(request: ProofsRequest) -> dict[str, Any]:
     """Return what is to be proven with decimals for numbers, as the core takes it."""
+    from grazemap.checker.reading import RADIUS
     from grazemap_core.proofs.certificates import text
 
     asked = request.statement
@@ -61,7 +61,7 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
         if asked.motion.phases is not None and asked.motion.velocities is not None:
             values["phases"] = [text(x) for x in asked.motion.phases]
             values["velocities"] = [text(x) for x in asked.motion.velocities]
-            values["radius"] = text(asked.radius or DEFAULT_RADIUS)
+            values["radius"] = text(asked.radius or RADIUS)
     if asked.initial is not None:
         place, rates = asked.initial.displacement, asked.initial.velocity or ()
         values["displacement"] = "equilibrium" if place is None else [text(x) for x in place]
