@@ -24,6 +24,11 @@ STEP = arb(10) ** -30
 """Step of difference quotients."""
 CLOSE = 1e-7
 """Distance from a stop, from a period or of a multiplier from the unit circle that decides nothing."""
+LINEAR = 3
+"""Factor to which equations in a box of at most `SMALL` are trusted to be as far from linear."""
+SMALL = 1e-4
+SETTLED = 1e-9
+"""Change of the impacts of a trajectory from period to period that is taken as settled."""
 SAMPLES = 4000
 STEPS = 40
 
@@ -136,6 +141,21 @@ class Orbits:
                     values[j] += term * exponent**j
         return [x.real.mid() for x in values]
 
+    def sampled(self, times: np.ndarray, impacts: list[tuple[arb, arb, int]]) -> np.ndarray:
+        """q at many times, in double precision."""
+        place = np.full(len(times), float(self.modes.place))
+        for order, x in self.steady.items():
+            place += np.imag(complex(x) * np.exp(1j * order * float(self.omega) * times))
+        turn = float(self.turn)
+        for then, speed, stop in impacts:
+            late = times - float(then)
+            turns = np.ceil(late / turn) - 1.0
+            push = -float(self.rebound[stop] * speed) * float(self.sign) ** turns
+            for weight, exponent, grown in zip(self.modes.weights, self.modes.exponents, self.grown, strict=True):
+                term = complex(weight) * complex(grown) * np.exp(complex(exponent) * (late - turn * turns))
+                place += push * term.real
+        return place
+
     def impacts(self, unknowns: list[arb]) -> list[tuple[arb, arb, int]]:
         count = len(self.stops)
         return list(zip(unknowns[:count], unknowns[count : 2 * count], self.stops, strict=True))
@@ -165,25 +185,39 @@ class Orbits:
             total = np.array([[float(x) for x in line] for line in flow.tolist()]) @ total
         return total
 
-    def is_admissible(self, impacts: list[tuple[arb, arb, int]], grazes: list[arb]) -> bool:
-        """Whether the impacts move into their stops, and q stays between the stops at many times elsewhere."""
+    def is_admissible(self, impacts: list[tuple[arb, arb, int]], grazes: list[tuple[arb, int]]) -> bool:
+        """Whether the impacts move into their stops, and q stays between the stops at many times elsewhere.
+
+        Around a graze, given by its time and its stop, q must stay below the stop by a tenth of its parabola.
+        """
         if any(stop * float(v) < -CLOSE for _, v, stop in impacts):
             return False
         if any(stop * float(v) < CLOSE for _, v, stop in impacts):
             raise Undecided("an impact is almost a graze")
-        turn, contacts = float(self.turn), [float(t) for t, _, _ in impacts] + [float(t) for t in grazes]
-        margin = math.inf
-        for time in np.linspace(0.0, turn, SAMPLES, endpoint=False) + (contacts[0] if contacts else 0.0):
-            near = min((abs((time - c + turn / 2) % turn - turn / 2) for c in contacts), default=math.inf)
-            if near < turn / SAMPLES:
-                continue
-            (place,) = self.motion(arb(float(time)), impacts, 1)
-            for stop, gap in self.gaps.items():
-                if gap is not None:
-                    margin = min(margin, float(gap - stop * place))
-        if margin < -CLOSE:
+        turn = float(self.turn)
+        times = np.linspace(0.0, turn, SAMPLES, endpoint=False) + (float(impacts[0][0]) if impacts else 0.0)
+
+        def away(time: arb) -> np.ndarray:
+            return np.abs((times - float(time) + 0.5 * turn) % turn - 0.5 * turn)
+
+        margin = np.full(SAMPLES, math.inf)
+        places = self.sampled(times, impacts)
+        for stop, gap in self.gaps.items():
+            if gap is not None:
+                margin = np.minimum(margin, float(gap) - stop * places)
+        for time, _, _ in impacts:
+            margin[away(time) < turn / SAMPLES] = math.inf
+        for time, stop in grazes:
+            curvature = -stop * float(self.motion(time, impacts, 3)[2])
+            if curvature < CLOSE:
+                raise Undecided("a graze is hardly curved")
+            near = away(time) < turn / 200
+            if np.any(margin[near] < 0.1 * curvature * away(time)[near] ** 2 - CLOSE**2):
+                raise Undecided("the motion comes close to a stop beside a graze")
+            margin[near] = math.inf
+        if np.min(margin) < -CLOSE:
             return False
-        if margin < 1e-5:  # a maximum between two samples may pass
+        if np.min(margin) < 1e-5:  # a maximum between two samples may pass
             raise Undecided("the motion comes close to a stop elsewhere")
         return True
 
@@ -208,6 +242,17 @@ def newton(function: Callable[[list[arb]], list[arb]], start: list[arb]) -> list
         if largest < 1e-60:
             return unknowns
     raise Undecided("Newton's method does not converge")
+
+
+def may_hold(residual: Callable[[list[arb]], list[arb]], centre: list[arb], radii: list[arb]) -> bool:
+    """Whether the equations can hold in a small box: their values there differ little from those of the derivative."""
+    here = residual(centre)
+    spans = [arb(0)] * len(here)
+    for j, radius in enumerate(radii):
+        step = STEP * (1 if radius == 0 else radius)
+        moved = residual([x + step * (i == j) for i, x in enumerate(centre)])
+        spans = [s + abs((b - a).mid() / step) * radius for s, a, b in zip(spans, here, moved, strict=True)]
+    return not any(abs(x.mid()) > LINEAR * s.mid() for x, s in zip(here, spans, strict=True))
 
 
 def inputs_of(modes: Modes, statement: dict[str, Any], value: arb | None = None) -> dict[str, Any]:
@@ -242,6 +287,10 @@ def of_orbit(modes: Modes, statement: dict[str, Any], _: dict[str, Any]) -> bool
     if any(orbits.gaps[stop] is None for stop in statement["stops"]):
         return False
     start = [number(x) / orbits.omega for x in statement["phases"]] + [number(x) for x in statement["velocities"]]
+    radius, half = number(statement["radius"]), len(statement["stops"])
+    fast = radius * max(abs(x) for x in start[half:])
+    if radius < SMALL and not may_hold(orbits.residual, start, [radius / orbits.omega] * half + [fast] * half):
+        return False
     unknowns = newton(orbits.residual, start)
     if not box_has(orbits, statement, unknowns):
         return False
@@ -326,14 +375,15 @@ def of_attraction(modes: Modes, statement: dict[str, Any], certificate: dict[str
         if any(gap is not None and not stop * contact < gap for stop, gap in inputs["gaps"].items()):
             raise Undecided("the state is on a stop or beyond it")
     turn = float(2 * arb.pi() / (omega * modes.divisor))
-    run.run(until=300 * turn)
-    if run.rests:
-        raise Undecided("the trajectory rests")
-    times, stops, speeds = ([float(x) for x in values] for values in (run.times, run.stops, run.speeds))
-    for period in range(1, 17):
-        label = settled(times, [int(s) for s in stops], speeds, period, turn, 300 * turn)
-        if label is not None:
-            return statement.get("label", label) == label
+    for end in range(30, 301, 30):
+        run.run(until=end * turn)
+        if run.rests:
+            raise Undecided("the trajectory rests")
+        times, stops, speeds = ([float(x) for x in values] for values in (run.times, run.stops, run.speeds))
+        for period in range(1, 16):
+            label = settled(times, [int(s) for s in stops], speeds, period, turn, end * turn)
+            if label is not None:
+                return statement.get("label", label) == label
     raise Undecided("the trajectory does not settle")
 
 
@@ -343,7 +393,7 @@ def settled(times: list[float], stops: list[int], speeds: list[float], n: int, t
     if len(last) != len(before) or any(stops[i] != stops[j] for i, j in zip(last, before, strict=True)):
         return None
     pairs = list(zip(last, before, strict=True))
-    if any(abs(times[i] - times[j] - n * turn) + abs(speeds[i] - speeds[j]) > CLOSE for i, j in pairs):
+    if any(abs(times[i] - times[j] - n * turn) + abs(speeds[i] - speeds[j]) > SETTLED for i, j in pairs):
         return None
     right, left = (sum(stops[i] == stop for i in last) or "(-1)" for stop in (1, -1))
     return f"{n}-{right}r-{left}l"
@@ -355,15 +405,17 @@ def of_bifurcation(modes: Modes, statement: dict[str, Any], certificate: dict[st
         raise Undecided("the statement names no orbit")
     guess, kind = number(certificate["theorem"]["value"]), statement["type"]
     low, high = (number(x) for x in statement["range"])
-    speeds = [number(v) for v in statement["velocities"]]
-    struck = [i for i, v in enumerate(speeds) if v != 0]
-    grazed = [i for i, v in enumerate(speeds) if v == 0]
-    if (kind == "GR") != bool(grazed):
+    speeds, period = [number(v) for v in statement["velocities"]], statement["period"]
+    grazes = [i for i, v in enumerate(speeds) if v == 0]
+    if (kind == "GR") != bool(grazes):
         raise Undecided("a velocity of 0 does not fit the type")
-    period, sign = statement["period"], -1 if kind == "SB" else 1
+    sign = -1 if kind == "SB" or len(grazes) == 2 else 1
     if sign < 0:
         require_mirrored(modes, statement)
-        struck = struck[: len(struck) // 2]
+    contacts = range(len(speeds) // (2 if sign < 0 else 1))
+    struck, grazed = [i for i in contacts if speeds[i] != 0], [i for i in contacts if speeds[i] == 0]
+    if len(grazed) > 1:
+        raise Undecided("several grazes")
     stops = [statement["stops"][i] for i in struck]
 
     def orbits_at(value: arb) -> Orbits:
@@ -388,29 +440,30 @@ def of_bifurcation(modes: Modes, statement: dict[str, Any], certificate: dict[st
         orbits = orbits_at(unknowns[2 * len(stops)])
         return [*orbits.residual(unknowns), *condition(orbits, unknowns)]
 
+    radius = number(statement["radius"])
+    radii = [radius / here.omega] * len(struck) + [radius * max(abs(v) for v in speeds)] * len(struck) + [high - low]
+    radii += [radius / here.omega] * len(grazed)
+    small = max(float(radius), float((high - low) / guess)) < SMALL
+    if small and low <= guess <= high and not may_hold(residual, start, radii):
+        return False
     unknowns = newton(residual, start)
     value = unknowns[2 * len(stops)]
     if not (low < value < high):
         return False
     orbits = orbits_at(value)
-    if sign < 0:
-        half = orbits.impacts(unknowns)
-        impacts = [*half, *((t + orbits.turn, -v, -stop) for t, v, stop in half)]
-        stops, struck = statement["stops"], range(len(impacts))
-        orbits = Orbits(modes, inputs_of(modes, statement, value), period, stops)
-        unknowns = [*(t for t, _, _ in impacts), *(v for _, v, _ in impacts), value]
-    contacts = dict(zip(struck, unknowns, strict=False)) | ({grazed[0]: unknowns[-1]} if grazed else {})
-    if len(contacts) < len(speeds):
-        raise Undecided("a graze on each stop")
-    flat = [contacts[i] for i in range(len(speeds))]
-    fast = dict(zip(struck, unknowns[len(stops) : 2 * len(stops)], strict=True))
-    flat += [fast.get(i, arb(0)) for i in range(len(speeds))]
-    if not box_has(orbits, statement, flat):
-        return False
     impacts = orbits.impacts(unknowns)
-    return orbits.is_admissible(impacts, [unknowns[-1]] if grazed else []) and not repeats(
-        orbits, impacts, statement["period"]
-    )
+    touched = {i: (t, v, stop) for i, (t, v, stop) in zip(struck, impacts, strict=True)}
+    touched |= {i: (unknowns[-1], arb(0), statement["stops"][i]) for i in grazed}
+    if sign < 0:
+        touched |= {i + len(contacts): (t + orbits.turn, -v, -stop) for i, (t, v, stop) in touched.items()}
+        impacts = [touched[i] for i in range(len(speeds)) if speeds[i] != 0]
+        stops = [stop for _, _, stop in impacts]
+        orbits = Orbits(modes, inputs_of(modes, statement, value), period, stops)
+    every = [touched[i] for i in range(len(speeds))]
+    if not box_has(orbits, statement, [t for t, _, _ in every] + [v for _, v, _ in every]):
+        return False
+    passes = not orbits.is_admissible(impacts, [(touched[i][0], touched[i][2]) for i in grazes])
+    return not passes and not repeats(orbits, impacts, period)
 
 
 def require_mirrored(modes: Modes, statement: dict[str, Any]) -> None:
