@@ -60,29 +60,28 @@ def machine(seed: int) -> tuple[int, dict[str, Any], dict[str, Any]]:
     return p, oscillator, {"clearance": {"left": None}} if one_stop else {}
 
 
-def proofs_of(seed: int) -> tuple[int, list[tuple[str, str]]]:
-    """p, and the verdict and the reason for each point of a system."""
+def proofs_of(seed: int) -> tuple[int, list[dict[str, Any]]]:
+    """p, and the documents of the proofs of a system's points."""
     p, oscillator, stops = machine(seed)
     body = {"oscillator": oscillator, "omega": {"start": 0.2 / p, "stop": 1.5 / p}, "max_order": MOST_ORDER, **stops}
     request = parse_request("codimension-two-points", {**body, "max_multiple": 2})
     document = PROCESSES["codimension-two-points"].whole(request, lambda done, total: None)
     result = CodimensionTwoPoints.from_document(document, {"request": canonical(request)})
     points = [point for point in result.points if point.kind in ("recurrence", "resonant")]
-    verdicts = []
+    proofs = []
     for point in points[:: max(1, len(points) // MOST_POINTS)]:
         stated = {"oscillator": point.oscillator, "statement": point.statement()}
-        proof = PROCESSES["proofs"].whole(parse_request("proofs", stated), lambda done, total: None)
-        verdicts.append((proof["verdict"], proof["reason"] or ""))
-    return p, verdicts
+        proofs.append(PROCESSES["proofs"].whole(parse_request("proofs", stated), lambda done, total: None))
+    return p, proofs
 
 
 def main(count: int) -> int:
     found: dict[int, Counter[str]] = {p: Counter() for p in ORDERS}
     reasons: Counter[str] = Counter()
     for seed in range(count):
-        p, verdicts = proofs_of(seed)
-        found[p].update(verdict for verdict, _ in verdicts)
-        reasons.update(reason for verdict, reason in verdicts if verdict == "undecided")
+        p, proofs = proofs_of(seed)
+        found[p].update(proof["verdict"] for proof in proofs)
+        reasons.update(proof["reason"] for proof in proofs if proof["verdict"] == "undecided")
     for p, verdicts in found.items():
         print(f"p = {p}: {dict(verdicts)}")
     for reason, number in reasons.most_common():
