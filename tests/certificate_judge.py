@@ -408,6 +408,8 @@ def of_bifurcation(modes: Modes, statement: dict[str, Any], certificate: dict[st
     speeds, period = [number(v) for v in statement["velocities"]], statement["period"]
     grazes = [i for i, v in enumerate(speeds) if v == 0]
     if (kind == "GR") != bool(grazes):
+        if kind == "GR" and min(abs(v) for v in speeds) > number(statement["radius"]) * max(abs(v) for v in speeds):
+            return False
         raise Undecided("a velocity of 0 does not fit the type")
     sign = -1 if kind == "SB" or len(grazes) == 2 else 1
     if sign < 0:

@@ -343,7 +343,7 @@ def cut(rng: random.Random, new: Certificate) -> None:
 
 def foreign(rng: random.Random, new: Certificate) -> None:
     names = ["active", "stops", "parameter", "label", "unstable", "displacement", "clearance_right", "enclosures", "x"]
-    holder = rng.choice([new, new["statement"], new["oscillator"], new["theorem"]])
+    holder = rng.choice([new, *(part for part in new.values() if isinstance(part, dict))])
     name = rng.choice([name for name in names if name not in holder])
     holder[name] = rng.choice(["1", 1, True, None, ["1"], {"right": "1", "left": "1"}])
 
