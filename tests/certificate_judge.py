@@ -381,22 +381,27 @@ def of_attraction(modes: Modes, statement: dict[str, Any], certificate: dict[str
             raise Undecided("the trajectory rests")
         times, stops, speeds = ([float(x) for x in values] for values in (run.times, run.stops, run.speeds))
         for period in range(1, 16):
-            label = settled(times, [int(s) for s in stops], speeds, period, turn, end * turn)
-            if label is not None:
+            change, label = last_change(times, [int(x) for x in stops], speeds, period, turn, end * turn)
+            if change < SETTLED:
                 return statement.get("label", label) == label
+            if change < CLOSE:  # of a smaller period than that of the motion to come, or not yet settled
+                break
     raise Undecided("the trajectory does not settle")
 
 
-def settled(times: list[float], stops: list[int], speeds: list[float], n: int, turn: float, end: float) -> str | None:
+def last_change(
+    times: list[float], stops: list[int], speeds: list[float], n: int, turn: float, end: float
+) -> tuple[float, str]:
+    """The change of the impacts from the last n periods but n to the last n, and the label of these."""
     last = [i for i, t in enumerate(times) if t > end - n * turn]
     before = [i for i, t in enumerate(times) if end - 2 * n * turn < t <= end - n * turn]
-    if len(last) != len(before) or any(stops[i] != stops[j] for i, j in zip(last, before, strict=True)):
-        return None
-    pairs = list(zip(last, before, strict=True))
-    if any(abs(times[i] - times[j] - n * turn) + abs(speeds[i] - speeds[j]) > SETTLED for i, j in pairs):
-        return None
     right, left = (sum(stops[i] == stop for i in last) or "(-1)" for stop in (1, -1))
-    return f"{n}-{right}r-{left}l"
+    label = f"{n}-{right}r-{left}l"
+    if len(last) != len(before) or any(stops[i] != stops[j] for i, j in zip(last, before, strict=True)):
+        return math.inf, label
+    pairs = list(zip(last, before, strict=True))
+    changes = (abs(times[i] - times[j] - n * turn) + abs(speeds[i] - speeds[j]) for i, j in pairs)
+    return max(changes, default=0.0), label
 
 
 def of_bifurcation(modes: Modes, statement: dict[str, Any], certificate: dict[str, Any]) -> bool:
