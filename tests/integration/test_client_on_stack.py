@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 import os
 import signal
@@ -22,6 +23,8 @@ from grazemap.errors import JobDismissed, JobFailed, ParameterError
 from grazemap.local_stack import LocalClient
 from grazemap.wire import PROCESSES
 from grazemap_worker.numerics import numerics
+from tests.digests.documents import Results, fields, here, named
+from tests.digests.record import digests
 
 MAP = {
     "omega": {"start": 0.26, "stop": 0.30, "points": 512},
@@ -206,3 +209,17 @@ def test_the_stack_and_its_folders_end_with_a_killed_parent(tmp_path) -> None:
     _, left = psutil.wait_procs(below, timeout=8)
     assert left == []
     assert list(tmp_path.iterdir()) == []
+
+
+def test_results_of_a_batch_of_every_process_have_the_bytes_of_each_alone(stack: LocalClient) -> None:
+    """Those whose digests are recorded (`tests.digests`): computed one after another by the stack's workers."""
+    asked = [(process, name, body) for process, name, body in named("quick")]
+    requests = [{"process": process, "request": body} for process, _, body in asked]
+    answer = httpx2.post(f"{stack.base_url}/v1/batches", params={"f": "npz"}, json={"requests": requests}, timeout=300)
+    lines = [json.loads(line) for line in answer.text.splitlines() if line]
+    assert sorted(line["index"] for line in lines) == [*range(len(asked))]
+    found: Results = {}
+    for line in lines:
+        process, name, _ = asked[line["index"]]
+        found.setdefault(process, {})[name] = fields(base64.b64decode(line["npz"]))
+    assert digests(found) == digests(here("quick"))
