@@ -22,16 +22,8 @@ from grazemap.results import MotionShare, UnfoldingMap
 from grazemap.results.base import decode_result
 from grazemap.schema import SCHEMAS, VERSION, schema_of
 from grazemap.wire import PROCESSES
-from grazemap_service.app import create_app
 from grazemap_service.representations import render
-from grazemap_service.settings import Settings
 from tests.sdk.sdk_documents import REQUESTS, document, npz
-
-
-@pytest.fixture(scope="module")
-def described() -> dict[str, Any]:
-    schema: dict[str, Any] = create_app(Settings()).openapi()
-    return schema
 
 
 def in_json(process: str) -> dict[str, Any]:
