@@ -33,8 +33,22 @@ def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
 
 
 def verified(page: Page) -> None:
-    """Wait for the verified tiles of the window."""
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles complete"), timeout=WAIT)
+    """Wait for the verified tiles of the window, for as long as there are more and more of them."""
+    says = page.locator("#says")
+    said = ""
+    while not re.match(r"\d+ tiles complete", said):
+        count = re.search(r"\d+ of \d+ tiles", said)
+        if count is not None:
+            expect(says).not_to_contain_text(count[0], timeout=WAIT)
+        expect(says).to_have_text(re.compile(r"^\d+ tiles complete|\d+ of \d+ tiles"), timeout=WAIT)
+        said = says.inner_text()
+
+
+def reading(page: Page, at: tuple[float, float]) -> str:
+    """Point at a place of the page, and return what the page says of it."""
+    page.mouse.move(*at)
+    page.evaluate("() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+    return page.locator("#reading").inner_text()
 
 
 def soon(page: Page, condition: Callable[[], object]) -> None:

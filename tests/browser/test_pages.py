@@ -21,6 +21,7 @@ def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None
     document = httpx2.get(f"{url}/openapi.json").json()
     expected = {(method.upper(), path) for path, operations in document["paths"].items() for method in operations}
     blocks = page.locator(".opblock")
+    blocks.first.wait_for()
     expect(blocks).to_have_count(len(expected))
     shown = {
         (
@@ -63,4 +64,4 @@ def test_the_front_page_leads_to_the_docs(watched: Watched, url: str) -> None:
     page.goto(f"{url}/")
     expect(page.get_by_role("heading", name="grazemap")).to_be_visible()
     page.get_by_role("link", name="API documentation").click()
-    expect(page.locator(".opblock").first).to_be_visible()
+    page.locator(".opblock").first.wait_for()
