@@ -43,7 +43,7 @@ def test_the_document_is_valid(described: dict[str, Any]) -> None:
     broken = copy.deepcopy(described)
     events = broken["paths"]["/v1/jobs/{job_id}/events"]["get"]["responses"]["200"]["content"]
     events["text/event-stream"]["itemSchema"] = {}
-    assert list(OpenAPIV31SpecValidator(broken).iter_errors()) != []
+    assert next(iter(OpenAPIV31SpecValidator(broken).iter_errors()), None) is not None
 
 
 def test_no_object_is_without_fields(described: dict[str, Any]) -> None:
