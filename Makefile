@@ -284,7 +284,7 @@ performance: $(STAMP)  ## write docs/performance.md and its picture from the las
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-tables: $(STAMP)  ## write the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
+tables: $(STAMP)  ## write the tables of fields and the signatures in docs/api.md and docs/sdk.md, from the code
 	$(BIN)/python docs/field_tables.py
 
 machines: $(RUN_STAMP)  ## write what the blocks of docs/machines.md print, and its drawings

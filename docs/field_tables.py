@@ -1,18 +1,26 @@
-"""Write the tables of results' fields in docs/api.md and docs/sdk.md: `python docs/field_tables.py`.
+"""Write the tables and signatures that follow from the code, in the guides: `python docs/field_tables.py`.
 
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
-record in the schemas, or "classes" for the table of the client's classes.
+record in the schemas, "classes" for the table of the client's classes, "processes" for the addresses of all processes,
+or "clients" and "methods" for the signatures of the client.
 """
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from inspect import Parameter, signature
 from pathlib import Path
+from textwrap import fill
+from typing import Any
 
+from grazemap import Client, local
+from grazemap.client.methods import Method, ProcessMethods
 from grazemap.results import RESULTS
 from grazemap.results.base import Result
 from grazemap.schema import SCHEMAS, Field, Record, ResultSchema
+from grazemap.wire import PROCESSES
 
 FOLDER = Path(__file__).parent
 PAGES = ("api.md", "sdk.md")
@@ -26,7 +34,8 @@ def written(text: str) -> str:
 
 
 def _table(name: str) -> str:
-    rows = _classes() if name == "classes" else _fields(_records()[name])
+    parts = {"classes": _classes, "processes": _processes, "clients": _clients, "methods": _methods}
+    rows = parts[name]() if name in parts else _fields(_records()[name])
     return "\n".join(rows) + "\n"
 
 
@@ -63,6 +72,45 @@ def _type(one: Field) -> str:
     else:
         name = "request"
     return f"{name} [{', '.join(one.dims)}]" if one.dims else name
+
+
+def _processes() -> Iterator[str]:
+    yield "| POST | |"
+    yield "|---|---|"
+    for process, request in PROCESSES.items():
+        yield f"| `/v1/{process}` | {request.operation.description} |"
+
+
+def _clients() -> Iterator[str]:
+    yield "```python"
+    yield _call("Client", Client)
+    yield _call("local", local)
+    yield "```"
+
+
+def _methods() -> Iterator[str]:
+    yield "```python"
+    for name, value in vars(ProcessMethods).items():
+        if isinstance(value, Method):
+            yield _call(f"client.{name}", getattr(Client, name))
+    yield "```"
+
+
+def _call(name: str, function: Callable[..., Any]) -> str:
+    """Return how a function is called, with its defaults."""
+    shown: list[str] = []
+    for one in signature(function).parameters.values():
+        if one.kind is Parameter.KEYWORD_ONLY and "*" not in shown:
+            shown.append("*")
+        if one.name != "self":
+            shown.append(one.name if one.default is Parameter.empty else f"{one.name}={_literal(one.default)}")
+    # lines are not broken inside a default
+    lines = fill(f"{name}({', '.join(shown)})", 118, subsequent_indent="    ", break_on_hyphens=False)
+    return lines.replace("\u2007", " ")
+
+
+def _literal(value: Any) -> str:
+    return (json.dumps(value) if isinstance(value, str) else repr(value)).replace(" ", "\u2007")
 
 
 def _classes() -> Iterator[str]:

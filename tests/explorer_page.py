@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
 from playwright.sync_api import Page, expect
 from watched_page import Watched
+from watching import until
 
 # Above the grazing curve, where tiles take a moment; the first window, one below it; two where tiles take seconds.
 QUICK = "omega=0.25..0.28125&clearance=2..2.25"
@@ -31,8 +33,32 @@ def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
 
 
 def verified(page: Page) -> None:
-    """Wait for the verified tiles of the window."""
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles complete"), timeout=WAIT)
+    """Wait for the verified tiles of the window, for as long as there are more and more of them."""
+    says = page.locator("#says")
+    said = ""
+    while not re.match(r"\d+ tiles complete", said):
+        count = re.search(r"\d+ of \d+ tiles", said)
+        if count is not None:
+            expect(says).not_to_contain_text(count[0], timeout=WAIT)
+        expect(says).to_have_text(re.compile(r"^\d+ tiles complete|\d+ of \d+ tiles"), timeout=WAIT)
+        said = says.inner_text()
+
+
+def reading(page: Page, at: tuple[float, float]) -> str:
+    """Point at a place of the page, and return what the page says of it."""
+    page.mouse.move(*at)
+    page.evaluate("() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+    return page.locator("#reading").inner_text()
+
+
+def soon(page: Page, condition: Callable[[], object]) -> None:
+    """Wait until a condition holds of what the page shows."""
+
+    def holds() -> object:
+        page.wait_for_timeout(50)  # in which events of the page arrive
+        return condition()
+
+    until(holds, 60)
 
 
 def window(page: Page) -> tuple[list[float], list[float]]:

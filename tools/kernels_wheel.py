@@ -16,6 +16,7 @@ import tempfile
 from importlib.metadata import distribution, version
 from pathlib import Path
 
+from grazemap.module_command import module_command
 from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, TARGET, made_from
 
 _ABOUT = '"""Kernels of grazemap, compiled ahead of time; grazemap_core.compiled_ahead says when they are used."""\n'
@@ -50,7 +51,7 @@ class Tag(BuildHookInterface):
 def compiled(folder: Path) -> Path:
     """Compile every step for x86-64-v3 below a folder; return where the kernels are."""
     environment = os.environ | TARGET | {"NUMBA_CACHE_DIR": str(folder)}
-    subprocess.run([sys.executable, "-m", "grazemap_core.warmup"], env=environment, check=True)
+    subprocess.run(module_command("grazemap_core.warmup"), env=environment, check=True)
     (kernels,) = folder.glob("kernels-*")
     return kernels
 

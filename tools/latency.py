@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TextIO
 from urllib.parse import urlsplit
 
+from grazemap.module_command import module_command
 from grazemap_service.redis_server import RedisServer
 from tools.first_start import started
 
@@ -41,7 +42,7 @@ def standalone(redis_url: str, log: TextIO | None = None) -> Iterator[str]:
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
     environment = {**os.environ, "GRAZEMAP_REDIS_URL": redis_url, "GRAZEMAP_PORT": str(port)}
-    with subprocess.Popen([sys.executable, "-m", "grazemap_service"], env=environment, stderr=log) as service:
+    with subprocess.Popen(module_command("grazemap_service"), env=environment, stderr=log) as service:
         try:
             deadline = time.monotonic() + _START_SECONDS
             while True:
@@ -96,7 +97,7 @@ def _seconds(connection: http.client.HTTPConnection, method: str, path: str, bod
 
 def main() -> int:
     """Measure both and print the table; return the exit status."""
-    up = [sys.executable, "-m", "grazemap.cli", "up", "--port", "0"]
+    up = module_command("grazemap.cli", "up", "--port", "0")
     with (
         tempfile.TemporaryDirectory() as folder,
         RedisServer(Path(folder)) as redis,

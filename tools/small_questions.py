@@ -30,6 +30,7 @@ import psutil
 
 from grazemap import Client
 from grazemap.errors import GrazemapError
+from grazemap.module_command import module_command
 from tools.cold_start import pace
 from tools.first_start import started
 
@@ -205,7 +206,7 @@ def _maps(client: Client) -> list[Any]:
 def measure(name: str, environment: Mapping[str, str], times: float, batches: bool = True) -> bool:
     """Start a stack, measure it idle and beside maps, print the figures, and return whether all limits are met."""
     met = True
-    up = [sys.executable, "-m", "grazemap.cli", "up", "--port", "0"]
+    up = module_command("grazemap.cli", "up", "--port", "0")
     with tempfile.TemporaryDirectory() as folder, started(up, environment, Path(folder)) as start:
         stack = next(one for one in psutil.Process().children(recursive=True) if "grazemap_service.stack" in
                      " ".join(one.cmdline()))  # fmt: skip

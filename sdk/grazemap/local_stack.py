@@ -8,7 +8,6 @@ import json
 import os
 import queue
 import subprocess
-import sys
 import tempfile
 import threading
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import IO, Any
 from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
+from grazemap.module_command import module_command
 from grazemap.starting import Shown, ready_line, shown_here
 
 # What the stack needs besides the package itself.
@@ -85,7 +85,7 @@ def server_command(module: str, *options: str) -> list[str]:
     """Return the command line of a module of the service. Raises MissingExtra where its parts are not installed."""
     if any(importlib.util.find_spec(part) is None for part in _SERVER_PARTS):
         raise MissingExtra("a stack on this machine", "server")
-    return [sys.executable, "-m", module, *options]
+    return module_command(module, *options)
 
 
 class Stack:

@@ -27,6 +27,7 @@ import structlog
 from pydantic import ValidationError
 from redis.exceptions import RedisError
 
+from grazemap.module_command import module_command
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
 from grazemap_service.liveness import Liveness
@@ -119,7 +120,7 @@ class Stack:
         self._sockets = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/service"))
         for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
             inherited, own = ((listening,), environment | keys) if name == "service" else ((), environment)
-            command, liveness = [sys.executable, "-m", module], Liveness(self._sockets.path / name)
+            command, liveness = module_command(module), Liveness(self._sockets.path / name)
             self._children.append(PythonChild(name, command, own, data / f"{name}.log", liveness, inherited))
 
     @property

@@ -16,7 +16,22 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
-from explorer_page import ALSO_HARD, FIRST, HARD, LEFT, QUICK, USUAL, WAIT, ended, maps, place, show, verified, window
+from explorer_page import (
+    ALSO_HARD,
+    FIRST,
+    HARD,
+    LEFT,
+    QUICK,
+    USUAL,
+    WAIT,
+    ended,
+    maps,
+    place,
+    show,
+    soon,
+    verified,
+    window,
+)
 from playwright.sync_api import Route, expect
 from watched_page import Watched
 
@@ -135,8 +150,7 @@ def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
     before = len(watched.requests)
     shot = page.locator("#plane").screenshot()
     page.locator("#legend input").first.uncheck()
-    page.wait_for_timeout(300)
-    assert page.locator("#plane").screenshot() != shot
+    soon(page, lambda: page.locator("#plane").screenshot() != shot)
     page.locator("#legend input").first.check()
     for layer, text in (
         ("exponent", "Lyapunov exponent per forcing period: "),
@@ -154,21 +168,22 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
     page.locator("#plane").focus()
     for _ in range(8):
         page.keyboard.press("ArrowRight")
-    expect(page).not_to_have_url(re.compile(re.escape(QUICK)))
+    moved = [[0.28125, 0.3125], first[1]]
+    soon(page, lambda: np.allclose(window(page), moved, rtol=1e-12))
     verified(page)
-    moved = window(page)
-    assert moved[0][0] > first[0][0]
     count = len(maps(url))
     for _ in range(8):
         page.keyboard.press("ArrowLeft")
-    page.wait_for_timeout(600)
+    soon(page, lambda: window(page) == first)  # without the digits of round-off
     verified(page)
-    assert window(page) == first  # without the digits of round-off
     assert len(maps(url)) == count
-    page.go_back()
-    expect(page).to_have_url(re.compile(re.escape(f"{moved[0][0]}")))
-    page.go_forward()
-    assert np.allclose(window(page), first, rtol=1e-12)
+    # windows at which the keys paused are places of the history too
+    for there, go in ((moved, page.go_back), (first, page.go_forward)):
+        for _ in range(8):
+            go()
+            if np.allclose(window(page), there, rtol=1e-12):
+                break
+        assert np.allclose(window(page), there, rtol=1e-12)
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
@@ -216,8 +231,9 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
     expect(page).not_to_have_url(before)
     assert np.allclose(window(page), ([0.259, 0.261], [2.09, 2.11]), rtol=1e-3)
     page.locator("#plane").focus()
+    before = page.url
     page.keyboard.press("-")
-    page.wait_for_timeout(400)
+    expect(page).not_to_have_url(before)
     assert np.ptp(window(page)[0]) == pytest.approx(1.5 * 0.002, rel=0.02)
     page.keyboard.press("Home")
     expect(page).to_have_url(re.compile(re.escape(FIRST)))
@@ -272,10 +288,9 @@ def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
     touch("touchMove", 10)
     touch("touchMove", 40)
     touch("touchEnd")
-    page.wait_for_timeout(500)
     box = page.locator("#plane").bounding_box()
     assert box is not None
-    assert place(page, left, 2.1)[0] == pytest.approx(box["x"] + LEFT + 40, abs=11)
+    soon(page, lambda: abs(place(page, left, 2.1)[0] - (box["x"] + LEFT + 40)) < 11)
 
 
 def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> None:
@@ -540,10 +555,3 @@ def test_a_phone_shows_the_page_without_scrolling_sideways(small: Watched, url: 
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert (np.mean([int(part) for part in re.findall(r"\d+", background)][:3]) > 128) == (scheme == "light")
-
-
-def test_the_page_leads_to_the_docs(watched: Watched, url: str) -> None:
-    page = show(watched, url, QUICK)
-    expect(page.get_by_role("heading", name="grazemap")).to_be_visible()
-    page.get_by_role("link", name="API documentation").click()
-    expect(page.locator(".opblock").first).to_be_visible()

@@ -10,7 +10,7 @@ from urllib.parse import parse_qs, quote, urlsplit
 import httpx2
 import numpy as np
 import pytest
-from explorer_page import QUICK, WAIT, place, show, verified
+from explorer_page import QUICK, WAIT, place, reading, show, verified
 from playwright.sync_api import Page, expect
 from watched_page import Watched
 
@@ -28,8 +28,7 @@ BESIDE_BORDERS = "omega=0.2734375..0.27734375&clearance=1.8125..1.84375"
 
 def point_at(page: Page, x: float, y: float) -> str:
     """Point at the plane, and return what the page says of it."""
-    page.mouse.move(*place(page, x, y))
-    return page.locator("#reading").text_content() or ""
+    return reading(page, place(page, x, y))
 
 
 def assert_told(page: Page, url: str, asked: dict[str, Any]) -> None:
@@ -202,7 +201,7 @@ def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
     jobs = httpx2.get(f"{url}/v1/jobs?process=unfolding-diagrams&limit=1").json()["jobs"]
     with Client(url) as client:
         diagram = client.job(jobs[0]["id"]).wait().result()
-    expect(page.locator("#says")).to_have_text(re.compile(r"^\d+ tiles complete"), timeout=WAIT)
+    verified(page)
     umap, borders = diagram.unfolding_map, diagram.borders
     labels, (rows, columns) = umap.labels(), borders.others()
     (left, right), (low, high) = (0.2734375, 0.27734375), (1.8125, 1.84375)

@@ -11,16 +11,20 @@ pytestmark = pytest.mark.browser
 
 # The first start on a machine compiles every kernel.
 START_SECONDS = 240
+# Of the operations, each of which takes the page three seconds of processor time to unfold.
+PARTS = 4
 
 
 @pytest.mark.timeout(START_SECONDS)
-def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None:
+@pytest.mark.parametrize("part", range(PARTS))
+def test_the_docs_page_shows_every_operation(watched: Watched, url: str, part: int) -> None:
     page = watched.page
     page.set_viewport_size({"width": 1280, "height": 1600})
     page.goto(f"{url}/docs")
     document = httpx2.get(f"{url}/openapi.json").json()
     expected = {(method.upper(), path) for path, operations in document["paths"].items() for method in operations}
     blocks = page.locator(".opblock")
+    blocks.first.wait_for()
     expect(blocks).to_have_count(len(expected))
     shown = {
         (
@@ -31,7 +35,7 @@ def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None
     }
     assert shown == expected
     # unfolded, each shows its parameters or body and its responses; a page with all of them unfolded is slow
-    for block in blocks.all():
+    for block in blocks.all()[part::PARTS]:
         block.locator(".opblock-summary-control").click()
         expect(block.locator(".responses-wrapper")).to_be_visible()
         block.locator(".opblock-summary-control").click()
@@ -63,4 +67,4 @@ def test_the_front_page_leads_to_the_docs(watched: Watched, url: str) -> None:
     page.goto(f"{url}/")
     expect(page.get_by_role("heading", name="grazemap")).to_be_visible()
     page.get_by_role("link", name="API documentation").click()
-    expect(page.locator(".opblock").first).to_be_visible()
+    page.locator(".opblock").first.wait_for()

@@ -13,7 +13,7 @@ import httpx2
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from explorer_page import BOTTOM, LEFT, QUICK, RIGHT, TOP, USUAL, WAIT, place, show, window
+from explorer_page import BOTTOM, LEFT, QUICK, RIGHT, TOP, USUAL, WAIT, place, reading, show, window
 from playwright.sync_api import Page, expect
 from watched_page import Watched
 
@@ -30,13 +30,6 @@ ASIDE = 0.02  # of clearance: beside a curve, but not so near that it explains i
 BETWEEN = 24  # pixels at most between two regions: of the grazing curve, and of motions that are rarer
 SVG = "{http://www.w3.org/2000/svg}"
 PREFER = {"Prefer": "wait=20, return=representation"}
-
-
-def reading(page: Page, at: tuple[float, float]) -> str:
-    """Point at a place of the page, and return what the page says of it."""
-    page.mouse.move(*at)
-    page.evaluate("() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
-    return page.locator("#reading").inner_text()
 
 
 class Seen(NamedTuple):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
+import inspect
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from grazemap import Client, local
+from grazemap.client.methods import Method, ProcessMethods
 from grazemap.schema import SCHEMAS
+from grazemap.wire import PROCESSES
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -38,3 +43,35 @@ def test_the_guide_has_the_fields_of_every_result() -> None:
     shown = set(re.findall(r"<!-- fields of (\w+) -->", text))
     # a list of trajectories has one field, which the text names
     assert {schema.name for schema in SCHEMAS} - {"Trajectories", "CodimensionTwoPoints"} <= shown
+
+
+def test_the_guides_have_every_process_and_every_signature() -> None:
+    """Of the client, of `local`, and of each method of a process: its parameters with their defaults."""
+    methods = {name: getattr(Client, name) for name, value in vars(ProcessMethods).items() if isinstance(value, Method)}
+    assert len(methods) == len(PROCESSES)
+    guide = (DOCS / "sdk.md").read_text("utf-8")
+    for name, function in {"Client": Client, "local": local, **methods}.items():
+        expected = {
+            one.name: one.default if one.default is not one.empty else ...
+            for one in inspect.signature(function).parameters.values()
+            if one.name != "self"
+        }
+        called = f"client.{name}" if name in methods else name
+        shown = [_parameters(found) for found in re.findall(rf"^{called}(\(.*?\))$", guide, re.DOTALL | re.MULTILINE)]
+        assert expected in shown, name
+    posted = re.findall(r"^\| `/v1/([\w-]+)` \|", (DOCS / "api.md").read_text("utf-8"), re.MULTILINE)
+    assert posted == [*PROCESSES]
+
+
+def _parameters(text: str) -> dict[str, object] | None:
+    """The parameters of a signature with their defaults (...: none), or None if the text is a call."""
+    try:
+        function = ast.parse(f"def function{text}: pass").body[0]
+    except SyntaxError:
+        return None
+    assert isinstance(function, ast.FunctionDef)
+    arguments = function.args
+    names = [one.arg for one in (*arguments.args, *arguments.kwonlyargs)]
+    first = [None] * (len(arguments.args) - len(arguments.defaults))
+    defaults = [*first, *arguments.defaults, *arguments.kw_defaults]
+    return {name: ... if one is None else ast.literal_eval(one) for name, one in zip(names, defaults, strict=True)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -126,13 +127,34 @@ def copy(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("path", "line", "contract"), PLANTS)
-def test_a_planted_import_is_found(copy: Path, path: str, line: str, contract: str) -> None:
-    target = copy / path
-    target.write_text(target.read_text() + f"\n{line}\n")
+def rounds() -> list[list[tuple[str, str, str]]]:
+    """The plants in as few parts as there can be, in each of which a contract has one plant at most."""
+    parts: list[list[tuple[str, str, str]]] = []
+    for plant in PLANTS:
+        part = next((part for part in parts if plant[2] not in {contract for _, _, contract in part}), None)
+        if part is None:
+            parts.append(part := [])
+        part.append(plant)
+    return parts
+
+
+@pytest.mark.parametrize("plants", rounds())
+def test_planted_imports_are_found(copy: Path, plants: list[tuple[str, str, str]]) -> None:
+    """Each contract is broken, and names the module and the line of its plant."""
+    expected = {}
+    for path, line, contract in plants:
+        target = copy / path
+        target.write_text(target.read_text() + f"\n{line}\n")
+        module = path.partition("/")[2].removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+        number = len(target.read_text().splitlines())
+        expected[contract] = rf" {re.escape(module)} -> [\w.]+ \(l\.([\d, l.]*\b)?{number}\b"
     done = lint(copy)
     assert done.returncode == 1
-    assert f"{contract} BROKEN" in done.stdout
+    broken = re.split(r"\n(.+)\n-+\n", done.stdout.partition("Broken contracts")[2])
+    said = {name: re.sub(r"\s+", " ", text) for name, text in zip(broken[1::2], broken[2::2], strict=True)}
+    for contract, pattern in expected.items():
+        assert f"{contract} BROKEN" in done.stdout
+        assert re.search(pattern, said[contract]), contract
 
 
 def test_there_are_no_import_circles() -> None:

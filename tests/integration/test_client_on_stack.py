@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 import os
 import signal
@@ -22,6 +23,8 @@ from grazemap.errors import JobDismissed, JobFailed, ParameterError
 from grazemap.local_stack import LocalClient
 from grazemap.wire import PROCESSES
 from grazemap_worker.numerics import numerics
+from tests.digests.documents import Results, fields, here, named
+from tests.digests.record import digests
 
 MAP = {
     "omega": {"start": 0.26, "stop": 0.30, "points": 512},
@@ -63,6 +66,24 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
         assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
+
+
+def test_a_mass_is_thrown_at_a_stop_at_its_equilibrium_without_forces(stack: LocalClient) -> None:
+    one_mass = {"masses": [100.0], "stiffnesses": [1e4], "damping": [0.0], "forcing": [0.0]}
+    thrown = grazemap.Oscillator(units="SI", restitution=0.5, **one_mass)
+    first, second = ({"velocity": [speed]} for speed in (1.0, -2.0))
+    plan = {"omega": 7.0, "clearance": {"left": 0.0}, "periods": 2, "observables": ["impulse"], "progress": False}
+    one = stack.trajectory(thrown, initial=first, **plan)
+    number = np.arange(len(one.impacts.time))
+    assert len(number) == 5
+    assert one.impacts.time == pytest.approx(0.1 * np.pi * (1 + number), rel=1e-13)
+    assert one.impacts.velocity == pytest.approx(-(0.5**number), rel=1e-12)
+    assert one.impulse == pytest.approx(75.0 * np.sum(0.5**number), rel=1e-13)
+    many = stack.trajectory(thrown, initial=[first, second], **plan).trajectories
+    assert many[0].impacts.velocity.tolist() == one.impacts.velocity.tolist()
+    assert many[1].impacts.time[:2] == pytest.approx([0.0, 0.1 * np.pi], rel=1e-13)
+    with pytest.raises(JobFailed, match="clearance"):
+        stack.trajectory(thrown, **plan)
 
 
 def test_a_statement_is_proven_and_a_false_one_is_answered_with_its_disproof(stack: LocalClient, tmp_path) -> None:
@@ -206,3 +227,20 @@ def test_the_stack_and_its_folders_end_with_a_killed_parent(tmp_path) -> None:
     _, left = psutil.wait_procs(below, timeout=8)
     assert left == []
     assert list(tmp_path.iterdir()) == []
+
+
+def test_results_of_a_batch_of_every_process_have_the_bytes_of_each_alone(stack: LocalClient) -> None:
+    """Those whose digests are recorded (`tests.digests`) and take little time."""
+    tiers = ("quick", "maps")
+    asked = [*named(*tiers)]
+    assert {process for process, _, _ in asked} == PROCESSES.keys()
+    requests = [{"process": process, "request": body} for process, _, body in asked]
+    answer = httpx2.post(f"{stack.base_url}/v1/batches", params={"f": "npz"}, json={"requests": requests}, timeout=300)
+    lines = [json.loads(line) for line in answer.text.splitlines() if line]
+    assert [line for line in lines if "npz" not in line] == []
+    assert sorted(line["index"] for line in lines) == [*range(len(asked))]
+    found: Results = {}
+    for line in lines:
+        process, name, _ = asked[line["index"]]
+        found.setdefault(process, {})[name] = fields(base64.b64decode(line["npz"]))
+    assert digests(found) == digests(here(*tiers))

@@ -16,12 +16,17 @@ from watching import living
 KEY = "0123456789-of-the-tests-KEY"
 
 
-def test_up_prints_the_addresses_and_ctrl_c_ends_it_in_order() -> None:
-    command = [sys.executable, "-m", "grazemap.cli", "up", "--port", "0", "--workers", "1"]
+def test_up_prints_the_addresses_and_ctrl_c_ends_it_in_order(tmp_path: Path) -> None:
+    # with modules of a user in the folder where he types this
+    for module in ("numpy", "redis", "numba", "uvicorn", "grazemap_core", "queue"):
+        (tmp_path / f"{module}.py").write_text(f"raise SystemExit('{module} of this folder')")
+    command = [Path(sys.executable).with_name("grazemap"), "up", "--port", "0", "--workers", "1"]
     # An operator's settings hold for it: what is asked without the key is refused, and it comes up all the same.
     environment = {**os.environ, "GRAZEMAP_API_KEYS": KEY}
     # In a session of its own, so that the signal reaches the whole group as Ctrl-C in a terminal does.
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True, env=environment) as up:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True, env=environment, cwd=tmp_path
+    ) as up:
         assert up.stdout is not None
         addresses = dict(up.stdout.readline().split() for _ in range(3))
         assert list(addresses) == ["explorer", "docs", "metrics"]

@@ -44,6 +44,11 @@ SPAN = {"start": 0, "stop": 0.05}
 MARKER = "zyxwvMARKER"
 
 
+@pytest.fixture
+def client(lasting: TestClient) -> TestClient:
+    return lasting
+
+
 def oscillator(**fields: Any) -> dict[str, Any]:
     return {"omega": RANGE, "oscillator": fields}
 

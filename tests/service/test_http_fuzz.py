@@ -91,6 +91,11 @@ REQUESTS = st.fixed_dictionaries(
 )
 
 
+@pytest.fixture
+def client(lasting: TestClient) -> TestClient:
+    return lasting
+
+
 @EXAMPLES
 @pytest.mark.parametrize("process", PROCESSES)
 def test_any_json_gets_an_answer(client: TestClient, store: Store, process: str, examples: int) -> None:

@@ -28,9 +28,17 @@ GUIDE = Path(__file__).parents[2] / "docs" / "api.md"
 
 
 @pytest.fixture
-def document(client: TestClient) -> dict[str, Any]:
-    parsed: dict[str, Any] = client.get("/openapi.json").json()
-    return parsed
+def document(described: dict[str, Any]) -> dict[str, Any]:
+    return described
+
+
+@pytest.fixture
+def client(lasting: TestClient) -> TestClient:
+    return lasting
+
+
+def test_the_service_answers_the_document(client: TestClient, document: dict[str, Any]) -> None:
+    assert client.get("/openapi.json").json() == document
 
 
 def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:

@@ -22,16 +22,8 @@ from grazemap.results import MotionShare, UnfoldingMap
 from grazemap.results.base import decode_result
 from grazemap.schema import SCHEMAS, VERSION, schema_of
 from grazemap.wire import PROCESSES
-from grazemap_service.app import create_app
 from grazemap_service.representations import render
-from grazemap_service.settings import Settings
 from tests.sdk.sdk_documents import REQUESTS, document, npz
-
-
-@pytest.fixture(scope="module")
-def described() -> dict[str, Any]:
-    schema: dict[str, Any] = create_app(Settings()).openapi()
-    return schema
 
 
 def in_json(process: str) -> dict[str, Any]:
@@ -51,7 +43,7 @@ def test_the_document_is_valid(described: dict[str, Any]) -> None:
     broken = copy.deepcopy(described)
     events = broken["paths"]["/v1/jobs/{job_id}/events"]["get"]["responses"]["200"]["content"]
     events["text/event-stream"]["itemSchema"] = {}
-    assert list(OpenAPIV31SpecValidator(broken).iter_errors()) != []
+    assert next(iter(OpenAPIV31SpecValidator(broken).iter_errors()), None) is not None
 
 
 def test_no_object_is_without_fields(described: dict[str, Any]) -> None:

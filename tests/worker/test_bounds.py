@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from grazemap_worker import tasks
 from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
+from grazemap_worker.store.keys import MOST_LARGE_RECORDS, MOST_SMALL_RECORDS, PREFIX
 
 LEASE = 5.0
 
@@ -146,6 +148,51 @@ def test_a_page_of_jobs_costs_what_it_shows(store: Store) -> None:
     assert int(store.redis.info("stats")["total_net_output_bytes"]) - read < 10_000
     assert len(store.jobs.page(limit=7, process="grazing-curves")[0]) == 7
     assert store.jobs.page(process="trajectories") == ([], None)
+
+
+# Records of large jobs, newer than all that there are. Arguments: the prefix of all keys, their number.
+OTHER_RECORDS = """
+for i = 1, ARGV[2] do
+  local seq = redis.call('INCR', ARGV[1] .. 'sequence')
+  redis.call('HSET', ARGV[1] .. 'job:' .. seq, 'process', 'trajectories', 'status', 'failed', 'lane', 'map', 'seq', seq)
+  redis.call('ZADD', ARGV[1] .. 'jobs', seq, seq)
+end
+"""
+
+
+def test_no_script_examines_many_jobs_for_a_list_of_few(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many records as there can be of both classes, of which a filter selects the first and the last."""
+    first = submit(store)
+    number = MOST_SMALL_RECORDS + MOST_LARGE_RECORDS
+    store.redis.eval(OTHER_RECORDS, 0, PREFIX, number)
+    last = submit(store, curve(2))
+    examined = []
+    run = store.jobs._scripts.run
+
+    def counted(*arguments: Any, **more: Any) -> Any:
+        before = _reads(store)
+        answer = run(*arguments, **more)
+        examined.append(_reads(store) - before)
+        return answer
+
+    monkeypatch.setattr(store.jobs._scripts, "run", counted)
+    for selected in ({"process": "grazing-curves"}, {"small": True}, {"group": "night"}):
+        page, cursor = store.jobs.page(limit=2, **selected)
+        assert [job.id for job in page] == ([] if "group" in selected else [last.id, first.id])
+        assert cursor is None
+    page, cursor = store.jobs.page(limit=1, process="grazing-curves")
+    assert [job.id for job in page] == [last.id]
+    page, cursor = store.jobs.page(limit=1, process="grazing-curves", cursor=cursor)
+    assert ([job.id for job in page], cursor) == ([first.id], None)
+    assert store.jobs.page(process="basins") == ([], None)
+    assert sum(examined) > 6 * number
+    assert max(examined) < number / 10
+
+
+def _reads(store: Store) -> int:
+    """The commands that have read records so far."""
+    stats: Any = store.redis.info("commandstats")
+    return sum(stats.get(f"cmdstat_{name}", {"calls": 0})["calls"] for name in ("hget", "hmget", "hgetall"))
 
 
 def test_fetching_a_result_makes_it_the_last_to_be_evicted(store: Store) -> None:

@@ -342,7 +342,11 @@ def test_least_recently_used_results_are_evicted_first(redis_server: object, sto
     assert not created
 
 
-def test_pages_of_jobs_are_newest_first_and_do_not_shift(store: Store) -> None:
+@pytest.mark.parametrize("examined", [1, 3, 500])
+def test_pages_of_jobs_are_newest_first_and_do_not_shift(
+    store: Store, examined: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("grazemap_worker.store.jobs.EXAMINED_AT_ONCE", examined)
     jobs = [submit_curve(store, points) for points in range(5, 12)]
     page, cursor = store.jobs.page(limit=3)
     assert [job.id for job in page] == [job.id for job in reversed(jobs[4:])]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.outcome import DONE, FAILED, InvalidCommand, fail
+from grazemap.module_command import module_command
 
 _MOST_BYTES = 50_000_000
 _SECONDS = 3600.0
@@ -41,11 +41,10 @@ def _check(options: argparse.Namespace) -> int:
         data = stream.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
         raise InvalidCommand("the file is too large for a certificate")
-    # in a process of its own, which can be ended within long steps of the arithmetic; -P: no module of this folder
-    command = [sys.executable, "-P", "-m", "grazemap.checker"]
+    # in a process of its own, which can be ended within long steps of the arithmetic
     try:
         done = subprocess.run(
-            command,
+            module_command("grazemap.checker"),
             input=data,
             stdout=subprocess.PIPE,
             timeout=options.seconds,

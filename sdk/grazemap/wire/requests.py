@@ -54,7 +54,7 @@ class GrazingCurvesRequest(ProcessRequest):
         "grazing-curves",
         "submit_grazing_curve",
         "Grazing curve",
-        "Compute clearance = A(omega), with phase and first recurrence.",
+        "Compute clearance = A(omega), at which the steady motion touches the stops, with phase and first recurrence.",
         {
             "default oscillator": {"omega": {"start": 0.05, "stop": 1.2, "points": 200}},
             "one mass in SI units": {

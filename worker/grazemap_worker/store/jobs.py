@@ -17,6 +17,7 @@ from grazemap.wire import FINISHED, Estimate, Job, Problem, Progress, Status, ca
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Plan, kernels_of
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
+    EXAMINED_AT_ONCE,
     FINGERPRINT_REMEMBERED,
     INTEREST_SECONDS,
     LISTED_REQUEST_BYTES,
@@ -155,7 +156,8 @@ class Jobs:
         """Return one page of jobs, newest first, and the cursor of the next page (None: this is the last one).
 
         Jobs that are submitted between two pages do not move the pages after them. Requests over
-        `LISTED_REQUEST_BYTES` are left out (None). Small jobs are those of one tile that takes milliseconds.
+        `LISTED_REQUEST_BYTES` are left out (None). Small jobs are those of one tile that takes milliseconds. Redis is
+        asked for `EXAMINED_AT_ONCE` jobs at a time, so that others need not wait where few of many jobs are selected.
 
         Raises
         ------
@@ -164,16 +166,20 @@ class Jobs:
         """
         if cursor is not None and not (cursor.isascii() and cursor.isdigit() and len(cursor) < 19):
             raise ValueError("not a cursor of a job list")
-        page = self._scripts.run(
-            "page",
-            index=f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs",
-            before=f"({cursor}" if cursor else "+inf",
-            most=limit + 1,
-            process=process or "",
-            group=group or "",
-            class_="" if small is None else "small" if small else "large",
-            longest=LISTED_REQUEST_BYTES,
-        )
+        selection = {
+            "index": f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs",
+            "process": process or "",
+            "group": group or "",
+            "class_": "" if small is None else "small" if small else "large",
+            "longest": LISTED_REQUEST_BYTES,
+            "examined": EXAMINED_AT_ONCE,
+        }
+        page: list[Any] = []
+        before: str | None = f"({cursor}" if cursor else "+inf"
+        while before and len(page) <= limit:
+            listed, last = self._scripts.run("page", before=before, most=limit + 1 - len(page), **selection)
+            page += listed
+            before = last and f"({last.decode()}"
         found = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
         following = page[limit - 1][1].decode() if len(page) > limit else None
         return [job for job in found if job is not None], following

@@ -70,6 +70,8 @@ MOST_RECORD_BYTES = 256 << 20
 INTEREST_SECONDS = 900
 # A longer request is left out of lists of jobs.
 LISTED_REQUEST_BYTES = 4096
+# Jobs that one script looks at for a list of selected ones: a millisecond or two, in which Redis serves nobody else.
+EXAMINED_AT_ONCE = 500
 # A result or a tile, as npz. Redis takes no value over 512 MB, and clients hold it in memory.
 MOST_RESULT_BYTES = 256 << 20
 # Seconds that the tiles of a complete map are kept, for clients that fetch it tile by tile.

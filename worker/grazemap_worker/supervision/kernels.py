@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterable
@@ -23,6 +22,7 @@ from pkgutil import walk_packages
 import structlog
 
 import grazemap_core
+from grazemap.module_command import module_command
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
 from grazemap_worker.parent_death import tied
@@ -126,7 +126,7 @@ class Kernels:
         others = [component for component in free if component not in lanes]
         for components in (others, lanes) if most - len(self._compilers) > 1 else (free,):
             if components and len(self._compilers) < most:
-                command = [sys.executable, "-m", "grazemap_core.warmup", *components]
+                command = module_command("grazemap_core.warmup", *components)
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
                 self._compilers[process.pid] = _Compiler(
                     process, Progress(process.pid), list(components), time.monotonic()

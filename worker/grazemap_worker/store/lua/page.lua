@@ -1,8 +1,9 @@
--- Arguments: index, before (ZREVRANGEBYSCORE's first score), most (jobs), process, group, class (small, large;
--- '': any), longest (request).
--- Returns, for each job of a page, newest first: {id, sequence number, names and values of its record}. Longer requests
--- are left out, so that a page is never large. One job more than asked for says that there is a next page.
-local found, offset = {}, 0
+-- Arguments: index, before (ZREVRANGEBYSCORE's first score), most (jobs), examined (jobs), process, group, class (small,
+-- large; '': any), longest (request).
+-- Returns the jobs that fit among the next ones, newest first, as {id, sequence number, names and values of its record},
+-- and the sequence number of the last job that was examined if there may be others after it. Longer requests are left
+-- out, so that a page is never large.
+local found = {}
 
 local function listed(id)
   local process, groups = unpack(redis.call('HMGET', key('job', id), 'process', 'groups'))
@@ -11,17 +12,14 @@ local function listed(id)
     and (given.class_ == '' or class_of(id) == given.class_)
 end
 
-while #found < given.most do
-  local ids = redis.call('ZREVRANGEBYSCORE', given.index, given.before, '-inf', 'WITHSCORES', 'LIMIT', offset, given.most)
-  for i = 1, #ids, 2 do
-    local id = ids[i]
-    if #found < given.most and listed(id) then
-      found[#found + 1] = { id, ids[i + 1], record(id, given.longest) }
-    end
+local ids = redis.call('ZREVRANGEBYSCORE', given.index, given.before, '-inf', 'WITHSCORES', 'LIMIT', 0, given.examined)
+for i = 1, #ids, 2 do
+  local id, seq = ids[i], ids[i + 1]
+  if listed(id) then
+    found[#found + 1] = { id, seq, record(id, given.longest) }
   end
-  if #ids < 2 * given.most then
-    break
+  if #found == given.most then
+    return { found, seq }
   end
-  offset = offset + given.most
 end
-return found
+return { found, #ids == 2 * given.examined and ids[#ids] }
