@@ -320,3 +320,20 @@ def test_the_search_finds_orbits_of_any_stops_from_trajectories() -> None:
     assert guess is not None
     found = periodic_orbit(oscillator, orbit.omega, orbit.clearance, guess)
     assert np.sort(found.impacts.velocities) == pytest.approx(np.sort(orbit.impacts.velocities), rel=1e-9)
+
+
+def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_steps() -> None:
+    """A pair leaves the unit circle before the graze, where a multiplier is infinite, and comes back after it."""
+    system = random_system(55)
+    assert system is not None
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+
+    def places(longest: float) -> list[tuple[str, float]]:
+        branch = orbit_branch(system.oscillator, orbit, 0.74, 1.0, "forcing", longest_step=longest)
+        return [(point.type, point.values.forcing) for point in branch.special_points]
+
+    known = places(0.02)
+    assert [kind for kind, _ in known] == ["NS", "SN", "NS", "GR", "NS", "PD"]
+    for longest in (0.06, 0.1):
+        assert [kind for kind, _ in places(longest)] == [kind for kind, _ in known]
+        np.testing.assert_allclose([at for _, at in places(longest)], [at for _, at in known], rtol=1e-10)

@@ -224,8 +224,8 @@ def bifurcation_curve(
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`, anywhere along the curve.
     """
-    if point.status != "converged":
-        raise ParameterError("point", "has not converged")
+    if point.reason:
+        raise ParameterError("point", f"has not converged: {point.reason}")
     for name, bounds in zip(plane, (horizontal, vertical), strict=True):
         check_interval(name, *bounds, named=name)
         if not bounds[0] <= point.values.value(name) <= bounds[1]:
