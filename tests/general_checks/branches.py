@@ -37,8 +37,9 @@ SAME_IMPACTS = 1e-5
 root of round-off."""
 REACH = 0.3
 """The branches lie between the parameter at the start less and plus this share of it."""
-BESIDE = (1e-7, 2e-7)
-"""Distances, relative to the parameter, of the orbits in 50 digits from a special point."""
+BESIDE = (1e-10, 2e-10)
+"""Distances, relative to the parameter, of the orbits in 50 digits from a special point. The error of a linear
+interpolation is about their square over the distance of a PD from an SN, which may be 1e-6."""
 ACCURACY = 1e-10
 """Distance of a special point from the zero in 50 digits, relative to the parameter: an SN is interpolated with an
 error of the power 3/2 of `BESIDE`."""

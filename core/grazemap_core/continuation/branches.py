@@ -69,7 +69,7 @@ class OrbitBranch(ParameterCurve):
     period : int
     symmetric : bool
     multipliers : complex (m, 2N)
-        Over the period, by decreasing modulus.
+        Over the period, by decreasing modulus; NaN where impacts come together.
     isolated, admissible, stable, verified : bool (m,)
         As in `PeriodicOrbit`.
     excess : (m,)

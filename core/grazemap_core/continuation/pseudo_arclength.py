@@ -34,8 +34,8 @@ Visit = Callable[[Floats, Floats, bool], str | None]
 the reason why the curve ends there, a key of `ENDS`, or None."""
 
 Beside = Callable[[Floats, Floats], Floats | None]
-"""Takes the unknowns of a point, and a step along the tangent at whose end there is no orbit. Returns the unknowns of an
-orbit just before a meeting of impacts (`branch_ends.Meeting`) within the step, or None."""
+"""Takes the unknowns of a point, and a step along the tangent at whose end there is no orbit. Returns the unknowns of
+an orbit just before a meeting of impacts (`branch_ends.Meeting`) within the step, or None."""
 
 
 def follow_path(
