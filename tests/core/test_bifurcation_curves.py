@@ -142,7 +142,7 @@ def test_along_a_curve_of_grazes_the_orbit_without_the_graze_touches_a_stop():
 def test_invalid_curve_requests_are_refused(name, change):
     point = two_impacts().special_points[0]
     if name == "point":
-        point = dataclasses.replace(point, status="guess")
+        point = dataclasses.replace(point, reason="not solved for")
     with pytest.raises(ParameterError) as refused:
         bifurcation_curve(DEFAULT, point, **({"horizontal": (0.26, 0.28), "vertical": (1.2, 1.9)} | change))
     assert refused.value.name == name

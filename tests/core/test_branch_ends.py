@@ -6,14 +6,19 @@ import functools
 
 import numpy as np
 import pytest
+from flint import arb
+from general_systems import random_system
+from impact_orbit_oracle import solved
+from oracles import digits
 from test_branch_switching import orbit_of, parent, special
 from test_periodic_orbits import DEFAULT
 
-from grazemap_core.continuation.branch_switching import starts_beyond
-from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.branch_switching import as_on_curve, starts_beyond
+from grazemap_core.continuation.branches import OrbitPoint, orbit_branch
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
@@ -69,3 +74,59 @@ def test_a_branch_from_a_special_point_ends_at_that_point_to_round_off(kind):
     assert ends[0].clearance == pytest.approx(point.clearance, rel=1e-13)
     count = len(point.impacts.stops)
     np.testing.assert_allclose(ends[0].impacts.velocities[:count], point.impacts.velocities, rtol=1e-9)
+
+
+@functools.cache
+def meeting_of_impacts():
+    """A branch whose second and third impact, both on the left stop, come together; its oscillator."""
+    system = random_system(35)
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    return system, orbit_branch(system.oscillator, orbit, 0.745, 0.87, "omega")
+
+
+def test_a_branch_ends_where_impacts_on_one_stop_come_together():
+    system, branch = meeting_of_impacts()
+    (end,) = (point for point in branch.special_points if point.impact is not None)
+    assert branch.ends == ("range", "together")
+    assert (end.type, end.status, end.reason, end.impact, end.stop) == ("GR", "converged", "", 1, -1)
+    assert end.segment == len(branch.values) - 2
+    assert branch.values[-1] == end.omega
+    assert end.impacts.phases[1] == end.impacts.phases[2] == end.phase
+    np.testing.assert_array_equal(end.impacts.velocities[1:], 0.0)
+    # before it the velocities have the ratio of the restitution, and the impacts their order
+    before = branch.velocities[-2]
+    assert before[2] / before[1] == pytest.approx(system.oscillator.restitution_of(-1), rel=1e-3)
+    assert np.all(np.diff(branch.phases, axis=1)[:-1] > 0.0)
+
+
+def test_impacts_that_come_together_graze_in_the_motion_without_all_but_one():
+    """In 50 digits: the velocity of the impact on the left stop vanishes at the end of the branch."""
+    system, branch = meeting_of_impacts()
+    end = branch.special_points[-1]
+    alone, impact = as_on_curve(end)
+    np.testing.assert_array_equal(alone.stops, [1, -1])
+    places = [end.omega * (1.0 + side * 1e-7) for side in (-1.0, 1.0)]
+    first, second = (solved(system.oscillator, omega, system.clearance, alone).velocities[impact] for omega in places)
+    with digits():
+        zero = (arb(places[0]) * second - arb(places[1]) * first) / (second - first)
+        assert abs(float(zero / end.omega - 1)) < 1e-12
+
+
+def test_a_branch_ends_at_one_meeting_of_impacts_wherever_it_begins():
+    system, branch = meeting_of_impacts()
+    place = len(branch.values) - 6
+    values = branch.points[place]
+    impacts = ImpactSequence(1, branch.stops, branch.phases[place], branch.velocities[place])
+    there = OrbitPoint(periodic_orbit(system.oscillator, values.omega, values.clearance, impacts), values)
+    other = orbit_branch(system.oscillator, there, 0.85, 0.87, "omega")
+    ends = [one.special_points[-1] for one in (branch, other)]
+    assert [end.impact for end in ends] == [1, 1]
+    assert ends[1].omega == pytest.approx(ends[0].omega, rel=1e-13)
+
+
+def test_the_switch_at_a_meeting_of_impacts_leads_to_the_motion_with_one_of_them():
+    system, branch = meeting_of_impacts()
+    (start,) = starts_beyond(system.oscillator, branch.special_points[-1], "omega")
+    orbit = periodic_orbit(system.oscillator, start.omega, start.clearance, start.impacts)
+    assert orbit.converged
+    np.testing.assert_array_equal(orbit.impacts.stops, [1, -1])

@@ -320,3 +320,37 @@ def test_the_search_finds_orbits_of_any_stops_from_trajectories() -> None:
     assert guess is not None
     found = periodic_orbit(oscillator, orbit.omega, orbit.clearance, guess)
     assert np.sort(found.impacts.velocities) == pytest.approx(np.sort(orbit.impacts.velocities), rel=1e-9)
+
+
+def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_steps() -> None:
+    """A pair leaves the unit circle before the graze, where a multiplier is infinite, and comes back after it."""
+    system = random_system(55)
+    assert system is not None
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+
+    def places(longest: float) -> list[tuple[str, float]]:
+        branch = orbit_branch(system.oscillator, orbit, 0.74, 1.0, "forcing", longest_step=longest)
+        return [(point.type, point.values.forcing) for point in branch.special_points]
+
+    known = places(0.02)
+    assert [kind for kind, _ in known] == ["NS", "SN", "NS", "GR", "NS", "PD"]
+    for longest in (0.06, 0.1):
+        assert [kind for kind, _ in places(longest)] == [kind for kind, _ in known]
+        np.testing.assert_allclose([at for _, at in places(longest)], [at for _, at in known], rtol=1e-10)
+
+
+def test_the_direction_of_a_curve_does_not_depend_on_round_off() -> None:
+    """Along this GR curve a velocity and a phase are constant, so that their changes are round-off."""
+    system = random_system(92)
+    assert system is not None
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    branch = orbit_branch(system.oscillator, orbit, 0.87 * orbit.omega, 1.01 * orbit.omega, "omega")
+    point = next(one for one in branch.special_points if one.impact is not None)
+    (low, high), left = (0.99 * point.omega, 1.01 * point.omega), point.values.clearance_left
+    random = np.random.default_rng(3)
+    for _ in range(8):
+        velocities = point.impacts.velocities * (1.0 + 1e-15 * random.normal(size=len(point.impacts.stops)))
+        moved = dataclasses.replace(point, impacts=dataclasses.replace(point.impacts, velocities=velocities))
+        plane: tuple[Parameter, Parameter] = ("omega", "clearance_left")
+        curve = bifurcation_curve(system.oscillator, moved, (low, high), (0.9 * left, 1.1 * left), plane=plane)
+        assert curve.horizontal[0] < curve.horizontal[-1]

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.linalg
+from general_systems import random_system
 
+from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.errors import ConditioningError
 from grazemap_core.orbits import states
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
 
 def pencil() -> tuple[np.ndarray, np.ndarray]:
@@ -50,3 +53,20 @@ def test_what_cannot_be_computed_is_an_error_that_says_so(monkeypatch: pytest.Mo
     monkeypatch.setattr(states, "dggev", failing)
     with pytest.raises(ConditioningError, match="does not converge"):
         states._eigenvalues(left, right)
+
+
+@pytest.mark.parametrize("seed", [7, 11, 55])
+def test_the_order_of_multipliers_does_not_depend_on_round_off(seed: int) -> None:
+    """Of a complex pair the one with the positive imaginary part is the first, and both have one modulus."""
+    system = random_system(seed)
+    assert system is not None
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    branch = orbit_branch(system.oscillator, orbit, 0.95, 1.05, "forcing", max_points=8)
+    pairs = 0
+    for multipliers in branch.multipliers:
+        assert np.all(np.diff(np.abs(multipliers)) <= 0.0)
+        first = np.flatnonzero(multipliers.imag > 0.0)
+        np.testing.assert_array_equal(multipliers[first + 1], np.conj(multipliers[first]))
+        assert np.sum(multipliers.imag != 0.0) == 2 * len(first)
+        pairs += len(first)
+    assert pairs

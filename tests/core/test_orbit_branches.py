@@ -17,7 +17,7 @@ from test_periodic_orbits import DEFAULT, default_orbit, guess_of
 
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.continuation.special_points import Segment
+from grazemap_core.continuation.special_points import NOT_SOLVED, Segment
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.model.oscillator import Oscillator
@@ -120,6 +120,24 @@ def test_test_functions_too_small_to_be_multiplied_are_compared_correctly():
     piece.end, piece.at = 1.0, float  # type: ignore[assignment,method-assign]
     assert piece.zero(lambda s: 1e-200 * (1.0 + s), 0.0, 1.0) is None
     assert piece.zero(lambda s: 1e-200 * (s - 0.25), 0.0, 1.0) == pytest.approx(0.25)
+
+
+def test_a_special_point_between_orbits_that_are_not_solved_for_says_so(monkeypatch):
+    branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.3, 1.7)
+    place = next(point.segment for point in branch.special_points if point.type == "GR")
+    family = OrbitFamily.of(DEFAULT, branch.period, branch.symmetric)
+    path = ContinuationProblem(family, branch.stops, ("clearance",), branch.points[0])
+    numbers = zip(branch.phases[place : place + 2], branch.velocities[place : place + 2], strict=True)
+    impacts = [ImpactSequence(branch.period, branch.stops, *each, branch.symmetric) for each in numbers]
+    first, second = (
+        path.evaluate(path.unknowns(each, values)) for each, values in zip(impacts, branch.points[place:], strict=False)
+    )
+    along = path.tangent(first.unknowns, second.unknowns - first.unknowns)
+    points = Segment(path, first, second, along).special_points(turns=False)
+    assert [(point.status, point.reason) for point in points] == [("converged", "")] * len(points) != []
+    monkeypatch.setattr(path, "correct", lambda *_: None)
+    points = Segment(path, first, second, along).special_points(turns=False)
+    assert [(point.status, point.reason) for point in points] == [("guess", NOT_SOLVED)] * len(points) != []
 
 
 def test_special_points_are_zeros_of_the_test_functions_in_50_digits():

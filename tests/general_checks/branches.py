@@ -37,11 +37,14 @@ SAME_IMPACTS = 1e-5
 root of round-off."""
 REACH = 0.3
 """The branches lie between the parameter at the start less and plus this share of it."""
-BESIDE = (1e-7, 2e-7)
-"""Distances, relative to the parameter, of the orbits in 50 digits from a special point."""
+BESIDE = 1e-10
+"""Distance, relative to the parameter, of the orbits in 50 digits from a PD or a GR. A linear interpolation is off by
+about its square over the distance from an SN, which may be 1e-6."""
+BESIDE_FOLD = (1e-7, 2e-7)
+"""Those from an SN, whose guesses are off by the square root of the distance, times that of the next orbit."""
 ACCURACY = 1e-10
 """Distance of a special point from the zero in 50 digits, relative to the parameter: an SN is interpolated with an
-error of the power 3/2 of `BESIDE`."""
+error of the power 3/2 of `BESIDE_FOLD`."""
 
 
 class Compared(NamedTuple):
@@ -100,7 +103,7 @@ def _error(oscillator: Oscillator, branch: OrbitBranch, point: SpecialPoint, par
     }
     test, found = tests[point.type], []
     if point.type != "SN":
-        places = [value * (1.0 + side * BESIDE[0]) for side in (-1.0, 1.0)]
+        places = [value * (1.0 + side * BESIDE) for side in (-1.0, 1.0)]
         with digits():
             first, second = (test(_beside(oscillator, branch, point, parameter, there, 0.0)) for there in places)
             zero = (arb(places[0]) * second - arb(places[1]) * first) / (second - first)
@@ -108,7 +111,7 @@ def _error(oscillator: Oscillator, branch: OrbitBranch, point: SpecialPoint, par
     # the square of the test function is linear in the parameter, on the side where the branch is
     beyond = branch.values[point.segment : point.segment + 2] - value
     side = np.sign(beyond[np.argmax(np.abs(beyond))])
-    for distance in BESIDE:
+    for distance in BESIDE_FOLD:
         there = value + side * abs(value) * distance
         both = [
             _beside(oscillator, branch, point, parameter, there, sign * np.sqrt(abs((there - value) / step)))

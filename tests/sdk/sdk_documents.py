@@ -317,7 +317,7 @@ def _rested() -> dict[str, Any]:
 
 def _branch() -> dict[str, Any]:
     graze = {"clearance": 1.89, "omega": 0.27, "restitution": 0.8, "status": "converged", "admissible": True}
-    graze["segment"] = 2
+    graze |= {"segment": 2, "reason": None}
     request = {
         "oscillator": {"masses": [1.0, 10.0, 10.0], "restitution": 0.8, "damping": 0.05},
         "omega": 0.27,
@@ -326,6 +326,7 @@ def _branch() -> dict[str, Any]:
     }
     impacts = {"phases": np.array([0.5, 0.5 + np.pi]), "velocities": np.array([0.1, -0.1])}
     nothing = {"stop": None, "phase": None, "impact": None}
+    guess = {"status": "guess", "reason": "it was not solved for"}
     return {
         "parameter": np.array([1.8, 1.85, 1.88, 1.86]),
         "omega": np.full(4, 0.27),
@@ -344,7 +345,7 @@ def _branch() -> dict[str, Any]:
         "excess": np.array([-0.1, -0.1, -0.05, 0.1]),
         "residual": np.full(4, 1e-16),
         "special_points": [
-            {"type": "SN", "parameter": 1.885, **graze, **impacts, **nothing, "beyond": []},
+            {"type": "SN", "parameter": 1.885, **graze, **impacts, **nothing, **guess, "beyond": []},
             {
                 "type": "GR",
                 "parameter": 1.87,

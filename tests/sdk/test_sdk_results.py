@@ -144,6 +144,8 @@ def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
     for result in (decode_result(npz("orbit-branches")), load(path)):
         saddle, graze = result.special_points
         assert (saddle.type, saddle.parameter, saddle.stop) == ("SN", 1.885, None)
+        assert (saddle.status, saddle.reason) == ("guess", "it was not solved for")
+        assert (graze.status, graze.reason) == ("converged", None)
         assert (graze.type, graze.stop, graze.phase, graze.impact) == ("GR", -1, 2.5, 0)
         assert graze.velocities.tolist() == [0.1, -0.1]
         assert result.multipliers.shape == (4, 6)

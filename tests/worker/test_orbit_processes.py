@@ -9,6 +9,7 @@ import pytest
 from test_processes import ORBIT, whole
 
 from grazemap.wire import Oscillator
+from grazemap_core.continuation import special_points
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.processes.conversion import core_oscillator
 
@@ -54,6 +55,15 @@ def test_an_orbit_beyond_a_special_point_is_a_request(
         branch = whole("orbit-branches", {**asked, **bounds})
         assert branch["stops"].tolist() == orbit["stops"].tolist()
         assert any(abs(other["parameter"] - point["parameter"]) < 1e-9 for other in branch["special_points"])
+
+
+def test_a_special_point_that_is_a_guess_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    body = {**ORBIT, **ONE, "range": {"start": 1.84, "stop": 1.87}}
+    for point in whole("orbit-branches", body)["special_points"]:
+        assert (point["status"], point["reason"]) == ("converged", None)
+    monkeypatch.setattr(special_points, "SPECIAL_POINT_RESIDUAL", -1.0)
+    for point in whole("orbit-branches", body)["special_points"]:
+        assert (point["status"], point["reason"]) == ("guess", special_points.NOT_ZERO)
 
 
 def test_a_branch_over_restitution_is_the_closed_form_s() -> None:

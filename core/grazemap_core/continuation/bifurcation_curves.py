@@ -31,6 +31,8 @@ from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 class BifurcationCurve(ParameterCurve):
     """A curve of special orbits: m of them in the order of the curve, with k impacts each.
 
+    At the special point from which it is followed, the parameter that changes more along the curve increases.
+
     Attributes
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
@@ -224,8 +226,8 @@ def bifurcation_curve(
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`, anywhere along the curve.
     """
-    if point.status != "converged":
-        raise ParameterError("point", "has not converged")
+    if point.reason:
+        raise ParameterError("point", f"has not converged: {point.reason}")
     for name, bounds in zip(plane, (horizontal, vertical), strict=True):
         check_interval(name, *bounds, named=name)
         if not bounds[0] <= point.values.value(name) <= bounds[1]:
@@ -242,6 +244,9 @@ def bifurcation_curve(
     path = BifurcationProblem(family, point, impacts.stops, impact, plane)
     start = path.unknowns(impacts, path.fixed)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
+    of_plane = tangent[-2:]
+    if of_plane[np.argmax(np.abs(of_plane))] < 0.0:
+        tangent = -tangent
     refined = path.correct(start, tangent)  # accurate to the square root of round-off where branches meet
     start = start if refined is None else refined[0]
     first = path.evaluate(start)

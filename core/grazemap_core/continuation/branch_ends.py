@@ -1,10 +1,16 @@
-"""The point at which a branch ends on another one: at a PD its halves become equal, at an SB each other's mirror image.
+"""Where a branch ends on another one, and the orbit there.
 
-On the branch that ends there the equations are singular: the other branch has a tangent there too. On the other branch,
-of which a half of each orbit is an orbit, the point is a regular zero of the doubling test, so it is solved for there.
-The half of the orbits' period leads from each of them to another orbit of the branch, with the halves exchanged. So
-beyond the point the branch is the same one again, and the difference of the halves has the other sign: that, and no
-size of it, tells such a point from a fold.
+At a PD the two halves of its orbits become equal, at an SB each other's mirror image. On the branch that ends there the
+equations are singular: the other branch has a tangent there too. On the other branch, of which a half of each orbit is
+an orbit, the point is a regular zero of the doubling test, so it is solved for there. The half of the orbits' period
+leads from each of them to another orbit of the branch, with the halves exchanged. So beyond the point the branch is the
+same one again, and the difference of the halves has the other sign: that, and no size of it, tells such a point from a
+fold.
+
+At a GR impacts that follow each other on one stop come together, and their velocities vanish together: after an impact
+of velocity v the contact, pressed against the stop with the acceleration a, meets it again after the time 2 R v/a, with
+the velocity R v. The equations are singular there, as two equal impacts of velocities v and -R v solve them too. With
+one of the impacts alone they are regular, and the point is a graze, so it is solved for there.
 """
 
 from __future__ import annotations
@@ -15,6 +21,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.continuation.tolerances import GRAZE_MARGIN, MIN_TANGENT_COSINE
 from grazemap_core.orbits.family import OrbitFamily
 
 
@@ -73,3 +80,55 @@ class Halves:
         phases[1] -= 0.5 * self.path.family.turn
         speeds[1] *= self.sign
         return np.concatenate([phases, speeds], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """An orbit at which impacts that follow each other on one stop come together, with velocity 0.
+
+    Attributes
+    ----------
+    unknowns, beside : (2 k + p,)
+        That orbit, and one of the branch just before it, as unknowns of the path.
+    impact : int
+        Index of the first of these impacts.
+    """
+
+    unknowns: Floats
+    beside: Floats
+    impact: int
+
+    @classmethod
+    def between(cls, path: ContinuationProblem, here: Floats, step: Floats) -> Meeting | None:
+        """Return the one between an orbit of a branch and the end of a step along its tangent, or None.
+
+        The step exchanges the order of these impacts, and its direction is as close to the way there as that of any
+        other step of a branch.
+        """
+        count, turn = path.count, path.family.turn
+        now, then = (np.diff(one[:count], append=one[0] + turn) for one in (here, here + step))
+        meets = then <= 0.0
+        first = np.flatnonzero(meets & ~np.roll(meets, 1))
+        if len(first) != 1:
+            return None
+        impact = int(first[0])
+        others = (impact + 1 + np.arange(np.sum(meets))) % count
+        mirror = -1.0 if path.family.pattern.symmetric else 1.0
+        if np.any(path.stops[others] * np.where(others < impact, mirror, 1.0) != path.stops[impact]):
+            return None
+        guess, normal = here + now[impact] / (now[impact] - then[impact]) * step, np.zeros(len(here))
+        guess[count + impact], normal[count + impact] = 0.0, 1.0
+        kept = np.delete(np.arange(len(here)), [*others, *(count + others)])
+        stops = np.delete(path.stops, others).astype(np.int64)
+        alone = ContinuationProblem(path.family, stops, path.parameters, path.fixed)
+        found = alone.correct(guess[kept], normal[kept])
+        if found is None:
+            return None
+        unknowns = np.zeros(len(here))
+        unknowns[kept] = found[0]
+        unknowns[others] = unknowns[impact] - np.where(others < impact, turn, 0.0)
+        way, along = unknowns - here, step / np.linalg.norm(step)
+        if float(way @ along) < MIN_TANGENT_COSINE * float(np.linalg.norm(way)):
+            return None
+        beside = path.correct(here + (1.0 - GRAZE_MARGIN) * way, along)
+        return None if beside is None else cls(unknowns, beside[0], impact)

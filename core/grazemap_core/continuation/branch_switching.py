@@ -104,7 +104,7 @@ def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | N
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
     """Return a sequence with a contact of velocity 0 at a phase and a stop inserted, and the index of that contact."""
-    turn = math.pi * impacts.period * (1 if impacts.symmetric else 2) / impacts.divisor
+    turn = _turn(impacts)
     spans = math.floor((phase - impacts.phases[0]) / turn)
     phase -= spans * turn
     if impacts.symmetric and spans % 2:
@@ -124,10 +124,33 @@ def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[Impact
 
 
 def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
-    """Return the impacts of a point as on its curve: with the contact that appears at a graze, and its number."""
-    if point.type != "GR" or point.impact is not None:
-        return point.impacts, point.impact
-    return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
+    """Return the impacts of a point as on its curve, and the number of that which grazes.
+
+    They are with the contact that appears at a graze. Of impacts that come together there is the first one alone.
+    """
+    if point.type != "GR":
+        return point.impacts, None
+    if point.impact is None:
+        return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
+    return _alone(point.impacts, point.impact)
+
+
+def _alone(impacts: ImpactSequence, impact: int) -> tuple[ImpactSequence, int]:
+    """Return a sequence without the impacts that come together with one, and the number of that one."""
+    turn, count = _turn(impacts), len(impacts.stops)
+    still = np.abs(impacts.velocities) <= MERGED_ORBITS * np.max(np.abs(impacts.velocities))
+    others: list[int] = []
+    for i in (np.arange(impact + 1, impact + count) % count).tolist():
+        after = impacts.phases[i] - impacts.phases[impact] + (turn if i < impact else 0.0)
+        if not (still[i] and after <= MERGED_ORBITS * turn):
+            break
+        others.append(i)
+    return _without(impacts, others), impact - sum(i < impact for i in others)
+
+
+def _turn(impacts: ImpactSequence) -> float:
+    """Return the phase after which the impacts repeat, or repeat on the opposite stops."""
+    return math.pi * impacts.period * (1 if impacts.symmetric else 2) / impacts.divisor
 
 
 def _path(
@@ -202,6 +225,9 @@ def _sequences_at_graze(point: SpecialPoint, between_symmetric: bool) -> list[tu
         if impacts.symmetric:
             with_it.append(with_graze(impacts.whole, point.phase, point.stop))
         return with_it
+    alone, place = _alone(impacts, number)
+    if len(alone.stops) < len(impacts.stops):  # the branch ends on that of the sequence with one of these impacts
+        return [(alone, place)]
     without: list[tuple[ImpactSequence, int | None]] = []
     if len(impacts.stops) > 1:
         without.append((_without(impacts, number), None))
@@ -214,7 +240,7 @@ def _sequences_at_graze(point: SpecialPoint, between_symmetric: bool) -> list[tu
     return without
 
 
-def _without(impacts: ImpactSequence, number: int) -> ImpactSequence:
+def _without(impacts: ImpactSequence, number: int | list[int]) -> ImpactSequence:
     return replace(
         impacts,
         stops=np.delete(impacts.stops, number),

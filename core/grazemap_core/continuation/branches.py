@@ -18,6 +18,7 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
+from grazemap_core.continuation.branch_ends import Meeting
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
 from grazemap_core.continuation.parameters import (
     Parameter,
@@ -27,7 +28,7 @@ from grazemap_core.continuation.parameters import (
     keeps_symmetry,
 )
 from grazemap_core.continuation.pseudo_arclength import follow_path
-from grazemap_core.continuation.special_points import Segment, SpecialPoint
+from grazemap_core.continuation.special_points import Segment, SpecialPoint, special_point_at
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -68,7 +69,7 @@ class OrbitBranch(ParameterCurve):
     period : int
     symmetric : bool
     multipliers : complex (m, 2N)
-        Over the period, by decreasing modulus.
+        Over the period, by decreasing modulus; NaN where impacts come together.
     isolated, admissible, stable, verified : bool (m,)
         As in `PeriodicOrbit`.
     excess : (m,)
@@ -188,6 +189,14 @@ def _follow(
     """Follow a branch one way; return its points after the first, their special points, and why it ends."""
     points = [first]
     special: list[SpecialPoint] = []
+    meeting: Meeting | None = None
+
+    def beside(here: Floats, step: Floats) -> Floats | None:
+        nonlocal meeting
+        meeting = Meeting.between(path, here, step)
+        if meeting is None or not bounds[0] <= meeting.unknowns[-1] <= bounds[1]:
+            return None
+        return meeting.beside
 
     def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
         point = path.evaluate(unknowns)
@@ -196,7 +205,12 @@ def _follow(
         points.append(point)
         return "special" if to_special and within else None
 
-    end = follow_path(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
+    end = follow_path(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit, beside)
+    if end == "together" and meeting is not None:
+        graze = {"admissible": points[-1].admissible, "impact": meeting.impact, "segment": len(points) - 1}
+        at_meeting = path.evaluate(meeting.unknowns)
+        points.append(replace(at_meeting, multipliers=np.full_like(at_meeting.multipliers, np.nan)))
+        special.append(special_point_at(path, points[-1], "GR", "", **graze))
     return points[1:], special, end
 
 

@@ -209,9 +209,9 @@ def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | No
     """
     parent = merged(point.impacts, point.type == "SB") if point.type in ("PD", "SB") else None
     if parent is None:
-        return point if point.status == "converged" else None
+        return None if point.reason else point
     orbit = periodic_orbit(point.values.applied(oscillator), point.omega, point.clearance, parent)
-    return replace(point, status="converged", impacts=orbit.impacts) if orbit.converged else None
+    return replace(point, reason="", impacts=orbit.impacts) if orbit.converged else None
 
 
 def _places(side: Window) -> list[float]:

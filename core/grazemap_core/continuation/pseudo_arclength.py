@@ -17,6 +17,7 @@ from grazemap_core.continuation.continuation_problem import ContinuationProblem
 ENDS = {
     "range": "a parameter reaches the end of its range",
     "closed": "the curve is closed: it comes back to where it began",
+    "together": "impacts on one stop come together, and their velocities vanish",
     "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
     "singular": "the curve has no tangent: curves meet there",
     "points": "the number of points that was allowed is reached",
@@ -32,17 +33,35 @@ Visit = Callable[[Floats, Floats, bool], str | None]
 """Takes the tangent at the previous point, the unknowns of a point, and whether the last unknown has turned. Returns
 the reason why the curve ends there, a key of `ENDS`, or None."""
 
+Beside = Callable[[Floats, Floats], Floats | None]
+"""Takes the unknowns of a point, and a step along the tangent at whose end there is no orbit. Returns the unknowns of
+an orbit just before a meeting of impacts (`branch_ends.Meeting`) within the step, or None."""
+
 
 def follow_path(
-    path: ContinuationProblem, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
+    path: ContinuationProblem,
+    start: Floats,
+    tangent: Floats,
+    bounds: Bounds,
+    longest: float,
+    most: int,
+    visit: Visit,
+    beside: Beside | None = None,
 ) -> str:
-    """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
+    """Follow a path one way from a point, and return why it ends, a key of `ENDS`.
+
+    With `beside`, the path ends where impacts come together.
+    """
     here, step, begun = start, tolerances.FIRST_STEP * longest, tangent
     number = 0
     while number < most:
         found = path.correct(here + step * tangent, tangent)
         following = path.tangent(found[0], tangent) if found is not None else None
         if found is None or following is None or float(following @ tangent) < tolerances.MIN_TANGENT_COSINE:
+            before = beside(here, step * tangent) if beside is not None and found is None else None
+            if before is not None:
+                visit(tangent, before, _turned(path.tangent(before, tangent), tangent))
+                return "together"
             step *= 0.5
             if step < tolerances.PATH_MIN_STEP:
                 return "singular" if found is not None and following is None else "step"
@@ -67,8 +86,7 @@ def follow_path(
             if float(tangent @ (unknowns - here)) <= 0.0:  # the path starts at this bound
                 return "range"
             following = path.tangent(unknowns, tangent)
-        turned = following is not None and float(following[-1] * tangent[-1]) < 0.0
-        reason = visit(tangent, unknowns, turned)
+        reason = visit(tangent, unknowns, _turned(following, tangent))
         number += 1
         if reason is not None or outside is not None or following is None:
             return reason or "range"
@@ -83,6 +101,11 @@ def follow_path(
         if steps <= tolerances.FAST_NEWTON_STEPS:
             step = min(step * tolerances.STEP_GROWTH, longest)
     return "points"
+
+
+def _turned(following: Floats | None, tangent: Floats) -> bool:
+    """Return whether the last unknown has an extremum between two points with these tangents."""
+    return following is not None and float(following[-1] * tangent[-1]) < 0.0
 
 
 def _change(path: ContinuationProblem, start: Floats, here: Floats) -> Floats:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from scipy.optimize import brentq
@@ -29,6 +29,9 @@ from grazemap_core.continuation.tolerances import (
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.tolerances import EPSILON
 
+NOT_SOLVED: Final = "a test function changes its sign between orbits of the branch, but not all of them are solved for"
+NOT_ZERO: Final = "a test function changes its sign, but does not vanish to round-off"
+
 LARGEST_MULTIPLIER = 1e100
 """Modulus above which a multiplier counts as infinite."""
 
@@ -46,8 +49,8 @@ class SpecialPoint(ParameterOrbit):
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
     values : ParameterPoint
-    status : {"converged", "guess"}
-        "guess": a test function changes its sign there, but does not vanish to round-off.
+    reason : str
+        Why the test function that changes its sign there is not shown to vanish to round-off; empty if it is.
     admissible : bool
         Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are.
     impacts : ImpactSequence
@@ -63,7 +66,7 @@ class SpecialPoint(ParameterOrbit):
 
     type: SpecialType
     values: ParameterPoint
-    status: Literal["converged", "guess"]
+    reason: str
     admissible: bool
     impacts: ImpactSequence
     multipliers: Complexes
@@ -71,6 +74,11 @@ class SpecialPoint(ParameterOrbit):
     stop: int | None = None
     phase: float | None = None
     impact: int | None = None
+
+    @property
+    def status(self) -> Literal["converged", "guess"]:
+        """Whether there is no `reason` for doubt."""
+        return "guess" if self.reason else "converged"
 
 
 def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
@@ -106,7 +114,7 @@ class Segment:
         """Take the unit tangent at the first point."""
         self.path, self.first, self.second, self.along = path, first, second, along
         self.end = float(along @ (second.unknowns - first.unknowns))
-        self.complete = True
+        self.complete = True  # whether all orbits of the last search were solved for
         self._known = {0.0: first, self.end: second}
 
     def at(self, distance: float) -> ContinuationPoint:
@@ -123,6 +131,7 @@ class Segment:
 
     def zero(self, test: Test, low: float, high: float) -> float | None:
         """Return where a test function changes its sign between two distances, or None where it does not."""
+        self.complete = True
         at_low, at_high = test(self.at(low)), test(self.at(high))
         if not (math.isfinite(at_low) and math.isfinite(at_high)) or at_low == 0.0:
             return None
@@ -139,13 +148,13 @@ class Segment:
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
-            found.append((where, self._point(kind, where, self._residual(_doubling_test, where))))
+            found.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
+        vanishing = self._vanishing_impacts()
+        found += vanishing
         for low, high in self._between([where for where, _ in found]):
             where = self._pair_on_unit_circle(low, high)
             if where is not None:
-                found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
-        vanishing = self._vanishing_impacts()
-        found += vanishing
+                found.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
         found += self._further_contacts([where for where, _ in vanishing])
         return [point for _, point in sorted(found, key=lambda item: item[0])]
 
@@ -175,8 +184,8 @@ class Segment:
         for test in (_fold_test, self._rise):  # where branches meet, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                found.append((where, self._point("SN", where, self._residual(test, where))))
-                if found[-1][1].status == "converged":
+                found.append((where, self._point("SN", where, self._doubt(test, where))))
+                if not found[-1][1].reason:
                     return found[-1:]
         return found[:1]
 
@@ -203,7 +212,7 @@ class Segment:
                 where = float(self.along @ (unknowns - self.first.unknowns))
                 self._known[where] = self.path.evaluate(unknowns)
                 kind: SpecialType = "PD" if halves.sign > 0.0 else "SB"
-                return where, self._point(kind, where, across._residual(_doubling_test, there))
+                return where, self._point(kind, where, across._doubt(_doubling_test, there))
         return None
 
     def _vanishing_impacts(self) -> list[Located]:
@@ -219,10 +228,8 @@ class Segment:
             if where is not None:
                 # at the graze itself another contact may begin, and round-off would decide
                 admissible = any(self.at(side).admissible for side in self._beside(where))
-                phase = float(self.path.impacts(self.at(where).unknowns).phases[i])
-                stop = int(self.path.stops[i])
-                graze = {"admissible": admissible, "stop": stop, "phase": phase, "impact": i}
-                found.append((where, self._point("GR", where, self._residual(speed, where), **graze)))
+                reason = self._doubt(speed, where)
+                found.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
         return found
 
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
@@ -239,7 +246,7 @@ class Segment:
                 whole = 2.0 * math.pi * self.path.family.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
                 graze = {"admissible": True, "stop": point.excess_stop, "phase": phase}
-                found.append((where, self._point("GR", where, self._residual(_excess, where), **graze)))
+                found.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
         return found
 
     def _between(self, places: list[float]) -> list[tuple[float, float]]:
@@ -257,23 +264,17 @@ class Segment:
         margin = GRAZE_MARGIN * self.end
         return max(where - margin, 0.0), min(where + margin, self.end)
 
-    def _residual(self, test: Test, where: float) -> float:
-        """Return the residual of a test function, relative to its values at the ends; infinity if any orbit failed."""
+    def _doubt(self, test: Test, where: float) -> str:
+        """Return the `reason` of a special point at which a test function changes its sign."""
+        if not self.complete:
+            return NOT_SOLVED
         size = max(abs(test(self.first)), abs(test(self.second)))
         left = abs(test(self.at(where))) / size if size > 0.0 else 0.0
-        return left if self.complete else math.inf
+        return "" if left <= SPECIAL_POINT_RESIDUAL else NOT_ZERO
 
-    def _point(self, kind: SpecialType, where: float, residual: float, **graze: Any) -> SpecialPoint:
-        """Return the special point at a distance; unless it is given, its admissibility is that of the orbit there."""
-        point = self.at(where)
-        return SpecialPoint(
-            type=kind,
-            values=point.values,
-            status="converged" if residual <= SPECIAL_POINT_RESIDUAL else "guess",
-            impacts=self.path.impacts(point.unknowns),
-            multipliers=point.multipliers,
-            **({"admissible": point.admissible} | graze),
-        )
+    def _point(self, kind: SpecialType, where: float, reason: str, **graze: Any) -> SpecialPoint:
+        """Return the special point at a distance, as `special_point_at`."""
+        return special_point_at(self.path, self.at(where), kind, reason, **graze)
 
     def _neimark_sacker_test(self, point: ContinuationPoint) -> float:
         return neimark_sacker_test(point, self.path.count)
@@ -282,6 +283,23 @@ class Segment:
         """Return the parameter's component of the unit tangent."""
         tangent = self.path.tangent(point.unknowns, self.along)
         return 0.0 if tangent is None else float(tangent[-1])
+
+
+def special_point_at(
+    path: ContinuationProblem, orbit: ContinuationPoint, kind: SpecialType, reason: str, **graze: Any
+) -> SpecialPoint:
+    """Return the special point at an orbit of a path; unless it is given, its admissibility is that of the orbit."""
+    impacts, impact = path.impacts(orbit.unknowns), graze.get("impact")
+    if impact is not None:
+        graze |= {"stop": int(impacts.stops[impact]), "phase": float(impacts.phases[impact])}
+    return SpecialPoint(
+        type=kind,
+        values=orbit.values,
+        reason=reason,
+        impacts=impacts,
+        multipliers=orbit.multipliers,
+        **({"admissible": orbit.admissible} | graze),
+    )
 
 
 def _fold_test(point: ContinuationPoint) -> float:

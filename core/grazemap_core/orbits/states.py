@@ -75,7 +75,7 @@ def _blocks_at(
 def multipliers_of(
     problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, before: Floats
 ) -> Complexes:
-    """Return the Floquet multipliers of the blocks over a span, by decreasing modulus, complex (2N,).
+    """Return the Floquet multipliers of the blocks over a span, complex (2N,), in the order of `_by_modulus`.
 
     One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
     that part of every impact the multipliers are the eigenvalues of a pencil with entries of comparable size, so small
@@ -116,8 +116,10 @@ def multipliers_of(
     above, below = _eigenvalues(left, right)
     finite = np.argsort(np.abs(below) / np.hypot(np.abs(above), np.abs(below)))[count:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        multipliers: Complexes = (above[finite] / below[finite]).astype(np.complex128)
-    return _by_modulus(multipliers)
+        multipliers: Complexes = (above / below).astype(np.complex128)
+    second = np.flatnonzero(above.imag < 0.0)  # follows its conjugate, from which its quotient may differ by a rounding
+    multipliers[second] = np.conj(multipliers[second - 1])
+    return _by_modulus(multipliers[finite])
 
 
 def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
@@ -140,11 +142,12 @@ def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
 
 
 def with_unseen(family: OrbitFamily, omega: float, multipliers: Complexes) -> Complexes:
-    """Return multipliers with those of the modes that contact does not see, by decreasing modulus."""
+    """Return multipliers with those of the modes that contact does not see, in the order of `_by_modulus`."""
     if family.sees_all:
         return multipliers
     return _by_modulus(np.concatenate([multipliers, family.unseen_multipliers(omega)]))
 
 
 def _by_modulus(multipliers: Complexes) -> Complexes:
-    return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    """Return multipliers by decreasing modulus; of a complex pair, the one with the positive imaginary part first."""
+    return multipliers[np.lexsort((-multipliers.imag, -np.abs(multipliers)))]

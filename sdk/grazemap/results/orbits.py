@@ -115,6 +115,7 @@ class SpecialPoint:
     segment: int
     phases: FloatArray
     velocities: FloatArray
+    reason: str | None = None
     stop: int | None = None
     phase: float | None = None
     impact: int | None = None

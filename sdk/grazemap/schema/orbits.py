@@ -128,6 +128,7 @@ SPECIAL_POINT = Record(
         RESTITUTION,
         *_VARIED,
         field("status", "str", "Whether it was solved for to round-off (converged).", values=("converged", "guess")),
+        field("reason", "str", "Why it was not.", when="of guesses", variable=None),
         ADMISSIBLE.in_result(
             description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
         ),

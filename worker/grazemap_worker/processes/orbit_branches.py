@@ -149,6 +149,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
     whole = point.impacts.whole
     return {
         **fields(point, "type", "omega", "restitution", "status", "admissible"),
+        "reason": point.reason or None,
         "clearance": clearances(point.clearance)["clearance"],
         **{name: float(finite(np.array(getattr(point.values, name)))) for name in _further(request)},
         **fields(point, "segment", "stop", "phase", "impact"),
