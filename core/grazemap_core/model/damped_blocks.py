@@ -16,7 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import ConditioningError
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.structure import Structure
-from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT
+from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT, SEPARATING_CHANGE
 from grazemap_core.tolerances import EPSILON
 
 Pairs = list[tuple[int, int]]
@@ -39,8 +39,20 @@ def damped_blocks(structure: Structure) -> Blocks:
     ConditioningError
         Two blocks are nearly defective together, or one is too slow to be resolved.
     """
-    to_columns = structure.from_energy()
     matrix = structure.energy_matrix()
+    blocks, resolved = _best_blocks(structure, matrix)
+    if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
+        # a Schur form does not separate equal exponents; a small change does, and refinement takes it back
+        change = np.random.default_rng(0).normal(size=matrix.shape) * np.linalg.norm(matrix, 2)
+        blocks, _ = _best_blocks(structure, matrix + SEPARATING_CHANGE * change)
+    if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
+        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
+    return blocks
+
+
+def _best_blocks(structure: Structure, matrix: Floats) -> tuple[Blocks, bool]:
+    """Return the best blocks that begin with a Schur form of a matrix, and whether it resolved the slowest one."""
+    to_columns = structure.from_energy()
     triangular, basis = schur(matrix, output="real")
     best: Blocks | None = None
     resolved = True
@@ -52,9 +64,8 @@ def damped_blocks(structure: Structure) -> Blocks:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
             break
-    if best is None or not best.conditioning <= MODAL_CONDITION_LIMIT:
-        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
-    return best
+    assert best is not None
+    return best, resolved
 
 
 def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
