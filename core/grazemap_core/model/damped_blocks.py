@@ -40,20 +40,23 @@ def damped_blocks(structure: Structure) -> Blocks:
         Two blocks are nearly defective together, or one is too slow to be resolved.
     """
     matrix = structure.energy_matrix()
-    blocks, resolved = _best_blocks(structure, matrix)
+    triangular, basis = schur(matrix, output="real")
+    blocks, resolved = _best_blocks(structure, matrix, triangular, basis)
     if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
-        # a Schur form does not separate equal exponents; a small change does, and refinement takes it back
-        change = np.random.default_rng(0).normal(size=matrix.shape) * np.linalg.norm(matrix, 2)
-        blocks, _ = _best_blocks(structure, matrix + SEPARATING_CHANGE * change)
+        # equal exponents cannot be reordered; a small change separates them, and refinement takes it back
+        change = np.random.default_rng(0).uniform(size=len(triangular)) * np.linalg.norm(triangular, 2)
+        for i in np.flatnonzero(np.diag(triangular, -1)):
+            change[i + 1] = change[i]
+        triangular = triangular + SEPARATING_CHANGE * np.diag(change)
+        blocks, _ = _best_blocks(structure, basis @ triangular @ basis.T, triangular, basis)
     if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
         raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
     return blocks
 
 
-def _best_blocks(structure: Structure, matrix: Floats) -> tuple[Blocks, bool]:
-    """Return the best blocks that begin with a Schur form of a matrix, and whether it resolved the slowest one."""
+def _best_blocks(structure: Structure, matrix: Floats, triangular: Floats, basis: Floats) -> tuple[Blocks, bool]:
+    """Return the best blocks that begin with the Schur form of a matrix, and whether it resolved the slowest one."""
     to_columns = structure.from_energy()
-    triangular, basis = schur(matrix, output="real")
     best: Blocks | None = None
     resolved = True
     for pairs in _pairings(matrix, triangular):

@@ -51,7 +51,7 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
     """
     count = len(decay)
     previous = tolerances.MODAL_REFINEMENT_REACH
-    conditioning, coupling, have_equal = np.inf, 0.0, False
+    conditioning, have_equal = np.inf, False
     discriminant = frequency_squared - decay**2
     for _ in range(tolerances.MODAL_REFINEMENT_STEPS):
         residual = structure.invariance_residual(columns, frequency_squared, decay)
@@ -65,10 +65,10 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         if not conditioning <= tolerances.REFINEMENT_CONDITION_FACTOR * tolerances.MODAL_CONDITION_LIMIT:
             break
         error = np.linalg.solve(unit, structure.weighted(residual) / lengths)
-        update, coupling = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
+        update, left = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
         if not have_equal and not np.max(np.abs(update)) <= tolerances.MODAL_REFINEMENT_REACH:
             have_equal = True
-            update, coupling = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
+            update, left = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
         if not np.all(frequency_squared > 0.0):  # smaller than the round-off of faster blocks
             conditioning = np.inf
@@ -95,17 +95,19 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         if size <= tolerances.MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
             break
         previous = size
-    if coupling * conditioning > tolerances.MODAL_REFINEMENT_GOAL * count:
-        conditioning = np.inf
+    if have_equal and np.isfinite(conditioning):
+        coupling = np.linalg.norm(unit @ left @ np.linalg.inv(unit), 2)
+        if coupling > tolerances.MODAL_REFINEMENT_GOAL * count * np.linalg.norm(structure.energy_matrix(), 2):
+            conditioning = np.inf
     return Blocks(frequency_squared, decay, discriminant, columns, conditioning)
 
 
 def _off_diagonal_update(
     error: Floats, frequency_squared: Floats, decay: Floats, lengths: Floats, have_equal: bool
-) -> tuple[Floats, float]:
+) -> tuple[Floats, Floats]:
     """Solve ``T_i F_ij - F_ij T_j = -E_ij`` for all pairs of different blocks, with unit columns; F_jj is zero.
 
-    Returns F, and the largest number that is left of E where blocks may have equal exponents, relative to the blocks.
+    Returns F, and what it leaves of E.
     """
     count = len(decay)
     blocks = np.zeros((count, 2, 2))
@@ -117,18 +119,19 @@ def _off_diagonal_update(
     operator = np.einsum("kac,bd->kabcd", blocks[rows], identity) - np.einsum("ac,kdb->kabcd", identity, blocks[cols])
     operator = operator.reshape(-1, 4, 4)
     given = -error.reshape(count, 2, count, 2)[rows, :, cols, :].reshape(-1, 4, 1)
-    left = 0.0
     try:
         if have_equal:
             solved = np.linalg.pinv(operator, rcond=tolerances.EQUAL_EXPONENTS) @ given
-            left = float(np.max(np.abs(operator @ solved - given)) / np.max(np.abs(blocks)))
         else:
             solved = np.linalg.solve(operator, given)
     except np.linalg.LinAlgError:  # two blocks share an exponent exactly
-        return np.full_like(error, np.inf), 0.0
-    update = np.zeros((count, 2, count, 2))
-    update[rows, :, cols, :] = solved.reshape(-1, 2, 2)
-    return update.reshape(2 * count, 2 * count), left
+        return np.full_like(error, np.inf), error
+    matrices = []
+    for pairs in (solved, operator @ solved - given):
+        whole = np.zeros((count, 2, count, 2))
+        whole[rows, :, cols, :] = pairs.reshape(-1, 2, 2)
+        matrices.append(whole.reshape(2 * count, 2 * count))
+    return matrices[0], matrices[1]
 
 
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:

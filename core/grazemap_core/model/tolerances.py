@@ -27,8 +27,8 @@ EQUAL_EXPONENTS: Final = 1e-8
 equal exponents, if Newton's method does not separate them otherwise: round-off over this is still a small update."""
 
 SEPARATING_CHANGE: Final = 1e-9
-"""Random change of a structure's matrix, relative to its norm, that separates equal exponents: far more than round-off,
-and little enough for Newton's method."""
+"""Random change of the exponents, relative to the largest ones, that separates equal ones: far more than round-off, and
+little enough for Newton's method."""
 
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
 """A block of a chain with a list of dampings is undamped if decay/frequency is at most this.
