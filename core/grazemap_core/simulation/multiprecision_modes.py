@@ -206,11 +206,8 @@ class ModalMotion:
         Displacements move by ``basis u``, and u is the displacements `others`.
         """
         count, self._orders = len(others), [order for order, _ in harmonics]
-        chosen, self.exponents, self._couplings = (
-            list[tuple[int, int]](),
-            list[acb](),
-            list[tuple[list[int], acb_mat]](),
-        )
+        chosen, self.exponents = list[tuple[int, int]](), list[acb]()
+        self._couplings = list[tuple[list[int], acb_mat]]()
         for group, center, coupling in zip(modes.groups, modes.centers, modes.couplings, strict=True):
             if center.imag == 0 or center.imag > 0:
                 if len(group) > 1:
@@ -278,30 +275,30 @@ class ModalMotion:
 
     def bounds(self, terms: list[Complexes], longest: float) -> Floats:
         """Return bounds (DERIVATIVES,) of what is observed up to a longest time; the exponentials do not grow."""
-        found = np.abs(terms[0]).sum(axis=1)
+        bounds: Floats = np.abs(terms[0]).sum(axis=1)
         for power, term in enumerate(terms[1:], 1):
             decay = np.maximum(-self.rates.real, 0.0)
             latest = power / np.maximum(decay, power / longest)  # where the power times the exponential is largest
-            found = found + np.abs(term) @ (latest**power * np.exp(-decay * latest))
-        return found
+            bounds = bounds + np.abs(term) @ (latest**power * np.exp(-decay * latest))
+        return bounds
 
     def _coupled(self, values: list[acb], divisor: int) -> list[acb]:
         """Return E times amplitudes, over a number."""
-        found = [acb(0)] * len(values)
+        coupled = [acb(0)] * len(values)
         for columns, coupling in self._couplings:
             product = coupling * acb_mat([[values[j]] for j in columns])
             for j, value in zip(columns, product.entries(), strict=True):
-                found[j] = (value / divisor).mid()
-        return found
+                coupled[j] = (value / divisor).mid()
+        return coupled
 
     def _derivative(self, row: list[Any]) -> list[Any]:
         """Return the row of the derivative of what a row gives."""
-        found = [x * place for x, place in zip(self.exponents, row, strict=True)]
+        derivative = [x * place for x, place in zip(self.exponents, row, strict=True)]
         for columns, coupling in self._couplings:
             product = acb_mat([[row[j] for j in columns]]) * coupling
             for j, value in zip(columns, product.entries(), strict=True):
-                found[j] += value
-        return found
+                derivative[j] += value
+        return derivative
 
     def _of_modes(self, state: list[arb]) -> list[acb]:
         if not self._others:
