@@ -335,10 +335,10 @@ class MultiprecisionRun:
         return contact[0] if contact is not None and contact[1] == stop else None
 
     def _gap(self, time: float, stop: int) -> float:
-        turned = np.exp(self._modes.rates * time)
-        return self._distances[stop] - stop * float(
-            _polynomial(time, [(turned @ terms[0]).real for terms in self._flight.terms])
-        )
+        turned, total = np.exp(self._modes.rates * time), 0.0
+        for terms in reversed(self._flight.terms):
+            total = total * time + float((turned @ terms[0]).real)
+        return self._distances[stop] - stop * total
 
     def _decided(self, stop: int, low: float, high: float) -> arb | None:
         """Return about the time of a contact in a very short interval, found in all bits; or None."""
