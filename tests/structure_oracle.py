@@ -90,6 +90,11 @@ class StructureOracle:
             start = arb_mat([[arb(0)]] * self.size + [[entry / size] for entry in jump.entries()])
             return float(self._along((self._generator() * arb(time)).exp() * start).mid())
 
+    def flow(self, time: float) -> list[list[float]]:
+        """Return the matrix that takes a state, displacements then velocities, to the state a time later."""
+        with digits():
+            return [[float(x.mid()) for x in row] for row in (self._generator() * arb(time)).exp().tolist()]
+
     def exponents(self) -> list[complex]:
         """Return all exponents of the free motion."""
         with digits():

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import sys
 
+import mpmath
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, ctx
 from general_oracle import GeneralOracle
 from oracles import digits
 from random_systems import random_system
 from resolved_points import ONE_MASS, SENSITIVE, exact_label, general_points, late_points, resolved_point
 from thorough import KERNELS_FIRST
-from verified_points import DEFAULT
+from verified_points import DEFAULT, Point
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import both_clearances
@@ -24,14 +25,19 @@ from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
 from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.drive import force
+from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision import (
+    LONGEST_ANGLE,
+    ROUNDING,
     SHORTEST_FLIGHT,
     Impact,
     MultiprecisionRun,
     known_bits,
     same_impacts,
 )
+from grazemap_core.simulation.multiprecision_modes import Equations
 
 CHAOTIC, OMEGA, CLEARANCE = ONE_MASS[:3]
 
@@ -104,6 +110,111 @@ def test_events_of_any_structure_between_any_stops_are_those_of_the_series(seed,
     exact = GeneralOracle.of(system.oscillator, system.omega, *both_clearances(system.clearance), digits=77, phase=0.3)
     _, rests = assert_as_exactly(run, exact, 8)
     assert rests > 0 or (seed, restitution) not in QUICK[4:]
+
+
+def dense(stiffness, damping, row, force_row, restitution=0.8):
+    """Masses of 1 with these matrices."""
+    structure = Matrices.create(np.eye(len(stiffness)), np.array(stiffness), np.array(damping))
+    return Oscillator.of_structure(structure, np.array(row), [force(1, np.array(force_row))], restitution)
+
+
+def alike(size, damping, row, force_row, *, restitution=0.8):
+    """Masses of 1 on springs of 1 that are not joined: every mode is there `size` times."""
+    return dense(np.eye(size), damping * np.eye(size), row, force_row, restitution)
+
+
+def nearly_critical(excess):
+    """One mass of 1 on a spring of 1 whose damping is 2 (1 + excess)."""
+    return Oscillator.create([1.0], [1.0], 1.0 + excess, [1.0], 0.95)
+
+
+RING = [[3.0, -1.0, -1.0], [-1.0, 3.0, -1.0], [-1.0, -1.0, 3.0]]
+FREE = [[1.0, -1.0], [-1.0, 1.0]]
+
+EQUAL = {
+    "critical": (nearly_critical(0.0), 4.0, 0.005),
+    "overdamped by a rounding": (nearly_critical(2.0**-52), 4.0, 0.005),
+    "underdamped by 1e-12": (nearly_critical(-1e-12), 4.0, 0.005),
+    "overdamped by 1e-8": (nearly_critical(1e-8), 4.0, 0.005),
+    "critical beside another mode": (dense(np.diag([1.0, 2.0]), np.diag([2.0, 0.1]), [1.0, 0.5], [1.0, 0.2]), 0.9, 0.2),
+    "two equal masses": (alike(2, 0.1, [1.0, -1.0], [1.0, 0.0]), 0.9, 0.5),
+    "two equal masses without damping": (alike(2, 0.0, [1.0, -1.0], [1.0, 0.3]), 0.7, 0.5),
+    "two equal masses that rest": (alike(2, 0.1, [1.0, -1.0], [1.0, 0.0], restitution=0.2), 0.25, 0.5),
+    "five critical masses": (alike(5, 2.0, [1.0, -1.0, 0.5, 0.3, 0.1], [1.0, 0.0, 0.2, 0.0, 0.0]), 1.9, 0.05),
+    "ring": (dense(RING, 0.1 * np.eye(3), [1.0, 0.0, 0.0], [1.0, 0.0, 0.2]), 0.9, 0.3),
+    "equal and critical, held too": (
+        dense(np.eye(3), np.diag([2.0, 2.0, 0.1]), [1.0, -1.0, 0.7], [1.0, 0.0, 0.3], 0.0),
+        0.25,
+        0.3,
+    ),
+    "free mode": (dense(FREE, 0.1 * np.array(FREE), [1.0, -1.0], [1.0, -0.5]), 0.9, 0.3),
+    "free mode that drifts": (dense(FREE, np.zeros((2, 2)), [1.0, -1.0], [1.0, 0.0]), 0.9, 0.3),
+}
+
+
+@pytest.mark.parametrize(("oscillator", "omega", "clearance"), EQUAL.values(), ids=EQUAL)
+def test_events_of_equal_exponents_are_those_of_the_series(oscillator, omega, clearance):
+    """Defective or not, of the free structure and of the held one, exactly equal or nearly; with fewer bits too."""
+    run = MultiprecisionRun(oscillator, omega, clearance, None, 0.3, 192)
+    run.run(3)
+    run.reduce(160)
+    exact = GeneralOracle.of(oscillator, omega, clearance, clearance, digits=57, phase=0.3)
+    impacts, rests = assert_as_exactly(run, exact, 8)
+    assert (impacts > 10, rests > 0) == (True, oscillator.restitution < 0.5)
+
+
+def test_a_critical_mass_moves_as_in_the_closed_form():
+    """From rest to the stop and on from the impact: steady motion and (a + b t) e^-t, by mpmath."""
+    omega, clearance = 4.0, 0.005
+    run = MultiprecisionRun(nearly_critical(0.0), omega, clearance, None, 0.0, 256)
+    run.run(1)
+    with mpmath.workdps(70), digits(70):
+        w, stop = mpmath.mpf(omega), mpmath.mpf(clearance)
+        amplitude = 1 / mpmath.mpc(1 - w * w, 2 * w)
+
+        def free(place, velocity, since):
+            """The motion after a state at a time, and its velocity."""
+            turn = amplitude * mpmath.expj(w * since)
+            a, steady = place - turn.imag, (1j * w * turn).imag
+            b = velocity - steady + a
+
+            def motion(t):
+                turned = amplitude * mpmath.expj(w * t)
+                decayed = mpmath.exp(since - t)
+                moved = a + b * (t - since)
+                return turned.imag + moved * decayed, (1j * w * turned).imag + (b - moved) * decayed
+
+            return motion
+
+        place, velocity, since = mpmath.mpf(0), mpmath.mpf(0), mpmath.mpf(0)
+        for impact in run.impacts[:3]:
+            motion = free(place, velocity, since)
+            near = mpmath.mpf(float(impact.time))
+            time = mpmath.findroot(lambda t: motion(t)[0] - impact.stop * stop, near)  # noqa: B023
+            assert abs(float(impact.time - arb(mpmath.nstr(time, 70)))) < 1e-60
+            place, velocity, since = impact.stop * stop, -mpmath.mpf(0.95) * motion(time)[1], time
+    assert len(run.impacts) >= 3
+
+
+@pytest.mark.parametrize("name", EQUAL)
+def test_double_precision_shows_the_sums_of_equal_exponents(name):
+    """From random states, up to the longest time: the rounding and the bounds that the search for contacts assumes."""
+    oscillator, omega, _ = EQUAL[name]
+    random = np.random.default_rng(0)
+    with ctx.workprec(192):
+        motion = Equations(oscillator).free(arb(omega))
+        longest = LONGEST_ANGLE / motion.fastest
+        for _ in range(5):
+            state = [arb(x) for x in random.normal(size=2 * oscillator.size).tolist()]
+            amplitudes = motion.amplitudes(state, arb(0))
+            terms = motion.terms(amplitudes, longest)
+            bounds = motion.bounds(terms, longest)
+            for time in (random.uniform(size=20) * longest).tolist():
+                exact = [float(x.real) for x in (motion.outputs * motion.after(arb(time), amplitudes)).entries()]
+                turned = np.exp(motion.rates * time)
+                shown = sum(((term[:3] @ turned).real * time**power for power, term in enumerate(terms)), np.zeros(3))
+                assert np.all(np.abs(exact - shown) <= ROUNDING * bounds[:3])
+                assert np.all(np.abs(exact) <= bounds[:3])
 
 
 @pytest.mark.parametrize("faster", [1e-9, 2.0**-44, 2.0**-52])
@@ -201,6 +312,27 @@ def all_sensitive(monkeypatch):
             return codes, figures
 
     monkeypatch.setattr(unfolding, "PlaneSettler", Planted)
+
+
+CRITICAL = Point(
+    Oscillator.create([1.0], [1.0], 1.0, [1.0], 0.9),
+    omega=4.0,
+    clearance=0.028986107005616314,
+    period=3,
+    right=4,
+    left=4,
+    symmetric=True,
+    settled_after=34,
+    least_velocity=0.0,
+    multiplier=0.0,
+)
+
+
+def test_a_sensitive_point_of_a_critically_damped_mass_is_resolved_as_exactly():
+    resolved_in_map(CRITICAL)
+    resolved, reason, bits = resolved_point(CRITICAL)
+    assert not reason
+    assert exact_label(resolved, bits) == resolved.label
 
 
 @KERNELS_FIRST

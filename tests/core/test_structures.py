@@ -8,17 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from flint import acb, arb
+from general_oracle import GeneralOracle
 from general_systems import positive
+from scipy.linalg import block_diag
 from structure_oracle import StructureOracle
 
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.model import harmonic_response
 from grazemap_core.model.drive import base_in_space, base_with_stops, force
 from grazemap_core.model.equilibrium import effective_gaps, equilibrium
+from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.summary import summary
+from grazemap_core.simulation.trajectories import trajectory
 
 SYSTEMS = 20
 
@@ -168,6 +172,74 @@ def test_a_mode_that_contact_does_not_see_may_be_free() -> None:
         summary(Oscillator.of_structure(structure, [1.0, 0.0], drive, 0.8), [0.5], [])
     with pytest.raises(ParameterError, match="no equilibrium"):
         equilibrium(Oscillator.of_structure(structure, [1.0, -1.0], drive, 0.8, [0.3, 0.0]))
+
+
+PART = tuple(
+    np.array(one) for one in ([[1.0, 0.0], [0.0, 2.0]], [[0.3, -0.1], [-0.1, 0.1]], [[2.0, -1.0], [-1.0, 1.0]])
+)
+TURNING = (np.eye(2), np.array([[0.2, 0.5], [-0.5, 0.1]]), np.diag([1.0, 2.0]))
+OVERDAMPED = (np.eye(2), np.array([[6.0, -1.0], [-1.0, 2.0]]), np.diag([1.0, 2.0]))
+STIFF = (np.eye(2), 1e2 * np.array([[0.3, -0.1], [-0.1, 0.1]]), np.array([[1e6, -1e3], [-1e3, 1e4]]))
+
+
+def flow_error(structure: Matrices, time: float) -> float:
+    """The error of the free motion, in the energy norm of a structure with symmetric stiffness."""
+    model = modal_model(structure)
+    blocks = [
+        np.reshape(block_flow(*numbers, time), (2, 2))
+        for numbers in zip(model.decay, model.discriminant, model.frequency_squared, strict=True)
+    ]
+    found = model.from_modal @ block_diag(*blocks) @ model.to_modal
+    oracle = StructureOracle(structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix, [])
+    exact = np.array(oracle.flow(time))
+    weights = block_diag(*(np.linalg.cholesky(m).T for m in (structure.stiffness_matrix, structure.mass_matrix)))
+    return float(np.linalg.norm(weights @ (found - exact) @ np.linalg.inv(weights), 2))
+
+
+@pytest.mark.parametrize("part", [PART, TURNING, OVERDAMPED, STIFF], ids=["damped", "turning", "overdamped", "stiff"])
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("joined", [0.0, 1e-17, 1e-15, 1e-12, 1e-9])
+def test_equal_parts_that_are_joined_weakly_or_not_at_all_move_as_in_fifty_digits(
+    part: tuple[np.ndarray, ...], count: int, joined: float
+) -> None:
+    """Where a joint is hardly more than round-off, the structure may be refused."""
+    mass, damping, stiffness = (block_diag(*[one] * count) for one in part)
+    spring = joined * part[2][0, 0]
+    for i, j, sign in ((0, 0, 1.0), (2, 2, 1.0), (0, 2, -1.0), (2, 0, -1.0)):
+        stiffness[i, j] += sign * spring
+        damping[i, j] += sign * joined * part[1][0, 0]
+    structure, alone = Matrices.create(mass, stiffness, damping), Matrices.create(*(part[i] for i in (0, 2, 1)))
+    slowest = float(np.sqrt(np.linalg.eigvalsh(part[2])[0]))
+    try:
+        modal_model(structure)
+    except ConditioningError:
+        assert joined == 1e-15
+        return
+    for time in (1.0 / slowest, 30.0 / slowest):
+        assert flow_error(structure, time) < 4.0 * flow_error(alone, time) + 4e-14
+
+
+@pytest.mark.parametrize("force_on_other", [1e-13, 1e-11, 1e-9, 1e-2])
+def test_equal_parts_of_which_one_pushes_the_other_are_refused(force_on_other: float) -> None:
+    """Their modes are defective together: the other part is in resonance with the one that pushes it."""
+    mass, damping, stiffness = (block_diag(one, one) for one in PART)
+    stiffness[0, 3] = -force_on_other
+    with pytest.raises(ConditioningError):
+        modal_model(Matrices.create(mass, stiffness, damping))
+
+
+def test_a_structure_with_equal_branches_hits_its_stop_as_in_fifty_digits() -> None:
+    """A hub with four branches, of which only the hub is damped otherwise: three modes are equal."""
+    stiffness = np.diag([5.0, 2.0, 2.0, 2.0, 2.0])
+    stiffness[0, 1:] = stiffness[1:, 0] = -1.0
+    structure = Matrices.create(np.eye(5), stiffness, np.diag([0.3, 0.1, 0.1, 0.1, 0.1]))
+    drive = [force(1, np.array([1.0, 0.5, 0.0, 0.0, 0.0]))]
+    oscillator = Oscillator.of_structure(structure, [1.0, 0.0, -0.5, 0.0, 0.0], drive, 0.8)
+    found = trajectory(oscillator, 0.9, (0.2, 0.3), np.zeros(5), np.zeros(5), periods=6)
+    exact = GeneralOracle.of(oscillator, 0.9, 0.2, 0.3)
+    exact.run(until=6.0 * 2.0 * np.pi / 0.9)
+    assert len(exact.times) > 10
+    np.testing.assert_allclose(found.impacts.time, [float(time) for time in exact.times], rtol=1e-11)
 
 
 def test_gaps_are_those_from_the_equilibrium() -> None:

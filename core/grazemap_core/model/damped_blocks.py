@@ -16,7 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import ConditioningError
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.structure import Structure
-from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT
+from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT, SEPARATING_CHANGE
 from grazemap_core.tolerances import EPSILON
 
 Pairs = list[tuple[int, int]]
@@ -39,9 +39,24 @@ def damped_blocks(structure: Structure) -> Blocks:
     ConditioningError
         Two blocks are nearly defective together, or one is too slow to be resolved.
     """
-    to_columns = structure.from_energy()
     matrix = structure.energy_matrix()
     triangular, basis = schur(matrix, output="real")
+    blocks, resolved = _best_blocks(structure, matrix, triangular, basis)
+    if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
+        # equal exponents cannot be reordered; a small change separates them, and refinement takes it back
+        change = np.random.default_rng(0).uniform(size=len(triangular)) * np.linalg.norm(triangular, 2)
+        for i in np.flatnonzero(np.diag(triangular, -1)):
+            change[i + 1] = change[i]
+        triangular = triangular + SEPARATING_CHANGE * np.diag(change)
+        blocks, _ = _best_blocks(structure, basis @ triangular @ basis.T, triangular, basis)
+    if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
+        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
+    return blocks
+
+
+def _best_blocks(structure: Structure, matrix: Floats, triangular: Floats, basis: Floats) -> tuple[Blocks, bool]:
+    """Return the best blocks that begin with the Schur form of a matrix, and whether it resolved the slowest one."""
+    to_columns = structure.from_energy()
     best: Blocks | None = None
     resolved = True
     for pairs in _pairings(matrix, triangular):
@@ -52,9 +67,8 @@ def damped_blocks(structure: Structure) -> Blocks:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
             break
-    if best is None or not best.conditioning <= MODAL_CONDITION_LIMIT:
-        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
-    return best
+    assert best is not None
+    return best, resolved
 
 
 def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:

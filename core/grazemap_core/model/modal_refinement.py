@@ -45,10 +45,13 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
 
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
     on the diagonal, frequency_squared, decay, and a along its remaining degree of freedom are updated exactly.
+
+    Blocks of the same exponents may be mixed at will: where the equations for F_ij are singular, the smallest solution
+    is taken. What is left of E_ij is round-off if the blocks are independent; else they are nearly defective together.
     """
     count = len(decay)
     previous = tolerances.MODAL_REFINEMENT_REACH
-    conditioning = np.inf
+    conditioning, have_equal = np.inf, False
     discriminant = frequency_squared - decay**2
     for _ in range(tolerances.MODAL_REFINEMENT_STEPS):
         residual = structure.invariance_residual(columns, frequency_squared, decay)
@@ -62,7 +65,10 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         if not conditioning <= tolerances.REFINEMENT_CONDITION_FACTOR * tolerances.MODAL_CONDITION_LIMIT:
             break
         error = np.linalg.solve(unit, structure.weighted(residual) / lengths)
-        update = _off_diagonal_update(error, frequency_squared, decay, lengths)
+        update, left = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
+        if not have_equal and not np.max(np.abs(update)) <= tolerances.MODAL_REFINEMENT_REACH:
+            have_equal = True
+            update, left = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
         if not np.all(frequency_squared > 0.0):  # smaller than the round-off of faster blocks
             conditioning = np.inf
@@ -70,7 +76,7 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         frequency = np.sqrt(frequency_squared)
         size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
         if not size <= tolerances.MODAL_REFINEMENT_REACH:
-            # too far for Newton's method, or two blocks with the same exponents
+            # too far for Newton's method
             conditioning = np.inf
             break
 
@@ -89,11 +95,20 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         if size <= tolerances.MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
             break
         previous = size
+    if have_equal and np.isfinite(conditioning):
+        coupling = np.linalg.norm(unit @ left @ np.linalg.inv(unit), 2)
+        if coupling > tolerances.MODAL_REFINEMENT_GOAL * count * np.linalg.norm(structure.energy_matrix(), 2):
+            conditioning = np.inf
     return Blocks(frequency_squared, decay, discriminant, columns, conditioning)
 
 
-def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats, lengths: Floats) -> Floats:
-    """Solve ``T_i F_ij - F_ij T_j = -E_ij`` for all pairs of different blocks, with unit columns; F_jj is zero."""
+def _off_diagonal_update(
+    error: Floats, frequency_squared: Floats, decay: Floats, lengths: Floats, have_equal: bool
+) -> tuple[Floats, Floats]:
+    """Solve ``T_i F_ij - F_ij T_j = -E_ij`` for all pairs of different blocks, with unit columns; F_jj is zero.
+
+    Returns F, and what it leaves of E.
+    """
     count = len(decay)
     blocks = np.zeros((count, 2, 2))
     blocks[:, 0, 1] = lengths[0::2] / lengths[1::2]
@@ -102,14 +117,21 @@ def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats
     rows, cols = np.nonzero(~np.eye(count, dtype=bool))
     identity = np.eye(2)
     operator = np.einsum("kac,bd->kabcd", blocks[rows], identity) - np.einsum("ac,kdb->kabcd", identity, blocks[cols])
-    given = error.reshape(count, 2, count, 2)[rows, :, cols, :]
+    operator = operator.reshape(-1, 4, 4)
+    given = -error.reshape(count, 2, count, 2)[rows, :, cols, :].reshape(-1, 4, 1)
     try:
-        solved = np.linalg.solve(operator.reshape(-1, 4, 4), -given.reshape(-1, 4, 1))
+        if have_equal:
+            solved = np.linalg.pinv(operator, rcond=tolerances.EQUAL_EXPONENTS) @ given
+        else:
+            solved = np.linalg.solve(operator, given)
     except np.linalg.LinAlgError:  # two blocks share an exponent exactly
-        return np.full_like(error, np.inf)
-    update = np.zeros((count, 2, count, 2))
-    update[rows, :, cols, :] = solved.reshape(-1, 2, 2)
-    return update.reshape(2 * count, 2 * count)
+        return np.full_like(error, np.inf), error
+    matrices = []
+    for pairs in (solved, operator @ solved - given):
+        whole = np.zeros((count, 2, count, 2))
+        whole[rows, :, cols, :] = pairs.reshape(-1, 2, 2)
+        matrices.append(whole.reshape(2 * count, 2 * count))
+    return matrices[0], matrices[1]
 
 
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:

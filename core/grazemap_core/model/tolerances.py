@@ -22,6 +22,14 @@ MODAL_REFINEMENT_GOAL: Final = 4.0 * EPSILON
 MODAL_REFINEMENT_REACH: Final = 0.1
 """Largest relative correction from which Newton's method for the decomposition converges."""
 
+EQUAL_EXPONENTS: Final = 1e-8
+"""Singular values of the equations that separate two blocks, relative to the largest one, below which the blocks have
+equal exponents, if Newton's method does not separate them otherwise: round-off over this is still a small update."""
+
+SEPARATING_CHANGE: Final = 1e-9
+"""Random change of the exponents, relative to the largest ones, that separates equal ones: far more than round-off, and
+little enough for Newton's method."""
+
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
 """A block of a chain with a list of dampings is undamped if decay/frequency is at most this.
 

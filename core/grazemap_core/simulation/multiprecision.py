@@ -9,13 +9,13 @@ decide. While the contact rests on a stop, the same search finds where the force
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import acb, acb_mat, arb, ctx
 from scipy.optimize import brentq
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.cell_problem import Clearance, both_clearances, unit_of_stops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision_modes import Equations, ModalMotion, RunError
@@ -81,11 +81,11 @@ class _Contact(NamedTuple):
 class _Flight(NamedTuple):
     """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held.
 
-    `terms` (3, m) are the terms of displacement, velocity and acceleration at the origin. A bound on the acceleration
-    and the rounding of the displacement follow from them. Until `start` it moves away from the stop `left`.
+    `terms` are those of `ModalMotion`. A bound on the acceleration and the rounding of the displacement follow from
+    them. Until `start` it moves away from the stop `left`.
     """
 
-    terms: Floats
+    terms: list[Complexes]
     bend: float
     rounding: float
     left: int
@@ -155,6 +155,7 @@ class MultiprecisionRun:
         self._levels = {held: arb(0)} if held else self._gaps
         self._distances = {stop: float(gap) for stop, gap in self._levels.items()}
         self._grid = SAMPLE_ANGLE / self._modes.fastest * np.arange(SAMPLES + 1)
+        self._longest = LONGEST_ANGLE / self._modes.fastest + 2.0 * float(self._grid[-1])
         self._table = np.exp(np.outer(self._grid, self._modes.rates))
 
     def reduce(self, bits: int) -> None:
@@ -194,14 +195,14 @@ class MultiprecisionRun:
         self._time, self._amplitudes, self._searched = time, amplitudes, 0.0
         self._contact: _Contact | None = None
         modes = self._modes
-        terms = modes.rows * np.array([complex(a) for a in amplitudes])
-        place, _, bend = np.abs(terms).sum(axis=1)  # the exponentials do not grow
+        terms = modes.terms(amplitudes, self._longest)
+        bounds = modes.bounds(terms, self._longest)
+        place, bend = bounds[0], bounds[2]
         if ROUNDING * place > MOST_ROUNDING * self._between(place):
             raise RunError("double precision does not locate the contacts, as near an undamped resonance")
-        next_order = bend if order == 1 else float(np.abs(terms[0] * modes.rates ** (order + 1)).sum())
-        self._flight = _Flight(terms, bend, ROUNDING * place, left, away / next_order)
+        self._flight = _Flight(terms, bend, ROUNDING * place, left, away / bounds[order + 1])
         if left and order == 1:
-            self._contact = self._bounce(left, float(np.abs(terms[2] * modes.rates).sum()))
+            self._contact = self._bounce(left, float(bounds[3]))
 
     def _between(self, place: float) -> float:
         """Return the unit of the stops, as `Stops.unit`, for a bound of q."""
@@ -225,8 +226,7 @@ class MultiprecisionRun:
 
     def _exponentials(self, time: arb) -> acb_mat:
         """Return the values of the exponentials a time after the origin."""
-        pairs = zip(self._modes.exponents, self._amplitudes, strict=True)
-        return acb_mat([[((x * time).exp() * a).mid()] for x, a in pairs])
+        return self._modes.after(time, self._amplitudes)
 
     def _motion(self, time: arb) -> list[arb]:
         """Return what is observed, and its first two derivatives, a time after the origin."""
@@ -291,7 +291,9 @@ class MultiprecisionRun:
     def _search(self) -> None:
         """Find the first contact among the next samples, or go past them."""
         times = np.asarray(self._searched + self._grid, dtype=np.float64)
-        motion = (self._table @ (self._flight.terms[:2] * np.exp(self._modes.rates * self._searched)).T).real
+        turned = np.exp(self._modes.rates * self._searched)
+        parts = [(self._table @ (terms[:2] * turned).T).real for terms in self._flight.terms]
+        motion = _polynomial(times[:, None], parts)
         near = self._among(times, motion)
         self._searched = float(times[-1])
         if near is not None:
@@ -327,11 +329,16 @@ class MultiprecisionRun:
         if width * self._modes.fastest < FINEST_ANGLE:
             return self._decided(stop, low, high)
         parts = np.linspace(low, high, PARTS + 1)
-        contact = self._among(parts, (np.exp(np.outer(parts, self._modes.rates)) @ flight.terms[:2].T).real)
+        table = np.exp(np.outer(parts, self._modes.rates))
+        motion = _polynomial(parts[:, None], [(table @ terms[:2].T).real for terms in flight.terms])
+        contact = self._among(parts, motion)
         return contact[0] if contact is not None and contact[1] == stop else None
 
     def _gap(self, time: float, stop: int) -> float:
-        return self._distances[stop] - stop * float((np.exp(self._modes.rates * time) @ self._flight.terms[0]).real)
+        turned, total = np.exp(self._modes.rates * time), 0.0
+        for terms in reversed(self._flight.terms):
+            total = total * time + float((turned @ terms[0]).real)
+        return self._distances[stop] - stop * total
 
     def _decided(self, stop: int, low: float, high: float) -> arb | None:
         """Return about the time of a contact in a very short interval, found in all bits; or None."""
@@ -387,13 +394,20 @@ class MultiprecisionRun:
             here, speed, bend = (x.real for x in (self._modes.outputs * values).entries())
             step = ((place - here) / speed).mid()
             time = (time + step).mid()
-            pairs = zip(values.entries(), self._modes.exponents, strict=True)
-            values = acb_mat([[(value * (x * step).exp()).mid()] for value, x in pairs])
+            values = self._modes.after(step, values.entries())
             if not abs(time - near) < FINEST_ANGLE / self._modes.fastest:
                 break
             if abs(step * step * bend / speed) < self._accuracy:
                 return _Contact(stop, time, values)
         raise RunError(TOO_SLOW)
+
+
+def _polynomial(time: Any, parts: list[Any]) -> Any:
+    """Return the sum of parts times powers of time, from the power 0."""
+    total = parts[-1]
+    for part in parts[-2::-1]:
+        total = total * time + part
+    return total
 
 
 def same_impacts(one: MultiprecisionRun, other: MultiprecisionRun) -> bool:

@@ -2,19 +2,37 @@
 
 Displacements are from the static equilibrium. All numbers are taken as they are stored, in binary; the matrices of a
 chain are sums without rounding, and proportional damping is 2 gamma K.
+
+Equal or nearly equal exponents form a group. Modes would be parallel or would lose digits; a group has a basis X of the
+space of its motions instead, with ``A X = X (center + E)`` for the matrix A of the equations. Its motions are
+``X e^(center t) e^(E t) a``; the second exponential is hardly more than a polynomial of t.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
+from scipy.linalg import qr
+from scipy.sparse.csgraph import connected_components
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.tolerances import (
+    GROUP_SHIFT,
+    NEAR_EXPONENTS,
+    NEGLIGIBLE_TERM,
+    VANISHING_EXPONENT,
+)
+
+DERIVATIVES = 5
+"""Orders of the derivatives of what is observed that have bounds, from 0."""
+
+NO_MODES = "the modes are not separated by this number of bits"
 
 
 class RunError(Exception):
@@ -83,7 +101,7 @@ class Equations:
             basis[i, j], basis[pivot, j] = arb(1), -self.contact[i] / self.contact[pivot]
         across = basis.transpose()
         mass, damping, stiffness = (across * one * basis for one in (self._mass, self._damping, self._stiffness))
-        modes = _modes(mass, damping, stiffness) if others else ([], acb_mat(0, 0))
+        modes = _modes(mass, damping, stiffness)
         jump = arb_mat([[x] for x in self.jump])
         resting = jump * place
         if others:
@@ -132,10 +150,33 @@ class Equations:
         return found
 
 
+class _Modes(NamedTuple):
+    """The groups of exponents of the free motion of n coordinates; most have one exponent.
+
+    Attributes
+    ----------
+    groups : list of lists of int
+        The columns of every group.
+    centers : list of acb
+        Real for a group that has its own complex conjugates.
+    couplings : list of acb_mat
+        E of every group.
+    vectors, inverse : (2 n, 2 n)
+        Displacements and velocities in columns, and what gives the amplitudes.
+    """
+
+    groups: list[list[int]]
+    centers: list[acb]
+    couplings: list[acb_mat]
+    vectors: acb_mat
+    inverse: acb_mat
+
+
 class ModalMotion:
     """A motion that is a sum of exponentials, one for every mode and every harmonic; a coordinate of it is observed.
 
-    Of two complex conjugate modes the one with the positive imaginary part counts twice, and real parts are taken.
+    The modes of a group have the same exponential, and amplitudes that change with time. Of two complex conjugate
+    groups the one with the positive imaginary part counts twice, and real parts are taken.
 
     Attributes
     ----------
@@ -146,13 +187,13 @@ class ModalMotion:
         The observed coordinate and its first two derivatives.
     kicks : list of m acb
         Change of the amplitudes by an impulse that changes the velocity of the contact by 1.
-    rates, rows, fastest
-        Exponents (m,) and outputs (3, m) in double precision, and the largest modulus of an exponent.
+    rates, fastest
+        Exponents (m,) in double precision, and the largest modulus of one.
     """
 
     def __init__(
         self,
-        modes: tuple[list[acb], acb_mat],
+        modes: _Modes,
         basis: arb_mat,
         others: list[int],
         harmonics: list[tuple[int, list[acb]]],
@@ -164,33 +205,37 @@ class ModalMotion:
 
         Displacements move by ``basis u``, and u is the displacements `others`.
         """
-        exponents, vectors = modes
         count, self._orders = len(others), [order for order, _ in harmonics]
-        half = arb(2) ** (-ctx.prec // 2)
-        real = [bool(abs(x.imag) < abs(x) * half) for x in exponents]
-        chosen = [(j, 1 if real[j] else 2) for j, x in enumerate(exponents) if real[j] or x.imag > 0]
-        inverse = vectors.inv() if count else vectors
+        chosen, self.exponents = list[tuple[int, int]](), list[acb]()
+        self._couplings = list[tuple[list[int], acb_mat]]()
+        for group, center, coupling in zip(modes.groups, modes.centers, modes.couplings, strict=True):
+            if center.imag == 0 or center.imag > 0:
+                if len(group) > 1:
+                    self._couplings.append(([len(chosen) + i for i in range(len(group))], coupling))
+                chosen += [(j, 1 if center.imag == 0 else 2) for j in group]
+                self.exponents += [center] * len(group)
         self._others = [*others, *(basis.nrows() + i for i in others)]
-        self._inverse = acb_mat([[weight * inverse[j, i] for i in range(2 * count)] for j, weight in chosen])
+        self._inverse = acb_mat([[weight * modes.inverse[j, i] for i in range(2 * count)] for j, weight in chosen])
         self._inverse = self._inverse.mid() if chosen else self._inverse
         columns = []
         for j, _ in chosen:
-            parts = [acb_mat([[vectors[k + i, j]] for i in range(count)]) for k in (0, count)]
+            parts = [acb_mat([[modes.vectors[k + i, j]] for i in range(count)]) for k in (0, count)]
             columns.append([x for part in parts for x in (acb_mat(basis) * part).entries()])
         orders = [None] * len(chosen) + self._orders
         columns += [column for _, column in harmonics]
         self._steady = [column for _, column in harmonics]
-        self.exponents = [exponents[j].mid() for j, _ in chosen] + [acb(0, order * omega) for order in self._orders]
+        self.exponents += [acb(0, order * omega) for order in self._orders]
         self.vectors = acb_mat(columns).transpose().mid()
-        places = [observed(column, order) for column, order in zip(columns, orders, strict=True)]
-        pairs = list(zip(places, self.exponents, strict=True))
-        self.outputs = acb_mat([[place * x**order for place, x in pairs] for order in range(3)]).mid()
+        rows = [[observed(column, order) for column, order in zip(columns, orders, strict=True)]]
+        while len(rows) < DERIVATIVES:
+            rows.append(self._derivative(rows[-1]))
+        self.outputs = acb_mat(rows[:3]).mid()
         self.kicks = []
         if jump is not None:
             self.kicks = self._of_modes([arb(0)] * len(jump) + jump) + [acb(0)] * len(harmonics)
         self.rates = np.array([complex(x) for x in self.exponents])
         self.fastest = float(np.abs(self.rates).max())
-        self.rows = np.array([[complex(x) for x in row] for row in self.outputs.tolist()])
+        self._rows = np.array([[complex(x) for x in row] for row in rows])
 
     def amplitudes(self, state: list[arb], angle: arb) -> list[acb]:
         """Return the amplitudes of the motion from a state, where omega t is an angle."""
@@ -200,6 +245,61 @@ class ModalMotion:
             rest = [x - (s * turn).real for x, s in zip(rest, column, strict=True)]
         return self._of_modes(rest) + [turn.mid() for turn in turns]
 
+    def after(self, time: arb, amplitudes: list[acb]) -> acb_mat:
+        """Return the values (m, 1) of the exponentials a time after they had these."""
+        values = amplitudes
+        for columns, coupling in self._couplings:
+            values = values.copy()
+            turned = (coupling * time).exp() * acb_mat([[amplitudes[j]] for j in columns])
+            for j, value in zip(columns, turned.entries(), strict=True):
+                values[j] = value
+        return acb_mat([[((x * time).exp() * a).mid()] for x, a in zip(self.exponents, values, strict=True)])
+
+    def terms(self, amplitudes: list[acb], longest: float) -> list[Complexes]:
+        """Return the terms (DERIVATIVES, m) of what is observed, for every power of time up to a longest time.
+
+        The terms are multiplied by their power of time and by the exponentials.
+        """
+        values = amplitudes
+        factors = [np.array([complex(a) for a in values])]
+        largest = float(np.abs(factors[0]).max())
+        while self._couplings:
+            values = self._coupled(values, len(factors))
+            factor = np.array([complex(a) for a in values])
+            size = float(np.abs(factor).max()) * longest ** len(factors)
+            if size <= NEGLIGIBLE_TERM * largest:
+                break
+            factors.append(factor)
+            largest = max(largest, size)
+        return [self._rows * factor for factor in factors]
+
+    def bounds(self, terms: list[Complexes], longest: float) -> Floats:
+        """Return bounds (DERIVATIVES,) of what is observed up to a longest time; the exponentials do not grow."""
+        bounds: Floats = np.abs(terms[0]).sum(axis=1)
+        for power, term in enumerate(terms[1:], 1):
+            decay = np.maximum(-self.rates.real, 0.0)
+            latest = power / np.maximum(decay, power / longest)  # where the power times the exponential is largest
+            bounds = bounds + np.abs(term) @ (latest**power * np.exp(-decay * latest))
+        return bounds
+
+    def _coupled(self, values: list[acb], divisor: int) -> list[acb]:
+        """Return E times amplitudes, over a number."""
+        coupled = [acb(0)] * len(values)
+        for columns, coupling in self._couplings:
+            product = coupling * acb_mat([[values[j]] for j in columns])
+            for j, value in zip(columns, product.entries(), strict=True):
+                coupled[j] = (value / divisor).mid()
+        return coupled
+
+    def _derivative(self, row: list[Any]) -> list[Any]:
+        """Return the row of the derivative of what a row gives."""
+        derivative = [x * place for x, place in zip(self.exponents, row, strict=True)]
+        for columns, coupling in self._couplings:
+            product = acb_mat([[row[j] for j in columns]]) * coupling
+            for j, value in zip(columns, product.entries(), strict=True):
+                derivative[j] += value
+        return derivative
+
     def _of_modes(self, state: list[arb]) -> list[acb]:
         if not self._others:
             return []
@@ -208,28 +308,92 @@ class ModalMotion:
     def reduce(self) -> None:
         """Round all numbers to the precision of the context."""
         self.exponents, self.kicks = ([(+x).mid() for x in row] for row in (self.exponents, self.kicks))
+        self._couplings = [
+            (columns, acb_mat([[(+x).mid() for x in row] for row in coupling.tolist()]))
+            for columns, coupling in self._couplings
+        ]
         self.vectors, self.outputs = (
             acb_mat([[(+x).mid() for x in row] for row in table.tolist()]) for table in (self.vectors, self.outputs)
         )
 
 
-def _modes(mass: arb_mat, damping: arb_mat, stiffness: arb_mat) -> tuple[list[acb], acb_mat]:
-    """Return the exponents of the free motion, and the displacements and velocities of the modes in columns.
-
-    Raises RunError.
-    """
+def _modes(mass: arb_mat, damping: arb_mat, stiffness: arb_mat) -> _Modes:
+    """Return the modes of the free motion. Raises RunError."""
     n = mass.nrows()
+    if n == 0:
+        return _Modes([], [], [], acb_mat(0, 0), acb_mat(0, 0))
     spring, drag = mass.solve(stiffness), mass.solve(damping)
-    whole = acb_mat(2 * n, 2 * n)
+    matrix = acb_mat(2 * n, 2 * n)
     for i in range(n):
-        whole[i, n + i] = 1
+        matrix[i, n + i] = 1
         for j in range(n):
-            whole[n + i, j], whole[n + i, n + j] = -spring[i, j], -drag[i, j]
+            matrix[n + i, j], matrix[n + i, n + j] = -spring[i, j], -drag[i, j]
+    matrix = matrix.mid()
+    exponents, vectors = matrix.eig(right=True, algorithm="approx")
+    values = np.array([complex(x) for x in exponents])
+    apart, fastest = np.abs(values[:, None] - values), float(np.abs(values).max())
+    near = NEAR_EXPONENTS * np.abs(values) + VANISHING_EXPONENT * fastest
+    count, labels = connected_components(apart <= near)
+    groups = [np.flatnonzero(labels == label).tolist() for label in range(count)]
+    centers = []
+    for label, group in enumerate(groups):
+        center = (sum((exponents[j] for j in group), acb(0)) / len(group)).mid()
+        if 2.0 * abs(complex(center).imag) <= near[group[0]]:  # the group has its own complex conjugates
+            center = acb(center.real)
+        centers.append(center)
+        if len(group) > 1:
+            gap = float(apart[group[0], labels != label].min(initial=math.inf))
+            space = _space(matrix, center, len(group), gap)
+            for k, j in enumerate(group):
+                for i in range(2 * n):
+                    vectors[i, j] = space[i, k]
+    vectors = vectors.mid()
     try:
-        exponents, vectors = whole.eig(right=True)
-    except ValueError:
-        raise RunError("two modes have the same exponent") from None
-    return list(exponents), vectors
+        inverse = vectors.inv()
+    except ZeroDivisionError:
+        raise RunError(NO_MODES) from None
+    product = inverse * matrix * vectors
+    couplings = []
+    for group, center in zip(groups, centers, strict=True):
+        for j in group:
+            product[j, j] -= center
+        couplings.append(acb_mat([[product[i, j] for j in group] for i in group]).mid())
+    left = np.abs([[complex(x) for x in row] for row in product.tolist()])
+    is_coupling = (labels[:, None] == labels) & (np.bincount(labels)[labels] > 1)
+    if not np.where(is_coupling, 0.0, left).max() <= 2.0 ** -(ctx.prec // 2) * fastest:
+        raise RunError(NO_MODES)
+    return _Modes(groups, centers, couplings, vectors, inverse)
+
+
+def _space(matrix: acb_mat, center: acb, count: int, gap: float) -> acb_mat:
+    """Return a basis of the space of so many exponents around a center; the next exponent is about `gap` away.
+
+    Inverse iteration begins with any columns; some rows of the basis are those of the identity. Raises RunError.
+    """
+    size, bits = matrix.nrows(), ctx.prec
+    if count == size:
+        return acb_mat([[acb(int(i == j)) for j in range(size)] for i in range(size)])
+    columns = acb_mat(np.random.default_rng(0).normal(size=(size, count)).tolist())
+    with ctx.workprec(2 * bits):
+        largest = max(abs(x).mid() for x in matrix.entries())
+        shifted, place = acb_mat(matrix), center + GROUP_SHIFT * gap
+        for i in range(size):
+            shifted[i, i] -= place
+        for _ in range(bits):
+            columns = shifted.solve(columns, algorithm="approx")
+            basis = np.linalg.qr([[complex(x) for x in row] for row in columns.tolist()])[0]
+            rows = qr(basis.T, pivoting=True, mode="r")[1][:count].tolist()
+            columns = (columns * _rows_of(columns, rows).inv()).mid()
+            moved = matrix * columns
+            left = (moved - columns * _rows_of(moved, rows)).entries()
+            bound = largest * max(abs(x).mid() for x in columns.entries()) * arb(2) ** -bits
+            if all(abs(x).mid() <= bound for x in left):
+                return columns
+    raise RunError(NO_MODES)
+
+
+def _rows_of(matrix: acb_mat, rows: list[int]) -> acb_mat:
+    return acb_mat([[matrix[i, j] for j in range(matrix.ncols())] for i in rows])
 
 
 def _matrices(oscillator: Oscillator) -> tuple[arb_mat, arb_mat, arb_mat]:

@@ -111,3 +111,21 @@ before quantities of one period are computed."""
 
 CLOSED: Final = 1e-14
 """Distance of a return, in units of the stops, that counts as round-off at once."""
+
+NEAR_EXPONENTS: Final = 2.0**-14
+"""Distance of two exponents, relative to their moduli, below which they share a group in multi-precision arithmetic.
+Modes farther apart lose at most 14 bits, fewer than a time that is solved for, and double precision still locates the
+contacts of their sums."""
+
+VANISHING_EXPONENT: Final = EPSILON
+"""Modulus, relative to the largest one, of an exponent that double precision does not tell from 0. Both exponents of a
+free mode are 0, and runs with the fewest bits find them to half of these 128 bits."""
+
+GROUP_SHIFT: Final = 2.0**-10
+"""Distance from the center of a group, relative to that of the next exponent, at which the equations are inverted.
+Every turn of the inverse iteration gains about ten bits, and a solution with the nearly singular matrix loses twice as
+many, for which twice the bits are enough."""
+
+NEGLIGIBLE_TERM: Final = 2.0**-100
+"""Part of the largest term of a polynomial of time below which its terms are left out. Double precision shows 2^-53 of
+a sum; the terms are compared in coordinates of different units."""
