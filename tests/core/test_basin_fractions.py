@@ -46,7 +46,9 @@ def found_along(oscillator, vary, values, fixed, displacement=None, velocity=Non
     ("oscillator", "vary", "values", "fixed", "ranges"),
     [
         (DEFAULT, "clearance", [1.9, 1.95, 2.0], 0.29, ([(-1.9, 1.9), (-0.5, 0.5), (0.0, 0.0)], [(-1.0, 1.0)] * 3)),
-        (between_two_masses(), "omega", [2.5, 2.55], (0.4, 0.3), (None, None)),
+        pytest.param(
+            between_two_masses(), "omega", [2.5, 2.55], (0.4, 0.3), (None, None), marks=pytest.mark.thorough
+        ),  # compiles what runs over omega for two masses
     ],
 )
 def test_shares_are_those_of_trajectories_that_are_simulated_one_by_one(oscillator, vary, values, fixed, ranges):
