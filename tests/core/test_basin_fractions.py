@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from lines import line
+from thorough import KERNELS_FIRST
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basin_fractions import (
@@ -46,9 +47,7 @@ def found_along(oscillator, vary, values, fixed, displacement=None, velocity=Non
     ("oscillator", "vary", "values", "fixed", "ranges"),
     [
         (DEFAULT, "clearance", [1.9, 1.95, 2.0], 0.29, ([(-1.9, 1.9), (-0.5, 0.5), (0.0, 0.0)], [(-1.0, 1.0)] * 3)),
-        pytest.param(
-            between_two_masses(), "omega", [2.5, 2.55], (0.4, 0.3), (None, None), marks=pytest.mark.thorough
-        ),  # compiles what runs over omega for two masses
+        pytest.param(between_two_masses(), "omega", [2.5, 2.55], (0.4, 0.3), (None, None), marks=KERNELS_FIRST),
     ],
 )
 def test_shares_are_those_of_trajectories_that_are_simulated_one_by_one(oscillator, vary, values, fixed, ranges):
@@ -72,6 +71,7 @@ def test_shares_are_those_of_trajectories_that_are_simulated_one_by_one(oscillat
     assert not np.any(found.unresolved)
 
 
+@KERNELS_FIRST
 def test_attractors_of_one_name_keep_their_numbers_however_fine_the_steps():
     ends = []
     for points in (2, 11):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import NO_STICKING_FLOW, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
@@ -45,7 +46,7 @@ def about_middle(forced: ForcedOscillator, starts):
 
 @pytest.mark.parametrize(
     ("oscillator", "omega"),
-    [(CHAIN, 0.29), pytest.param(ONE_MASS, 0.7, marks=pytest.mark.thorough)],  # compiles maps of one mass
+    [(CHAIN, 0.29), pytest.param(ONE_MASS, 0.7, marks=KERNELS_FIRST)],
     ids=["chain", "one mass"],
 )
 @pytest.mark.parametrize("clearance", [PRELOADED, (1.0, -0.2), (0.3, 1.0), (0.0, 1.0)])

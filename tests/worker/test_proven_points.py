@@ -11,8 +11,8 @@ from tests.proven_points import proofs_of
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_points_are_proven_from_their_records(seed: int) -> None:
-    divisor, verdicts = proofs_of(seed)
-    counts = Counter(verdict for verdict, _ in verdicts)
+    divisor, proofs = proofs_of(seed)
+    counts = Counter(proof["verdict"] for proof in proofs)
     assert divisor == 1 + seed
     assert counts["disproven"] == 0
-    assert counts["proven"] >= 0.9 * len(verdicts) > 0, verdicts
+    assert counts["proven"] >= 0.9 * len(proofs) > 0, [proof["reason"] for proof in proofs]
