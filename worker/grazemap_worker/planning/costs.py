@@ -93,6 +93,11 @@ class Points(NamedTuple):
     nearer: Floats
     half_distance: Floats
 
+    @property
+    def stops(self) -> Floats:
+        """The number of stops."""
+        return np.where(np.isinf(self.half_distance), 1.0, 2.0)
+
     @classmethod
     def of(cls, places: Iterable[tuple[float, float | ClearancePair]]) -> Points:
         """Return the points with these frequencies and clearances."""
@@ -127,13 +132,20 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
         acceleration = force / mass
         clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
-        reached = np.fmin(clearance / amplitude, 1.0)
-        steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
         rising = 0.5 * acceleration * omega * (12.0 * clearance / (acceleration * omega)) ** (2.0 / 3.0)
-        bounces = 0.5 * period * acceleration / np.fmin(np.fmin(flight, steady), rising)
-        bounces *= 1.0 + period * slowing / rates.DRAG_OF_BOUNCES * restitution**rates.DRAG_POWER
-        to_rest = _impacts_to_rest(restitution)
-        return np.fmin(np.where(bounces < rates.REST_SHARE * to_rest, bounces, to_rest), rates.MOST_PERIOD_IMPACTS)
+        drag = 1.0 + period * slowing / rates.DRAG_OF_BOUNCES * restitution**rates.DRAG_POWER
+
+        def bounces(distance: Floats) -> Floats:
+            """Return the number of impacts where the motion without stops meets a stop at a distance."""
+            reached = np.fmin(distance / amplitude, 1.0)
+            steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
+            return np.asarray(0.5 * period * acceleration * drag / np.fmin(np.fmin(flight, steady), rising))
+
+        # a motion at one stop begins at the stop's distance; if it does not come to rest it becomes as wide as without
+        begins = bounces(np.where(points.stops == 1.0, points.nearer, clearance))
+        to_rest = _impacts_to_rest(oscillator, points)
+        impacts = np.where(begins < rates.REST_SHARE * to_rest, bounces(clearance), to_rest)
+        return np.fmin(impacts, rates.MOST_PERIOD_IMPACTS)
 
 
 def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False) -> Floats:
@@ -144,7 +156,7 @@ def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False)
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         impacts = period_impacts(oscillator, points)
-        rests = _rests(oscillator, impacts)
+        rests = _rests(oscillator, points, impacts)
         cells = _cells(oscillator, points.omega) * size * np.where(rests, rates.HELD_CELLS, 1.0)
         impact_seconds = rates.IMPACT_SECONDS + rates.IMPACT_MASS_SECONDS * size
         seconds = rates.PERIOD_SECONDS + rates.CELL_SECONDS * cells + impact_seconds * impacts
@@ -317,7 +329,7 @@ def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settli
     with np.errstate(divide="ignore"):
         decays = rates.SETTLING_DECAYS / (oscillator.forcing_period(points.omega) * linear.slowest_decay(oscillator))
     impacts = period_impacts(oscillator, points)
-    rests = _rests(oscillator, impacts)
+    rests = _rests(oscillator, points, impacts)
     free = points.nearer >= rates.FREE_FROM * contact_force(oscillator, points.omega)[1]
     if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
         free = free | rests
@@ -392,16 +404,17 @@ def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
     return np.asarray(np.maximum(least, fastest_exponent(oscillator) * oscillator.forcing_period(omega)))
 
 
-def _rests(oscillator: Oscillator, impacts: Floats) -> NDArray[np.bool_]:
+def _rests(oscillator: Oscillator, points: Points, impacts: Floats) -> NDArray[np.bool_]:
     """Return where the contact comes to rest, of `period_impacts`."""
-    return np.asarray(impacts >= _impacts_to_rest(_largest_restitution(oscillator)))
+    return np.asarray(impacts >= _impacts_to_rest(oscillator, points))
 
 
-def _impacts_to_rest(restitution: float) -> float:
+def _impacts_to_rest(oscillator: Oscillator, points: Points) -> Floats:
     """Return the number of impacts until a chatter on each stop has ended in rest."""
-    if not 0.0 < restitution < 1.0:
-        return 2.0 if restitution == 0.0 else math.inf
-    return 2.0 * (1.0 + math.log(rates.CHATTER_REST) / math.log(restitution))
+    restitution = _largest_restitution(oscillator)
+    if 0.0 < restitution < 1.0:
+        return points.stops * (1.0 + math.log(rates.CHATTER_REST) / math.log(restitution))
+    return points.stops * (1.0 if restitution == 0.0 else math.inf)
 
 
 def _some(values: Grid | CoordinateRange) -> list[float]:
