@@ -340,7 +340,8 @@ SAYING: list[Change] = [
 
 
 def cut(rng: random.Random, new: Certificate) -> None:
-    holder, name = rng.choice(members(new))
+    # without its stop a statement is about the zero alone, and well-formed
+    holder, name = rng.choice([(holder, name) for holder, name in members(new) if name != "stop"])
     del holder[name]
 
 

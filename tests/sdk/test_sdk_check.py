@@ -76,6 +76,7 @@ def test_a_true_certificate_is_verified(tmp_path, capsys):
         (with_statement(order=True), "integer"),
         (with_statement(type="H"), "none of"),
         (with_statement(range=["0.9"]), "list"),
+        (with_statement(range=["-0.9", "1.1"]), "positive"),
         (certificate(bits=10**9), "integer from"),
         (certificate(value="1e99999"), "decimal"),
         (certificate(value="\u0661"), "decimal"),

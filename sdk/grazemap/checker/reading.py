@@ -256,6 +256,10 @@ def _require_fitting(statement: dict[str, Any]) -> None:
         counts = {len(statement[name]) for name in ("stops", "phases", "velocities")}
         require(len(counts) == 1, "the statement has other numbers of stops, phases and velocities")
         require(statement["radius"] > 0, "the statement's radius is not positive")
+    if "range" in statement:
+        of_frequencies = statement.get("parameter", "omega") == "omega"
+        positive = not of_frequencies or statement["range"][0] > 0
+        require(positive, "the statement's range has frequencies that are not positive")
     if "omega" not in statement:
         return
     parameter = statement.get("parameter", "")
