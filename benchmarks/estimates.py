@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import signal
 import sys
 import time
 from typing import Any, NamedTuple
@@ -159,8 +160,10 @@ def measured(process: str, seed: int) -> Measured | None:
             sized(process, seed, writing)
         except (CoreError, ValidationError):
             os._exit(1)
-        except RuntimeError:
-            os._exit(0)  # a process of the work has met the limit of `end_after`: given up
+        except RuntimeError as error:
+            # given up, where a process of the work has met the limit of `end_after`
+            if not str(error).endswith(f" {-signal.SIGXCPU}"):
+                raise
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading) as lines:

@@ -469,8 +469,8 @@ def of_bifurcation(modes: Modes, statement: dict[str, Any], certificate: dict[st
     every = [touched[i] for i in range(len(speeds))]
     if not box_has(orbits, statement, [t for t, _, _ in every] + [v for _, v, _ in every]):
         return False
-    passes = not orbits.is_admissible(impacts, [(touched[i][0], touched[i][2]) for i in grazes])
-    return not passes and not repeats(orbits, impacts, period)
+    touching = [(touched[i][0], touched[i][2]) for i in grazes]
+    return orbits.is_admissible(impacts, touching) and not repeats(orbits, impacts, period)
 
 
 def require_mirrored(modes: Modes, statement: dict[str, Any]) -> None:
