@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from grazemap.checker import check
+from grazemap.checker.orbits import label
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
@@ -183,10 +184,9 @@ def is_quick(proof: Proof) -> bool:
 def attraction(seed: int) -> tuple[Oscillator, dict[str, Any]]:
     """The statement that a trajectory from equilibrium settles, with the label of its motion."""
     omega, clearance, sequence = settled(np.random.default_rng(seed))
-    right, left = (np.count_nonzero(sequence.whole.stops == stop) or "(-1)" for stop in (1, -1))
     place = {"omega": repr(omega), "clearance": repr(clearance), "displacement": "equilibrium", "phase": "0"}
-    label = f"{sequence.period}-{right}r-{left}l"
-    return DEFAULT, {"kind": "attraction", **place, "velocity": ["0"] * 3, "label": label}
+    name = label(sequence.period, sequence.whole.stops.tolist())
+    return DEFAULT, {"kind": "attraction", **place, "velocity": ["0"] * 3, "label": name}
 
 
 # changes that keep the theorem's meaning
