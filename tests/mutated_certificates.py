@@ -322,7 +322,7 @@ def narrower_range(rng: random.Random, new: Certificate) -> None:
         new["statement"]["range"] = [str(low + share * (high - low)), str(high + share * (high - low))]
 
 
-SAYING: list[Change] = [
+ANY_SAYING: list[Change] = [
     moved_number,
     moved_number,
     moved_integer,
@@ -334,6 +334,9 @@ SAYING: list[Change] = [
     smaller_box,
     narrower_range,
 ]
+SAYING = dict.fromkeys(KEEPING, ANY_SAYING)
+# a trajectory from a slightly changed oscillator mostly settles on the same type of motion
+SAYING["attraction"] = [*ANY_SAYING, other_type, other_type, other_type]
 
 
 # changes of the form
@@ -400,7 +403,7 @@ def judged(task: tuple[int, Certificate]) -> tuple[str, str, str, Certificate]:
     rng, new = random.Random(seed), deepcopy(true)
     kind = true["statement"]["kind"]
     group = rng.choices(["keeping", "saying", "spoiling"], [0.22, 0.7, 0.08])[0]
-    changes = {"keeping": KEEPING[kind], "saying": SAYING, "spoiling": SPOILING}[group]
+    changes = {"keeping": KEEPING[kind], "saying": SAYING[kind], "spoiling": SPOILING}[group]
     changes = [c for c in changes if "radius" in new["statement"] or c is not wider_box]
     made = rng.choices([1, 2], [0.6, 0.4])[0]
     names: list[str] = []
