@@ -25,6 +25,8 @@ from grazemap_core.maps.tolerances import ERROR_SAFETY
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation.start import forced_oscillator, initial_state
 from grazemap_core.simulation.start import start as begin
 
@@ -34,6 +36,16 @@ HALVES = 60
 
 def default() -> Oscillator:
     return Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+@kernel
+def run_half_with_changes(masses, models, own, group, tangents, half, u, work):
+    """As the columns of a map do: numba's lookup of tables needs references."""
+    models, own, group, tangents = reference(models), reference(own), reference(group), reference(tangents)
+    save_lane_starts(group, tangents, LANE_BLOCK)
+    run_half(masses, models, own, group, half, LANE_BLOCK, u, reference(work))
+    count_impacts(group, tangents, LANE_BLOCK)
+    carry_changes(models, own, group, tangents, half, 0, LANE_BLOCK)
 
 
 def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tuple[Floats, Floats]:
@@ -51,10 +63,7 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     models = shared_model(LaneModel(problem, held, lane_tables(problem, held.viscous_term), blocks))
     u, widths = start.copy(), []
     for half in range(HALVES):
-        save_lane_starts(group, tangents, LANE_BLOCK)
-        run_half((0,) * size, models, SHARED_TABLES, group, half, LANE_BLOCK, u, work)
-        count_impacts(group, tangents, LANE_BLOCK)
-        carry_changes(models, SHARED_TABLES, group, tangents, half, 0, LANE_BLOCK)
+        run_half_with_changes((0,) * size, models, SHARED_TABLES, group, tangents, half, u, work)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0
