@@ -1,5 +1,5 @@
-# the first that runs and can make an environment: those that pyenv only stands in for do not
-PYTHON ?= $(or $(shell for python in python3.11 python3.12 python3.13 python3.14; do \
+# the newest that runs and can make an environment: those that pyenv only stands in for do not
+PYTHON ?= $(or $(shell for python in python3.14 python3.13 python3.12 python3.11; do \
 	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python from 3.11 \
 	to 3.14 runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
 BIN := .venv/bin
@@ -39,14 +39,16 @@ timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date
 # the packages that are installed
 PACKAGES = $$(ls -d .venv/lib/python*/site-packages/*.dist-info | wc -l) packages
 
-$(RUN_STAMP): requirements-run.lock pyproject.toml
+# $(call install,heading): installs the parts of the lock before the one with this heading
+install = sed '/^\# $(1)$$/,$$d' requirements.lock | $(INSTALL) --require-hashes -r /dev/stdin
+
+$(RUN_STAMP): requirements.lock pyproject.toml
 	$(call timed,installing what runs (about half a minute),$(PYTHON) -m venv .venv && \
-		$(INSTALL) --require-hashes -r $< && $(INSTALL) --no-deps --no-build-isolation -e . && echo "$(PACKAGES)")
+		$(call install,what tests need) && $(INSTALL) --no-deps --no-build-isolation -e . && echo "$(PACKAGES)")
 	@touch $@
 
-# All locks agree on every version, so no installed package changes.
-$(STAMP): $(RUN_STAMP) requirements.lock
-	$(call timed,installing what tests (about half a minute),$(INSTALL) --require-hashes -r requirements.lock && echo "$(PACKAGES)")
+$(STAMP): $(RUN_STAMP)
+	$(call timed,installing what tests (about half a minute),$(call install,what benchmarks need) && echo "$(PACKAGES)")
 	@touch $@
 
 run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
@@ -257,8 +259,8 @@ planes: kernels $(STAMP)  ## the processor time of maps over other parameters, b
 large-models: $(STAMP)  ## maps of 40 dense degrees of freedom and of a chain of 64, beside their estimates (ten minutes)
 	$(BIN)/python -m benchmarks.large_models
 
-$(BENCH_STAMP): $(STAMP) requirements-bench.lock
-	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
+$(BENCH_STAMP): $(STAMP)
+	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements.lock)
 	@touch $@
 
 proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
@@ -315,11 +317,8 @@ browser: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 browser: kernels chromium $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/browser
 
-COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
 lock: $(STAMP)  ## pin the newest version of every dependency, with hashes
-	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
-	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
-	echo hatchling | $(COMPILE) --extra server --extra plot --extra proofs --constraint requirements.lock pyproject.toml - -o requirements-run.lock
+	$(BIN)/python -m tools.lock
 
 clean:  ## remove what the other targets have made
 	rm -rf .venv .cache out dist

@@ -38,7 +38,7 @@ def clone(tmp_path: Path) -> Path:
     folder = tmp_path / "a folder's clone"
     program(folder / ".venv/bin/python", PLAYED_PYTHON)
     (folder / "Makefile").write_text(MAKEFILE.read_text())
-    for name in ("requirements-run.lock", "requirements.lock", "pyproject.toml", ".venv/.run-stamp", ".venv/.stamp"):
+    for name in ("requirements.lock", "pyproject.toml", ".venv/.run-stamp", ".venv/.stamp"):
         (folder / name).touch()
     return folder
 
