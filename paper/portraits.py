@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from examples.reproduce.paper import Region
-from examples.reproduce.samples import DRAWN, Sample, short
 from grazemap.plots.axes import axis_label, new_figure
 from grazemap.plots.palette import INK, motion_text
 from grazemap.plots.trajectory import with_impacts
 from grazemap.results import MotionShare
+from paper.paper import Region
+from paper.samples import DRAWN, Sample, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

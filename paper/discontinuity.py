@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from examples.reproduce.codimension_two import nearest, points_of
-from examples.reproduce.page import Section
-from examples.reproduce.paper import GAMMA, READINGS
 from grazemap import Client, CodimensionTwoPoints, DiscontinuityMapping, GrazingCurve, UnfoldingMap
 from grazemap.plots.axes import drawing
 from grazemap.results import CodimensionTwoPoint
+from paper.codimension_two import nearest, points_of
+from paper.page import Section
+from paper.paper import GAMMA, READINGS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from examples.published.one_mass import Family, branch_over_clearance, one_mass, points_of, right
-from examples.reproduce.asking import answers
-from examples.reproduce.page import Section
 from grazemap import Client, Trajectory
+from paper.asking import answers
+from paper.page import Section
+from paper.published.one_mass import Family, branch_over_clearance, one_mass, points_of, right
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from examples.reproduce.page import Section, logarithmic
-from examples.reproduce.paper import GAMMA, PER_LINK, POINT_CLEARANCE, POINT_OMEGA, READINGS
 from grazemap import Client, CodimensionTwoPoints, GrazingCurve
 from grazemap.results import CodimensionTwoPoint
+from paper.page import Section, logarithmic
+from paper.paper import GAMMA, PER_LINK, POINT_CLEARANCE, POINT_OMEGA, READINGS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from examples.reproduce.page import Section
 from grazemap import Client
+from paper.page import Section
 
 
 def not_found(client: Client) -> Section:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from examples.reproduce.asking import answers
-from examples.reproduce.paper import READINGS, Region
 from grazemap import Client, Trajectory
 from grazemap.wire import motion_label
+from paper.asking import answers
+from paper.paper import READINGS, Region
 
 TRANSIENT = 1500
 SAMPLES = 2000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from examples.published.one_mass import QUIET, Family, one_mass, orbit_near, right
-from examples.reproduce.page import Row, Section
 from grazemap import Client, OrbitBranch
+from paper.page import Row, Section
+from paper.published.one_mass import QUIET, Family, one_mass, orbit_near, right
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from examples.reproduce.motions import MAX_PERIODS, Line, Run, plain_runs
-from examples.reproduce.paper import REGIONS, Region
 from grazemap import Client
+from paper.motions import MAX_PERIODS, Line, Run, plain_runs
+from paper.paper import REGIONS, Region
 
 FINE = 701
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from examples.reproduce.paper import GAMMA, POINT_CLEARANCE, POINT_OMEGA, REGIONS
-from examples.reproduce.samples import Sample
 from grazemap import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, UnfoldingMap
 from grazemap.plots.axes import drawing
 from grazemap.plots.palette import INK
 from grazemap.results import BifurcationCurve
+from paper.paper import GAMMA, POINT_CLEARANCE, POINT_OMEGA, REGIONS
+from paper.samples import Sample
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

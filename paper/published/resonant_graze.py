@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from examples.published.one_mass import QUIET, Family, branch_over_clearance, one_mass
-from examples.reproduce.page import Row, Section
 from grazemap import Client
+from paper.page import Row, Section
+from paper.published.one_mass import QUIET, Family, branch_over_clearance, one_mass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

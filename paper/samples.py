@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from examples.reproduce.asking import answers
-from examples.reproduce.motions import SAMPLES, TRANSIENT, Motion, turns_at_a
-from examples.reproduce.paper import GAMMA, READINGS, Region
 from grazemap import Client, OrbitBranch, PeriodicOrbit, Trajectory, UnfoldingMap
 from grazemap.wire import motion_label
+from paper.asking import answers
+from paper.motions import SAMPLES, TRANSIENT, Motion, turns_at_a
+from paper.paper import GAMMA, READINGS, Region
 
 CHAIN = READINGS[GAMMA]
 # Motions that do not close are waited for longer here than along a line, and this much of them is drawn.

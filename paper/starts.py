@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from examples.reproduce.motions import MAX_PERIODS
-from examples.reproduce.paper import GAMMA, READINGS
 from grazemap import Client, Trajectories
+from paper.motions import MAX_PERIODS
+from paper.paper import GAMMA, READINGS
 
 SEED = 2026
 SWEPT = 101

@@ -1,4 +1,4 @@
-"""`python -m examples.published`: compute the page on a stack of its own and write it, with its pictures."""
+"""`python -m paper.published`: compute the page on a stack of its own and write it, with its pictures."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import grazemap
-from examples.published.elastic_wall import elastic_wall
-from examples.published.impact_damper import impact_damper
-from examples.published.not_found import not_found
-from examples.published.period_adding import period_adding
-from examples.published.resonant_graze import curves, tangency
-from examples.published.tutorial import tutorial
-from examples.published.undamped import undamped
-from examples.reproduce.page import PICTURES, Section, save_pictures, table, wrapped
 from grazemap import Client
+from paper.page import PICTURES, Section, save_pictures, table, wrapped
+from paper.published.elastic_wall import elastic_wall
+from paper.published.impact_damper import impact_damper
+from paper.published.not_found import not_found
+from paper.published.period_adding import period_adding
+from paper.published.resonant_graze import curves, tangency
+from paper.published.tutorial import tutorial
+from paper.published.undamped import undamped
 
 PAGE = "published.md"
 PARTS: tuple[Callable[[Client], Section], ...] = (
@@ -57,7 +57,7 @@ def head(sections: Sequence[Section]) -> str:
 
 def main() -> None:
     """Compute and write."""
-    parser = argparse.ArgumentParser(prog="python -m examples.published", description="Published results, again.")
+    parser = argparse.ArgumentParser(prog="python -m paper.published", description="Published results, again.")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the page")
     given = parser.parse_args()
     started = time.monotonic()

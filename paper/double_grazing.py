@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from examples.reproduce.page import Section, below, logarithmic
-from examples.reproduce.paper import (
+from grazemap import Client, GrazingCurve, Trajectory
+from paper.page import Section, below, logarithmic
+from paper.paper import (
     GAMMA,
     GRAZING_CLEARANCE,
     GRAZING_OMEGA,
@@ -15,8 +16,7 @@ from examples.reproduce.paper import (
     POINT_OMEGA,
     READINGS,
 )
-from examples.reproduce.states import FAR, TURN, closest, graze, initial
-from grazemap import Client, GrazingCurve, Trajectory
+from paper.states import FAR, TURN, closest, graze, initial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from examples.reproduce.motions import Line, motions_along
-from examples.reproduce.one_stop import one_stop
-from examples.reproduce.page import Section
-from examples.reproduce.paper import GAMMA, READINGS, REGIONS, Region
-from examples.reproduce.portraits import portraits
-from examples.reproduce.regions import Found, Regions, regions_of
-from examples.reproduce.samples import DRAWN, HEAD, MAX_PERIOD, PATIENCE, Sample, samples_of
-from examples.reproduce.touching import touching
 from grazemap import Client, PeriodicOrbit
+from paper.motions import Line, motions_along
+from paper.one_stop import one_stop
+from paper.page import Section
+from paper.paper import GAMMA, READINGS, REGIONS, Region
+from paper.portraits import portraits
+from paper.regions import Found, Regions, regions_of
+from paper.samples import DRAWN, HEAD, MAX_PERIOD, PATIENCE, Sample, samples_of
+from paper.touching import touching
 
 
 def figure_9(client: Client, points: int) -> tuple[list[Section], list[Sample]]:

@@ -1,4 +1,4 @@
-"""`python -m examples.reproduce`: compute the page on a stack of its own and write it, with its pictures."""
+"""`python -m paper`: compute the page on a stack of its own and write it, with its pictures."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import grazemap
-from examples.reproduce.codimension_two import computed_points, figure_5, figure_7
-from examples.reproduce.discontinuity import mapping, unfolding
-from examples.reproduce.double_grazing import figure_2, figure_3, figure_6
-from examples.reproduce.errors import errors
-from examples.reproduce.figure_8 import figure_8
-from examples.reproduce.figure_9 import figure_9
-from examples.reproduce.page import PICTURES, Row, Section, save_pictures, table, wrapped
-from examples.reproduce.paper import GAMMA, TITLE
 from grazemap import Client
+from paper.codimension_two import computed_points, figure_5, figure_7
+from paper.discontinuity import mapping, unfolding
+from paper.double_grazing import figure_2, figure_3, figure_6
+from paper.errors import errors
+from paper.figure_8 import figure_8
+from paper.figure_9 import figure_9
+from paper.page import PICTURES, Row, Section, save_pictures, table, wrapped
+from paper.paper import GAMMA, TITLE
 
 PAGE = "reproduction.md"
 POINTS = 1013
@@ -71,7 +71,7 @@ def write(docs: Path, sections: list[Section], cpu: str) -> None:
 
 def main() -> None:
     """Compute and write."""
-    parser = argparse.ArgumentParser(prog="python -m examples.reproduce", description="The paper, reproduced.")
+    parser = argparse.ArgumentParser(prog="python -m paper", description="The paper, reproduced.")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the page")
     parser.add_argument("--points", type=int, default=POINTS, help="clearances on each of Figure 9's two lines")
     given = parser.parse_args()

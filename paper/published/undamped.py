@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from examples.published.one_mass import Family, branch_over_clearance, one_mass, orbit_near, points_of
-from examples.reproduce.page import Row, Section
 from grazemap import Client
+from paper.page import Row, Section
+from paper.published.one_mass import Family, branch_over_clearance, one_mass, orbit_near, points_of
 
 SOURCE = "Budd, Cliffe and Dux, in Dux's code"
 CASES = ((3.7, 0.8, 2), (2.8, 0.8, 1), (2.4, 0.6, 1))

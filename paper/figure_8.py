@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from examples.reproduce.page import Section
-from examples.reproduce.paper import GAMMA, POINT_CLEARANCE, POINT_OMEGA, READINGS, REGIONS
-from examples.reproduce.samples import Sample
-from examples.reproduce.unfolding_pictures import close_up, curves_of_motions, regions
 from grazemap import BifurcationCurves, Client, PeriodicOrbit, UnfoldingMap
+from paper.page import Section
+from paper.paper import GAMMA, POINT_CLEARANCE, POINT_OMEGA, READINGS, REGIONS
+from paper.samples import Sample
+from paper.unfolding_pictures import close_up, curves_of_motions, regions
 
 CHAIN = READINGS[GAMMA]
 OMEGA, CLEARANCE = (0.26, 0.30), (1.3, 2.05)

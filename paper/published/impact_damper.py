@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from examples.published.one_mass import QUIET
-from examples.reproduce.page import Row, Section
 from grazemap import Client, OrbitBranch, Oscillator, PeriodicOrbit
+from paper.page import Row, Section
+from paper.published.one_mass import QUIET
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

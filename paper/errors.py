@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from examples.reproduce.page import Section, below
-from examples.reproduce.paper import (
+from grazemap import Client
+from paper.page import Section, below
+from paper.paper import (
     GAMMA,
     GRAZING_OMEGA,
     MASSES,
@@ -16,8 +17,7 @@ from examples.reproduce.paper import (
     STIFFNESSES,
     ZETA,
 )
-from examples.reproduce.states import FAR, TURN, Floats, at, distance, graze, turn
-from grazemap import Client
+from paper.states import FAR, TURN, Floats, at, distance, graze, turn
 
 CHAIN = READINGS[GAMMA]
 OMEGA = 0.29

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from examples.reproduce.asking import answers
-from examples.reproduce.motions import TRANSIENT
-from examples.reproduce.page import Section, below
-from examples.reproduce.paper import GAMMA, READINGS
-from examples.reproduce.starts import counted, states, swept
-from examples.reproduce.states import graze, initial
 from grazemap import Client, Trajectories
+from paper.asking import answers
+from paper.motions import TRANSIENT
+from paper.page import Section, below
+from paper.paper import GAMMA, READINGS
+from paper.starts import counted, states, swept
+from paper.states import graze, initial
 
 CHAIN = READINGS[GAMMA]
 RECORDED = 64

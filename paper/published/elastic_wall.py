@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from examples.published.one_mass import QUIET, Family, one_mass, right
-from examples.reproduce.page import Row, Section
 from grazemap import Client
+from paper.page import Row, Section
+from paper.published.one_mass import QUIET, Family, one_mass, right
 
 SOURCE = "Manik 2013"
 DAMPING = 0.08

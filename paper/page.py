@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from examples.reproduce.paper import Printed
+from paper.paper import Printed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

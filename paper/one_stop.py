@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from examples.reproduce.asking import answers
-from examples.reproduce.motions import TRANSIENT
-from examples.reproduce.page import Section, below
-from examples.reproduce.paper import GAMMA, READINGS
-from examples.reproduce.samples import TURN, Sample, as_asked, stretch
-from examples.reproduce.starts import SEED, counted, states, swept
 from grazemap import Client, OrbitBranch, PeriodicOrbit, Trajectories
+from paper.asking import answers
+from paper.motions import TRANSIENT
+from paper.page import Section, below
+from paper.paper import GAMMA, READINGS
+from paper.samples import TURN, Sample, as_asked, stretch
+from paper.starts import SEED, counted, states, swept
 
 CHAIN = READINGS[GAMMA]
 PERIOD, STOPS = 3, (-1, -1, -1)
