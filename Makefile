@@ -56,7 +56,7 @@ $(STAMP): $(RUN_STAMP)
 	@touch $@
 
 run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
-	$(BIN)/python examples/reproduce_default.py
+	$(BIN)/python -m paper.first
 
 reproduce: $(RUN_STAMP)  #: compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
 	$(BIN)/python -m paper

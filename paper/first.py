@@ -1,7 +1,8 @@
 """The paper's example, computed over HTTP by a stack of its own: curve, codimension-two points, unfolding map.
 
-Writes grazing_curve.png and .npz, codimension_two_points.json, unfolding_map.png and .npz into the folder named on
-the command line ("out" when none is), and says where. `make run` runs this.
+`python -m paper.first [FOLDER]` (`make run`) writes grazing_curve.png and .npz, codimension_two_points.json,
+unfolding_map.png and .npz into the folder, "out" if none is named, and says where. The jobs and results of the stack
+stay in its folder "data". At the end it prints the paper's numbers beside the computed ones.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import grazemap
 from grazemap.plots import save_axes
+from paper.codimension_two import nearest
+from paper.paper import GRAZING_CLEARANCE, GRAZING_OMEGA, POINT_CLEARANCE, POINT_OMEGA
 
 
 def main(folder: Path) -> None:
@@ -19,7 +22,7 @@ def main(folder: Path) -> None:
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
     print("starting service, queue and workers (a minute the first time, as kernels are compiled) ...", flush=True)
-    with grazemap.local() as client:
+    with grazemap.local(data=folder / "data") as client:
         print(f"... listening on {client.base_url} after {time.monotonic() - started:.0f} s", flush=True)
         print("computing the grazing curve, its codimension-two points and a map (about ten seconds) ...", flush=True)
         oscillator = grazemap.Oscillator()
@@ -40,9 +43,20 @@ def main(folder: Path) -> None:
     print(f"\n{curve}\n{points}\n{umap}")
     for motion in umap.motions()[:8]:
         print(f"  {motion.label:<20} {motion.share:6.1%}")
+    print("\nthe paper's numbers:")
+    point = nearest(points, 2)
+    for printed, computed in (
+        (GRAZING_CLEARANCE, float(curve.at(GRAZING_OMEGA))),
+        (POINT_OMEGA, point.omega),
+        (POINT_CLEARANCE, point.clearance),
+    ):
+        print(f"  {printed.what}: printed {printed.text}, computed {computed:.5f} ({printed.where})")
+    print("  docs/reproduction.md has all of them, and why some differ")
     print(f"\ndone in {time.monotonic() - started:.0f} s; written:")
     for path in sorted(written):
         print(f"  {path.resolve()}")
+    command = Path(sys.executable).with_name("grazemap")
+    print(f"\nThe page on which you drag, zoom and click, with these jobs: {command} up --data {folder / 'data'}")
 
 
 if __name__ == "__main__":
