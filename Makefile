@@ -76,8 +76,8 @@ borders: $(RUN_STAMP)  #: compute unfolding diagrams with every border explained
 pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out/pictures/ (two minutes)
 	$(BIN)/python examples/pictures.py
 
-serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
-	$(BIN)/grazemap up
+serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
+	$(BIN)/grazemap up $(if $(wildcard out/data),--data out/data)
 
 test: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import grazemap
+from grazemap.constants import DEFAULT_BASE_URL
 from grazemap.plots import save_axes
 from paper.codimension_two import nearest
 from paper.paper import GRAZING_CLEARANCE, GRAZING_OMEGA, POINT_CLEARANCE, POINT_OMEGA
@@ -29,6 +30,7 @@ def main(folder: Path) -> None:
         curve = client.grazing_curve(oscillator, omega=(0.05, 1.2), points=2000)
         points = client.codimension_two_points(oscillator, omega=(0.05, 2.5), max_order=8)
         umap = client.unfolding_map(oscillator, omega=(0.26, 0.30), clearance=(1.3, 2.0), shape=(128, 128))
+        identity = client.submit("unfolding-maps", umap.meta["request"]).id
 
     written = [
         curve.save(folder / "grazing_curve.npz"),
@@ -56,7 +58,8 @@ def main(folder: Path) -> None:
     for path in sorted(written):
         print(f"  {path.resolve()}")
     command = Path(sys.executable).with_name("grazemap")
-    print(f"\nThe page on which you drag, zoom and click, with these jobs: {command} up --data {folder / 'data'}")
+    print(f"\nTo drag, zoom and click in this map: {command} up --data {folder / 'data'} (make serve does so),")
+    print(f"and open {DEFAULT_BASE_URL}/#map={identity}")
 
 
 if __name__ == "__main__":
