@@ -2,9 +2,11 @@
 #   docker build -t grazemap .
 FROM python:3.11-slim AS build
 WORKDIR /source
-COPY requirements-run.lock ./
+COPY requirements.lock ./
+# its first part: what runs
 RUN python -m venv /opt/grazemap \
- && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements-run.lock
+ && sed '/^# what tests need$/,$d' requirements.lock > running.lock \
+ && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r running.lock
 COPY pyproject.toml README.md LICENSE ./
 COPY sdk sdk
 COPY core core

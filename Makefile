@@ -1,5 +1,5 @@
-# the first that runs and can make an environment: those that pyenv only stands in for do not
-PYTHON ?= $(or $(shell for python in python3.11 python3.12 python3.13 python3.14; do \
+# the newest that runs and can make an environment: those that pyenv only stands in for do not
+PYTHON ?= $(or $(shell for python in python3.14 python3.13 python3.12 python3.11; do \
 	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python from 3.11 \
 	to 3.14 runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
 BIN := .venv/bin
@@ -7,7 +7,7 @@ BIN := .venv/bin
 RUN_STAMP := .venv/.run-stamp
 STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
-SOURCES := sdk core worker service benchmarks tests examples tools
+SOURCES := sdk core worker service benchmarks tests examples paper tools
 
 # NARROW=1, with any target: no wider vectors than those of x86-64-v3 in numba, numpy and BLAS together
 ifdef NARROW
@@ -27,8 +27,12 @@ TEST_CACHE := .cache/grazemap
 .DEFAULT_GOAL := help
 .PHONY: $(shell awk -F: '/^[a-z-]+:/{print $$1}' $(firstword $(MAKEFILE_LIST)))
 
-help:  ## list the targets
+help:  #: list the targets that users need
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@echo "make targets      all others, for contributors"
+
+targets:  #: list all targets
+	@awk -F':.*#[\#:] ' '/^[a-z-]+:.*#[\#:] /{printf "make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 # Modules are compiled when they are first imported: most never are. Where the environment forbids storing them, every
 # process would compile them again, which takes seconds.
@@ -39,39 +43,41 @@ timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date
 # the packages that are installed
 PACKAGES = $$(ls -d .venv/lib/python*/site-packages/*.dist-info | wc -l) packages
 
-$(RUN_STAMP): requirements-run.lock pyproject.toml
+# $(call install,heading): installs the parts of the lock before the one with this heading
+install = sed '/^\# $(1)$$/,$$d' requirements.lock | $(INSTALL) --require-hashes -r /dev/stdin
+
+$(RUN_STAMP): requirements.lock pyproject.toml
 	$(call timed,installing what runs (about half a minute),$(PYTHON) -m venv .venv && \
-		$(INSTALL) --require-hashes -r $< && $(INSTALL) --no-deps --no-build-isolation -e . && echo "$(PACKAGES)")
+		$(call install,what tests need) && $(INSTALL) --no-deps --no-build-isolation -e . && echo "$(PACKAGES)")
 	@touch $@
 
-# All locks agree on every version, so no installed package changes.
-$(STAMP): $(RUN_STAMP) requirements.lock
-	$(call timed,installing what tests (about half a minute),$(INSTALL) --require-hashes -r requirements.lock && echo "$(PACKAGES)")
+$(STAMP): $(RUN_STAMP)
+	$(call timed,installing what tests (about half a minute),$(call install,what benchmarks need) && echo "$(PACKAGES)")
 	@touch $@
 
 run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
-	$(BIN)/python examples/reproduce_default.py
+	$(BIN)/python -m paper.first
 
-reproduce: $(RUN_STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
-	$(BIN)/python -m examples.reproduce
+reproduce: $(RUN_STAMP)  #: compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
+	$(BIN)/python -m paper
 
-published: $(RUN_STAMP)  ## compute published numbers of other oscillators again, into docs/published.md (three minutes)
-	$(BIN)/python -m examples.published
+published: $(RUN_STAMP)  #: compute published numbers of other oscillators again, into docs/published.md (three minutes)
+	$(BIN)/python -m paper.published
 
 resonance: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 resonance: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resonance: export PYTHONPATH = .
-resonance: $(STAMP)  ## the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
+resonance: $(STAMP)  #: the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
 	$(BIN)/python tests/resonance.py 50
 
-borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (three minutes)
+borders: $(RUN_STAMP)  #: compute unfolding diagrams with every border explained, into out/ (three minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
 pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out/pictures/ (two minutes)
 	$(BIN)/python examples/pictures.py
 
-serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
-	$(BIN)/grazemap up
+serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
+	$(BIN)/grazemap up $(if $(wildcard out/data),--data out/data)
 
 test: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
@@ -81,10 +87,10 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 test-processes test-without-kernels test-arithmetic)
 	@$(BIN)/python -m tools.all_checks --age
 
-test-narrow:  ## `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
+test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
 	@$(MAKE) --no-print-directory test NARROW=1
 
-all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (three hours)
+all-checks: $(STAMP)  #: every long check, recorded in tests/checks.md (three hours)
 	$(BIN)/python -m tools.all_checks
 
 # one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
@@ -102,14 +108,18 @@ test-arithmetic: kernels $(STAMP)
 test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
+# the unit tests run on each further Python that runs, without kernels
+ci: lint types test  ## what continuous integration runs: style, types, every test, the unit tests on other Pythons
+	@$(BIN)/python -m tools.other_pythons
+
 digests digests-all: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 digests digests-all: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 digests digests-all: export OPENBLAS_NUM_THREADS = 1
-digests: $(STAMP)  ## say which results changed, and by how much, and record their digests (ten minutes; kernels stored: one)
+digests: $(STAMP)  #: say which results changed, and by how much, and record their digests (ten minutes; kernels stored: one)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m tests.digests
 
-digests-all: $(STAMP)  ## compare all results with their digests, and labels with this processor's own (twenty minutes; two)
+digests-all: $(STAMP)  #: compare all results with their digests, and labels with this processor's own (twenty minutes; two)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m tests.digests --check
 
@@ -125,7 +135,7 @@ test-newest: export OF_THE_WHEEL := $(OF_THE_WHEEL)
 test-newest: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(NEWEST)/cache
 test-newest: export NUMBA_CACHE_DIR = $(CURDIR)/$(NEWEST)/cache/kernels/numba
 test-newest: export PYTHONPATH =
-test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environment of its own: service, worker, chaos, SDK
+test-newest: $(STAMP)  #: the wheel with the newest dependencies, in an environment of its own: service, worker, chaos, SDK
 	rm -rf $(NEWEST)
 	mkdir -p -m 700 $(NEWEST)/cache/kernels
 	$(BIN)/python -m hatchling build -t wheel -d $(NEWEST)/dist
@@ -137,163 +147,163 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m pytest -m "not hardware" tests/service tests/worker tests/chaos tests/sdk \
 		tests/integration/test_notebook.py
 
-first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
+first-start: $(STAMP)  #: what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
 	$(BIN)/python -m tools.first_start
 
-latency: $(STAMP)  ## the time of small requests to a service that is started by itself, and to `grazemap up`
+latency: $(STAMP)  #: the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
 
 thorough: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 thorough: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-thorough: kernels $(STAMP)  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
+thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (five minutes)
 	$(BIN)/python -m pytest -m thorough tests
 
 general: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 general: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 general: export PYTHONPATH = tests:.
-general: $(STAMP)  ## systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
+general: $(STAMP)  #: systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m general_checks
 
 hardware: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-hardware: $(STAMP)  ## compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
+hardware: $(STAMP)  #: compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
 
 verify: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 verify: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
+verify: $(STAMP)  #: a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python tests/verified_points.py 1000
 
 beside-borders: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 beside-borders: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-beside-borders: $(STAMP)  ## verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
+beside-borders: $(STAMP)  #: verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
 	$(BIN)/python tests/beside_borders.py 300 400
 
 chaotic-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 chaotic-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-chaotic-transients: $(STAMP)  ## chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
+chaotic-transients: $(STAMP)  #: chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
 	$(BIN)/python tests/chaotic_transients.py 300
 
 long-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 long-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-long-transients: $(STAMP)  ## how many of 500 long transients that double precision follows are called sensitive (ten minutes)
+long-transients: $(STAMP)  #: how many of 500 long transients that double precision follows are called sensitive (ten minutes)
 	$(BIN)/python tests/long_transients.py 500
 
 one-period: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 one-period: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-one-period: kernels $(STAMP)  ## ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
+one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.one_period
 
 resolve: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 resolve: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (an hour)
+resolve: $(STAMP)  #: 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python tests/resolved_points.py 200
 
 memory: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 memory: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 memory: export PYTHONPATH = .
-memory: $(STAMP)  ## the peak memory of requests at every limit, each for two minutes at most (half an hour)
+memory: $(STAMP)  #: the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python tests/limits_of_memory.py
 
 # another program's environment, as it needs other versions
 SCHEMATHESIS := .cache/schemathesis
 schemathesis: export PYTHONPATH = .
-schemathesis: $(STAMP)  ## a thousand requests from the API's document to each operation, and sequences of them (an hour)
+schemathesis: $(STAMP)  #: a thousand requests from the API's document to each operation, and sequences of them (an hour)
 	$(PYTHON) -m venv $(SCHEMATHESIS)
 	$(SCHEMATHESIS)/bin/python -m pip install --quiet --disable-pip-version-check "schemathesis>=4.32,<5"
 	$(BIN)/python tests/described_requests.py $(SCHEMATHESIS)/bin/schemathesis 1000
 
-storage: $(STAMP)  ## append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
+storage: $(STAMP)  #: append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
 	$(BIN)/python -m pytest -m "" tests/service/test_storage.py tests/service/test_http_storage_full.py
 
 chaos: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 chaos: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
+chaos: kernels $(STAMP)  #: 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python tests/signals_at_random.py
 
 fairness: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 fairness: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-fairness: kernels $(STAMP)  ## 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
+fairness: kernels $(STAMP)  #: 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python tests/fairness.py
 
 unfair: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 unfair: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-unfair: kernels $(STAMP)  ## small questions and maps beside dense zeros and long trajectories of another client (five minutes)
+unfair: kernels $(STAMP)  #: small questions and maps beside dense zeros and long trajectories of another client (five minutes)
 	$(BIN)/python tests/unfair_askers.py
 
 first-window: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 first-window: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-first-window: kernels chromium $(STAMP)  ## the explorer's first window: previews, and verified, on two cores (three minutes)
+first-window: kernels chromium $(STAMP)  #: the explorer's first window: previews, and verified, on two cores (three minutes)
 	$(BIN)/python tests/first_window.py
 
 load: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 load: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-load: kernels $(STAMP)  ## 500 event streams, and twice a thousand clients for a minute (ten minutes)
+load: kernels $(STAMP)  #: 500 event streams, and twice a thousand clients for a minute (ten minutes)
 	$(BIN)/python tests/load.py
 
 small-questions: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 small-questions: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-small-questions: kernels $(STAMP)  ## the time from a small question to its answer, alone and beside two large maps (three minutes)
+small-questions: kernels $(STAMP)  #: the time from a small question to its answer, alone and beside two large maps (three minutes)
 	$(BIN)/python -m tools.small_questions
 
-cold-start: $(STAMP)  ## from the first start to the first curve, trajectory and map, by steps (fifteen minutes)
+cold-start: $(STAMP)  #: from the first start to the first curve, trajectory and map, by steps (fifteen minutes)
 	$(BIN)/python -m tools.cold_start
 
-kernels-wheel: $(RUN_STAMP)  ## compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
+kernels-wheel: $(RUN_STAMP)  #: compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
 	$(BIN)/python tools/kernels_wheel.py dist
 
 estimates: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 estimates: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-estimates: $(STAMP)  ## the processor time of random requests of every process, over its estimate (ten minutes)
+estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m benchmarks.estimates
 
 planes: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 planes: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-planes: kernels $(STAMP)  ## the processor time of maps over other parameters, beside that over omega and clearance (ten minutes)
+planes: kernels $(STAMP)  #: the processor time of maps over other parameters, beside that over omega and clearance (ten minutes)
 	$(BIN)/python -m benchmarks.planes
 
-large-models: $(STAMP)  ## maps of 40 dense degrees of freedom and of a chain of 64, beside their estimates (ten minutes)
+large-models: $(STAMP)  #: maps of 40 dense degrees of freedom and of a chain of 64, beside their estimates (ten minutes)
 	$(BIN)/python -m benchmarks.large_models
 
-$(BENCH_STAMP): $(STAMP) requirements-bench.lock
-	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
+$(BENCH_STAMP): $(STAMP)
+	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements.lock)
 	@touch $@
 
 proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 proofs: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 proofs: export PYTHONPATH = tests:.
-proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
+proofs: $(STAMP)  #: prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
 	$(BIN)/python -m tests.proven_statements
 	$(BIN)/python -m tests.proven_points
 
 mutants: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 mutants: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 mutants: export PYTHONPATH = tests:.
-mutants: $(STAMP)  ## change certificates at random, and judge in 100 digits what the checker accepts (hours)
+mutants: $(STAMP)  #: change certificates at random, and judge in 100 digits what the checker accepts (hours)
 	$(BIN)/python -W ignore -m tests.mutated_certificates $(MUTANTS)
 
-bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
+bench: $(BENCH_STAMP)  #: compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
 
-bench-quick: $(BENCH_STAMP)  ## the same in two minutes with less precise figures, into out/bench-quick.json
+bench-quick: $(BENCH_STAMP)  #: the same in two minutes with less precise figures, into out/bench-quick.json
 	$(BIN)/python -m benchmarks out/bench-quick.json --quick
 
-performance: $(STAMP)  ## write docs/performance.md and its picture from the last out/bench.json
+performance: $(STAMP)  #: write docs/performance.md and its picture from the last out/bench.json
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-tables: $(STAMP)  ## write the tables of fields and the signatures in docs/api.md and docs/sdk.md, from the code
+tables: $(STAMP)  #: write the tables of fields and the signatures in docs/api.md and docs/sdk.md, from the code
 	$(BIN)/python docs/field_tables.py
 
-machines: $(RUN_STAMP)  ## write what the blocks of docs/machines.md print, and its drawings
+machines: $(RUN_STAMP)  #: write what the blocks of docs/machines.md print, and its drawings
 	$(BIN)/python docs/machine_page.py
 
-house: $(STAMP)  ## draw docs/pictures/house.svg, the folders and modules, from the imports
+house: $(STAMP)  #: draw docs/pictures/house.svg, the folders and modules, from the imports
 	$(BIN)/python -m tools.house
 
-lint: $(STAMP)  ## check style, spelling, import contracts, import circles and the compose file
+lint: $(STAMP)  #: check style, spelling, import contracts, import circles and the compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell $(SOURCES) docs *.md
@@ -301,10 +311,10 @@ lint: $(STAMP)  ## check style, spelling, import contracts, import circles and t
 	$(BIN)/python tests/import_circles.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
-client: $(STAMP)  ## generate the blocking client from the asynchronous one
+client: $(STAMP)  #: generate the blocking client from the asynchronous one
 	$(BIN)/python tools/generate_client.py
 
-types: $(STAMP)  ## check types with mypy, strict
+types: $(STAMP)  #: check types with mypy, strict
 	$(BIN)/mypy
 
 chromium:
@@ -312,15 +322,12 @@ chromium:
 
 browser: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 browser: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-browser: kernels chromium $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
+browser: kernels chromium $(STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/browser
 
-COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
-lock: $(STAMP)  ## pin the newest version of every dependency, with hashes
-	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
-	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
-	echo hatchling | $(COMPILE) --extra server --extra plot --extra proofs --constraint requirements.lock pyproject.toml - -o requirements-run.lock
+lock: $(STAMP)  #: pin the newest version of every dependency, with hashes
+	$(BIN)/python -m tools.lock
 
-clean:  ## remove what the other targets have made
+clean:  #: remove what the other targets have made
 	rm -rf .venv .cache out dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -28,7 +28,6 @@ from benchmarks.random_requests import KINDS, MAP_MASSES, drawn  # noqa: E402
 from grazemap.wire import ProcessRequest, parse_request  # noqa: E402
 from grazemap_core import warmup  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
-from grazemap_worker.planning import PLANNING  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
 
 REQUESTS = 5
@@ -97,7 +96,7 @@ def short(value: Any) -> str:
 
 def compute(process: str, request: ProcessRequest) -> None:
     """Compute a request as a worker does, tile by tile. Raises CoreError."""
-    planned, how = PLANNING[process].plan(request), PROCESSES[process]
+    planned, how = PROCESSES[process].plan(request), PROCESSES[process]
     if how.whole is not None:
         how.whole(request, silent)
     elif how.tile is not None and how.assembled is not None:
@@ -142,7 +141,7 @@ def sized(process: str, seed: int, pipe: int) -> None:
             seconds_of(process, body)  # loads the kernels, or compiles them
             end_after(GIVEN_UP_SECONDS)
         took = seconds_of(process, body)
-        if took > WITHIN[1] * PLANNING[process].plan(parse_request(process, body)).estimate.seconds:
+        if took > WITHIN[1] * PROCESSES[process].plan(parse_request(process, body)).estimate.seconds:
             took = min(took, seconds_of(process, body))  # a larger size may be the first that needs some kernels
         os.write(pipe, f"{json.dumps([body, took])}\n".encode())
         if took > 0.5 * GOAL_SECONDS:
@@ -176,7 +175,7 @@ def measured(process: str, seed: int) -> Measured | None:
     spent = seconds if whole else float(GIVEN_UP_SECONDS)
     if spent < LEAST_SECONDS:
         return None
-    estimate = PLANNING[process].plan(parse_request(process, body)).estimate.seconds
+    estimate = PROCESSES[process].plan(parse_request(process, body)).estimate.seconds
     # one that was given up, and was estimated to take so long or longer, is too large to be compared
     return Measured(process, body, spent, estimate, whole) if whole or spent > WITHIN[1] * estimate else None
 

@@ -36,9 +36,9 @@ from grazemap_core.errors import CoreError  # noqa: E402
 from grazemap_service.limits import checked_plan  # noqa: E402
 from grazemap_service.problems import ProblemException  # noqa: E402
 from grazemap_service.settings import Settings  # noqa: E402
-from grazemap_worker.planning import PLANNING, Plan  # noqa: E402
+from grazemap_worker.planning import Plan  # noqa: E402
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
-from grazemap_worker.store import MOST_RESULT_BYTES  # noqa: E402
 
 MOST_BYTES = 2 << 30
 SECONDS = 120
@@ -176,7 +176,7 @@ def measured(name: str, seconds: int) -> bool:
     """Compute a question in a child process, print a line, and return whether it stayed within its memory."""
     process, body = QUESTIONS[name]
     request = parse_request(process, body)
-    planned, said = PLANNING[process].plan(request), ""
+    planned, said = PROCESSES[process].plan(request), ""
     try:
         checked_plan(process, request, Settings())
     except ProblemException as problem:

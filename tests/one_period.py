@@ -16,7 +16,6 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import parse_request
-from grazemap_worker.planning import PLANNING
 from grazemap_worker.processes import PROCESSES
 
 FIGURES = 1e-12
@@ -44,7 +43,7 @@ def computed(process: str, body: Document) -> Document:
         return how.whole(request, lambda done, total: None)
     assert how.tile is not None
     assert how.assembled is not None
-    plan = PLANNING[process].plan(request)
+    plan = PROCESSES[process].plan(request)
     return how.assembled(request, plan, [how.tile(request, tile) for tile in plan.tiles], lambda done, total: None)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from examples.reproduce.page import PICTURES, Section
+from paper.page import PICTURES, Section
 
 DOCS = Path(__file__).parents[1] / "docs"
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]\d+)?|1e-1\d")

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 LOADS = {"idle": 0, "4 busy processes": 4}
 FIRST_WORD_SECONDS = 1.0
 # A line every second, and a quarter for its way through three processes that wait for a processor.

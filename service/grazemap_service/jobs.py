@@ -21,6 +21,7 @@ from grazemap_service.context import Context, CurrentContext, CurrentKey
 from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
+from grazemap_worker.processes import kernels_of
 from grazemap_worker.queue import bells
 from grazemap_worker.store import ANYBODY, Asker, Bell, QueueFull, Submission
 
@@ -127,13 +128,18 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
     QueueFull
         Too many tiles wait.
     """
-    plan = checked_plan(process, request, context.settings)
-    outcome = start(context, [Submission(process, request, plan)], asker)[0]
+    outcome = start(context, [planned(context, process, request)], asker)[0]
     if isinstance(outcome, Exception):
         raise outcome
     job, is_new = outcome
     structlog.contextvars.bind_contextvars(job_id=job.id)
     return _with_notes(job, request), is_new
+
+
+def planned(context: Context, process: str, request: ProcessRequest) -> Submission:
+    """Return a request with its plan and the name of its kernels. Raises ProblemException."""
+    plan = checked_plan(process, request, context.settings)
+    return Submission(process, request, plan, kernels_of(process, request))
 
 
 def start(

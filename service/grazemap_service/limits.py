@@ -11,9 +11,10 @@ import numpy as np
 from grazemap.wire import ProblemError, ProcessRequest
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.settings import Settings
-from grazemap_worker.planning import PLANNING, Limits, Plan
+from grazemap_worker.planning import Limits, Plan
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES
 from grazemap_worker.planning.rates import MOST_TILE_SECONDS, PERIODS_PER_SECOND
-from grazemap_worker.store import MOST_RESULT_BYTES
+from grazemap_worker.processes import PROCESSES
 
 # Larger estimates are reported as this number, so that no number that was sent is repeated.
 _MOST_REPORTED = 1e18
@@ -32,7 +33,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     if request.oscillator.size > settings.max_masses:
         most = f"at most {settings.max_masses} masses"
         raise invalid("/oscillator/masses", "Too many masses for this server", most)
-    planning = PLANNING[process]
+    planning = PROCESSES[process]
     for counted in planning.counts(request, _limits(settings)):
         if counted.number > counted.limit:
             raise _too_much(*counted)

@@ -84,6 +84,33 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     assert {palette.NAMED["1-1r-1l"], palette.NAMED["1-2r-2l"]} <= set(seen[:8])
 
 
+def test_an_address_opens_a_map_that_another_client_has_computed(watched: Watched, url: str) -> None:
+    request = {
+        "omega": {"start": 0.36, "stop": 0.40, "points": 48},
+        "clearance": {"right": {"start": 0.6, "stop": 0.9, "points": 48}, "left": None},
+        "max_periods": 300,
+    }
+    with Client(url) as client:
+        job = client.submit("unfolding-maps", request)
+        umap = job.wait(120).result()
+    page = watched.page
+    page.route("**/v1/unfolding-maps", lambda route: route.abort())  # no tile of the page comes
+    page.goto(f"{url}/#map={job.id}")
+    expect(page.locator("#legend")).to_contain_text(umap.motions()[0].label, timeout=WAIT)
+    row, column = 30, 12
+    page.mouse.move(*place(page, umap.omega[column], umap.clearance[row]))
+    expect(page.locator("#reading")).to_contain_text(f": {umap.labels()[row, column]}")
+    expect(page).to_have_url(re.compile("machine=.*right"))
+    expect(page).not_to_have_url(re.compile("map="))
+
+
+def test_an_address_of_a_job_that_is_no_such_map_says_so(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.goto(f"{url}/#map={'0' * 64}")
+    expect(page.locator("#says")).to_contain_text("job", timeout=WAIT)
+    verified(page)
+
+
 def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
     page = show(watched, url, USUAL)
     request = next(

@@ -65,7 +65,7 @@ PLANTS = [
     ("worker/grazemap_worker/supervision/reconciler.py", "from rq.job import Job", QUEUE),
     ("service/grazemap_service/jobs.py", "from rq import Queue", QUEUE),
     ("worker/grazemap_worker/queue/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
-    ("worker/grazemap_worker/planning/planning.py", "from grazemap_worker.store import keys", WORKER_LAYERS),
+    ("worker/grazemap_worker/planning/limits.py", "from grazemap_worker.store import keys", WORKER_LAYERS),
     ("worker/grazemap_worker/store/ledger.py", "from grazemap_worker.processes import PROCESSES", WORKER_LAYERS),
     ("worker/grazemap_worker/processes/basins.py", "from grazemap_worker import tasks", WORKER_LAYERS),
     ("worker/grazemap_worker/planning/plan.py", "import scipy", STORE),

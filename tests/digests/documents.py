@@ -25,7 +25,6 @@ from grazemap.schema import schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import parse_request
 from grazemap_core.numerics.jit.quick_compiler import hurry
-from grazemap_worker.planning import PLANNING
 from grazemap_worker.processes import PROCESSES
 from tests.digests.requests import TIERS, Body
 from tests.narrow import SETTINGS
@@ -63,7 +62,7 @@ def document(process: str, body: Body) -> bytes:
     else:
         assert computes.tile is not None
         assert computes.assembled is not None
-        plan = PLANNING[process].plan(request)
+        plan = PROCESSES[process].plan(request)
         tiles = [decode_npz(encode_npz(computes.tile(request, tile), {}))[0] for tile in plan.tiles]
         found = computes.assembled(request, plan, tiles, _silent)
     add_deprecated(schema_of(process, found), found)

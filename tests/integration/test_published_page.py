@@ -6,12 +6,12 @@ import re
 
 import pytest
 
-from examples.published.__main__ import PARTS, head
-from examples.published.impact_damper import impact_damper
-from examples.published.one_mass import Family
-from examples.published.resonant_graze import tangency
-from examples.published.undamped import undamped
 from grazemap.local_stack import LocalClient
+from paper.published.__main__ import PARTS, head
+from paper.published.impact_damper import impact_damper
+from paper.published.one_mass import Family
+from paper.published.resonant_graze import tangency
+from paper.published.undamped import undamped
 from tests.pages import DOCS, assert_on_page
 
 LONG = (undamped, impact_damper)

@@ -7,11 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from examples.reproduce.codimension_two import computed_points, figure_5, figure_7
-from examples.reproduce.discontinuity import mapping, unfolding
-from examples.reproduce.double_grazing import figure_2, figure_3
-from examples.reproduce.errors import errors
-from examples.reproduce.figure_8 import (
+from grazemap.local_stack import LocalClient
+from paper.codimension_two import computed_points, figure_5, figure_7
+from paper.discontinuity import mapping, unfolding
+from paper.double_grazing import figure_2, figure_3
+from paper.errors import errors
+from paper.figure_8 import (
     CHAIN,
     CLEARANCE,
     COLUMNS,
@@ -23,12 +24,11 @@ from examples.reproduce.figure_8 import (
     closed_forms,
     labels,
 )
-from examples.reproduce.motions import Run
-from examples.reproduce.one_stop import attractors, search
-from examples.reproduce.paper import GAMMA, REGIONS, Region
-from examples.reproduce.samples import samples_of
-from examples.reproduce.touching import speeds
-from grazemap.local_stack import LocalClient
+from paper.motions import Run
+from paper.one_stop import attractors, search
+from paper.paper import GAMMA, REGIONS, Region
+from paper.samples import samples_of
+from paper.touching import speeds
 from tests.pages import DOCS, NUMBER, assert_on_page, same
 
 PAGE = (DOCS / "reproduction.md").read_text(encoding="utf-8")

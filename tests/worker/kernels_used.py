@@ -16,8 +16,7 @@ from typing import Any
 
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
-from grazemap_worker.planning import PLANNING, kernels_of
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import PROCESSES, kernels_of
 from grazemap_worker.supervision.kernels import import_core
 from tests.sdk.sdk_documents import REQUESTS
 
@@ -43,7 +42,7 @@ MORE = {
 
 def compute(process: str, request: Any) -> None:
     """Compute a request as a worker would."""
-    plan, computes = PLANNING[process].plan(request), PROCESSES[process]
+    plan, computes = PROCESSES[process].plan(request), PROCESSES[process]
     tiles = [computes.tile(request, tile) for tile in plan.tiles] if computes.tile is not None else []
     if computes.assembled is not None:
         computes.assembled(request, plan, tiles, lambda done, total: None)

@@ -9,7 +9,8 @@ import pytest
 from test_processes import tiled, whole
 
 from grazemap.wire import canonical, canonical_id, parse_request
-from grazemap_worker.planning import PLANNING, Plan
+from grazemap_worker.planning import Plan
+from grazemap_worker.processes import PROCESSES
 
 OMEGA = {"vary": "omega", "values": {"start": 0.27, "stop": 0.29, "points": 4}}
 UP = {
@@ -83,5 +84,5 @@ def test_a_plane_of_structures_takes_longer_by_the_estimate() -> None:
     for vary in ("restitution", "damping"):
         request = request_of(vary)
         assert canonical_id("unfolding-maps", canonical(request), "0")
-        seconds[vary] = PLANNING["unfolding-maps"].plan(request).estimate.seconds
+        seconds[vary] = PROCESSES["unfolding-maps"].plan(request).estimate.seconds
     assert seconds["damping"] > 2.0 * seconds["restitution"]

@@ -159,7 +159,7 @@ def test_the_workers_are_counted_once_for_all_refusals_of_a_batch(
     store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     requests = [GrazingCurvesRequest(omega=[1, 1000 + number]) for number in range(50)]
-    asked = [Submission("grazing-curves", request, Plan()) for request in requests]
+    asked = [Submission("grazing-curves", request, Plan(), "curves") for request in requests]
     counted: list[int] = []
     live = store.workers.live
     monkeypatch.setattr(store.workers, "live", lambda: counted.append(1) or live())

@@ -14,8 +14,8 @@ from steps import commit_result, commit_tile
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
-from grazemap_worker.planning import PLANNING, Plan
-from grazemap_worker.processes import Process
+from grazemap_worker.planning import Plan
+from grazemap_worker.processes import PROCESSES, Process
 from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
 from grazemap_worker.store.keys import MOST_LARGE_RECORDS, MOST_SMALL_RECORDS, PREFIX
 
@@ -93,7 +93,7 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
             "max_periods": 10**6,
         }
     )
-    cut = PLANNING["unfolding-maps"].plan(request)
+    cut = PROCESSES["unfolding-maps"].plan(request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
     assert seconds <= tasks.CPU_MOST["long"] / 2
 

@@ -10,7 +10,8 @@ import pytest
 
 from benchmarks.estimates import seconds_of
 from grazemap.wire import Oscillator, linear, parse_request
-from grazemap_worker.planning import PLANNING, costs
+from grazemap_worker.planning import costs
+from grazemap_worker.processes import PROCESSES
 
 # Machines differ, and other processes use the same caches.
 MOST_RATIO = 12.0
@@ -88,7 +89,7 @@ def test_a_batch_of_dense_zeros_is_not_small() -> None:
         start = 0.003 + 1e-7 * k
         body = {"oscillator": {"damping": 0.001}, "omega": {"start": start, "stop": 0.003135}}
         request = parse_request("codimension-two-points", {**body, "max_order": 200, "max_multiple": 100})
-        plan = PLANNING["codimension-two-points"].plan(request)
+        plan = PROCESSES["codimension-two-points"].plan(request)
         assert plan.lane == "long"
         assert plan.estimate.seconds > 20.0
 
@@ -125,7 +126,7 @@ def test_the_zeros_of_the_impulse_response_are_counted_without_the_core(describe
 @pytest.mark.parametrize("name", REQUESTS)
 def test_an_estimate_is_within_a_factor_of_the_processor_time(name: str) -> None:
     process, body = REQUESTS[name]
-    estimate = PLANNING[process].plan(parse_request(process, body)).estimate.seconds
+    estimate = PROCESSES[process].plan(parse_request(process, body)).estimate.seconds
     seconds_of(process, body)  # loads the kernels
     ratio = min(seconds_of(process, body) for _ in range(2)) / estimate
     assert 1.0 / MOST_RATIO < ratio < MOST_RATIO

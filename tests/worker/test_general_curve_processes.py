@@ -11,7 +11,7 @@ from test_processes import tiled, whole
 
 from grazemap.results.base import RESULTS
 from grazemap.wire.processes import canonical, parse_request
-from grazemap_worker.planning import PLANNING
+from grazemap_worker.processes import PROCESSES
 
 COCO = {
     "matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]},
@@ -88,7 +88,7 @@ def test_curves_in_closed_form_have_every_field(clearance: dict[str, Any], famil
     grazing = [curve for curve in curves if curve["motion"] == "1-(-1)r-(-1)l"]
     assert {curve["type"] for curve in grazing} == {"GR"}
     assert not any(np.any(curve["impact_velocity"]) for curve in grazing)
-    assert PLANNING["bifurcation-curves"].plan(parse_request("bifurcation-curves", body)).estimate.seconds > 0.0
+    assert PROCESSES["bifurcation-curves"].plan(parse_request("bifurcation-curves", body)).estimate.seconds > 0.0
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_an_orbit_that_is_given_in_a_window_of_one_stop_is_followed() -> None:
 def test_diagrams_have_every_field_and_no_border_is_unexplained(clearance: Any, oscillator: dict[str, Any]) -> None:
     body = {**GRID, "oscillator": oscillator, "clearance": clearance, "borders": True}
     request = parse_request("unfolding-diagrams", body)
-    plan = PLANNING["unfolding-diagrams"].plan(request)
+    plan = PROCESSES["unfolding-diagrams"].plan(request)
     document = tiled(request, plan, "unfolding-diagrams")
     meta = {"process": "unfolding-diagrams", "request": canonical(request), "schema": 2}
     diagram = RESULTS["UnfoldingDiagram"].from_document(document, meta)

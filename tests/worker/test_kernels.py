@@ -17,7 +17,8 @@ from watching import until
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import progress
-from grazemap_worker.planning import compiling_seconds, kernels_of
+from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.processes import kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
 from grazemap_worker.supervision.kernels import Kernels
 from tests.sdk.sdk_documents import REQUESTS

@@ -30,8 +30,8 @@ from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
 from grazemap_core import warmup
 from grazemap_core.simulation import observables as core
-from grazemap_worker.planning import PLANNING, compiling_seconds, kernels_of
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.processes import PROCESSES, kernels_of
 
 ASKED: dict[str, Any] = {
     "observables": ["impulse", "dissipated_power", "mean_impact_speed_right", "peak_displacement_left"],
@@ -55,7 +55,7 @@ REQUESTS: dict[str, dict[str, Any]] = {
 def computed(process: str, body: dict[str, Any]) -> tuple[Document, Result]:
     """Return the document of a request, a map in two tiles, and its result."""
     request, computes = parse_request(process, body), PROCESSES[process]
-    plan = PLANNING[process].plan(request)
+    plan = PROCESSES[process].plan(request)
 
     def report(done: int, total: int) -> None:
         """Nobody asks."""
@@ -196,7 +196,7 @@ def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> N
     assert warmup.is_step(step)
     assert step != kernels_of(process, plain)
     assert compiling_seconds(step) > 0.0
-    estimates = [PLANNING[process].plan(one).estimate.seconds for one in (plain, asked)]
+    estimates = [PROCESSES[process].plan(one).estimate.seconds for one in (plain, asked)]
     assert estimates[1] > estimates[0]
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, linear, parse_request
 from grazemap_core.maps import tolerances
-from grazemap_worker.planning import PLANNING, Plan, kernels_of, rates
+from grazemap_worker.planning import Plan, rates
 from grazemap_worker.planning.costs import contact_force, fastest_exponent, setup_seconds
 from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
@@ -18,6 +18,7 @@ from grazemap_worker.planning.rates import (
     TILE_SECONDS,
     WORST_TILE_SECONDS,
 )
+from grazemap_worker.processes import PROCESSES, kernels_of
 from grazemap_worker.processes.conversion import core_oscillator
 
 DEFAULT = Oscillator()
@@ -25,7 +26,7 @@ SIDES = {"omega": {"start": 0.26, "stop": 0.3, "points": 300}, "clearance": {"st
 
 
 def plan(process: str, request: ProcessRequest) -> Plan:
-    return PLANNING[process].plan(request)
+    return PROCESSES[process].plan(request)
 
 
 def map_request(columns: int, rows: int, max_periods: int = 1000, start: float = 0.26) -> UnfoldingMapsRequest:

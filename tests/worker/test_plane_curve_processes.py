@@ -9,7 +9,8 @@ import pytest
 from test_processes import tiled, whole
 
 from grazemap.wire import parse_request
-from grazemap_worker.planning import PLANNING, Plan
+from grazemap_worker.planning import Plan
+from grazemap_worker.processes import PROCESSES
 
 OMEGA = {"vary": "omega", "values": {"start": 0.265, "stop": 0.295}}
 
@@ -73,7 +74,7 @@ def test_a_diagram_of_any_plane_has_its_grazing_curves_and_borders(
     axes = [{"vary": name, "values": {"start": start, "stop": stop, "points": 8}} for name, start, stop in (across, up)]
     body = {"horizontal": axes[0], "vertical": axes[1], "max_periods": 400, "borders": True, "max_multiple": 1, **more}
     request = parse_request("unfolding-diagrams", body)
-    plan = PLANNING["unfolding-diagrams"].plan(request)
+    plan = PROCESSES["unfolding-diagrams"].plan(request)
     assert (plan.rows, plan.columns) == (8, 8)
     assert plan.estimate.seconds > 0.0
     found = tiled(request, Plan(rows=8, columns=8, tile_rows=8, tile_columns=5), "unfolding-diagrams")
@@ -97,6 +98,6 @@ def test_a_diagram_over_the_forces_with_a_stop_at_the_equilibrium_has_no_curve_t
         "max_periods": 50,
     }
     request = parse_request("unfolding-diagrams", body)
-    found = tiled(request, PLANNING["unfolding-diagrams"].plan(request), "unfolding-diagrams")
+    found = tiled(request, PROCESSES["unfolding-diagrams"].plan(request), "unfolding-diagrams")
     assert found["bifurcation_curves"] == {"curves": [], "motions": []}
     assert found["unfolding_map"]["kind"].shape == (2, 2)

@@ -20,7 +20,7 @@ from grazemap.schema.maps import TILE_OF_BASINS
 from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_worker.planning import PLANNING, Plan
+from grazemap_worker.planning import Plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
 from grazemap_worker.processes.time_limit import within
@@ -364,7 +364,7 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
     assert (one["basin_entropy"]["boxes"], one["basin_entropy"]["fractal"]) == (1, False)
     assert "uncertainty" not in one  # of a small rectangle
-    planned = PLANNING["basins"].plan(request)
+    planned = PROCESSES["basins"].plan(request)
     assert (planned.rows, planned.columns) == (6, 9)
     assert planned.estimate.seconds > 0.0
 
@@ -404,7 +404,7 @@ def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
     assert one["states"].sum(axis=0).tolist() == [30] * 4
     assert one["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
     np.testing.assert_allclose(one["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
-    planned = PLANNING["basin-fractions"].plan(request)
+    planned = PROCESSES["basin-fractions"].plan(request)
     assert (planned.rows, planned.columns) == (4, 30)
 
 
@@ -620,7 +620,7 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
 
 def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
     def remedy(process: str, body: dict[str, Any]) -> str:
-        plan = PLANNING[process].plan(parse_request(process, body))
+        plan = PROCESSES[process].plan(parse_request(process, body))
         reasons = tiled(parse_request(process, body), plan, process)["reasons"].tolist()
         (sensitive,) = (reason for reason in reasons if reason.startswith("sensitive: "))
         return str(sensitive).partition("Remedy: ")[2]
@@ -638,7 +638,7 @@ def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
 def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> None:
     request = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3})
-    planned = PLANNING["unfolding-maps"].plan(request)
+    planned = PROCESSES["unfolding-maps"].plan(request)
     uncut = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
     assert planned.tile_rows == 3 or policy == "ensemble"
     for cut in (planned, Plan(rows=3, columns=4, tile_rows=3, tile_columns=1)):
@@ -663,7 +663,7 @@ def test_options_set_to_false_do_not_change_the_id_of_a_map() -> None:
 def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> None:
     body = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 12}}
     asked = (parse_request("unfolding-maps", {**body, "adaptive": adaptive, "preview": told}) for told in (False, True))
-    whole, preview = (tiled(request, PLANNING["unfolding-maps"].plan(request)) for request in asked)
+    whole, preview = (tiled(request, PROCESSES["unfolding-maps"].plan(request)) for request in asked)
     left_out = {"multiplier", "lyapunov", "lyapunov_error"}
     assert whole.keys() == preview.keys() | {"chance_to_settle"} | (set() if adaptive else left_out)
     if adaptive:
@@ -674,7 +674,7 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
 def test_a_map_says_which_points_it_has_resolved(policy: str) -> None:
     body = {"omega": [0.28, 0.29], "clearance": [1.5, 1.6, 1.7], "policy": policy, "initial_conditions": 2}
     asked = (parse_request("unfolding-maps", {**body, "resolve_sensitive": told}) for told in (False, True))
-    as_it_is, resolved = (tiled(request, PLANNING["unfolding-maps"].plan(request)) for request in asked)
+    as_it_is, resolved = (tiled(request, PROCESSES["unfolding-maps"].plan(request)) for request in asked)
     assert resolved.keys() == as_it_is.keys() | {"resolved"}
     assert resolved["resolved"].shape == (3, 2)
     assert resolved["verified"][resolved["resolved"]].all()

@@ -25,7 +25,8 @@ from grazemap.wire import (
     parse_request,
 )
 from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
-from grazemap_worker.planning import PLANNING, Plan
+from grazemap_worker.planning import Plan
+from grazemap_worker.processes import PROCESSES
 from grazemap_worker.store import ASSEMBLY, Finished, QueueFull, Store, connect
 
 LEASE = 5.0
@@ -66,7 +67,7 @@ def submit_map(store: Store, points: int = 4) -> Job:
 def submit_curve(store: Store, points: int = 5) -> Job:
     request = curve_request(points)
     job, created = submitting.submit(
-        store, "grazing-curves", request, "1", PLANNING["grazing-curves"].plan(request), 1000
+        store, "grazing-curves", request, "1", PROCESSES["grazing-curves"].plan(request), 1000
     )
     assert created
     return job
@@ -79,7 +80,7 @@ def names(store: Store, identity: str) -> list[str]:
 def test_same_request_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
-    cut = PLANNING["grazing-curves"].plan(request)
+    cut = PROCESSES["grazing-curves"].plan(request)
     first, created = submitting.submit(store, "grazing-curves", request, "1", cut, 10)
     second, again = submitting.submit(store, "grazing-curves", same, "1", cut, 10)
     assert (created is None, again is None) == (False, True)
@@ -98,7 +99,7 @@ def test_a_result_that_does_not_last_is_computed_again_when_it_is_asked_for_agai
     assert (again.id, again.status) == (job.id, "accepted")
     commit_claimed(store, job, b"proven", lasting=True)
     request = curve_request(5)
-    plan = PLANNING["grazing-curves"].plan(request)
+    plan = PROCESSES["grazing-curves"].plan(request)
     answered, created = submitting.submit(store, "grazing-curves", request, "1", plan, 1000)
     assert (answered.status, created) == ("successful", None)
 

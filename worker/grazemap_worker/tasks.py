@@ -26,8 +26,8 @@ from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
-from grazemap_worker.processes import PROCESSES
-from grazemap_worker.processes.conversion import Report, request_pointer
+from grazemap_worker.processes import PROCESSES, Report
+from grazemap_worker.processes.conversion import request_pointer
 from grazemap_worker.queue import bells
 from grazemap_worker.queue.horse import STORE_FULL, Horse, Now, Slate, memory_text
 from grazemap_worker.settings import LEASE_SECONDS

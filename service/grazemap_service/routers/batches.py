@@ -18,8 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, start
-from grazemap_service.limits import checked_plan
+from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, planned, start
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.problems import ProblemException, answer_to
 from grazemap_service.representations import LARGE_BYTES, render
@@ -111,8 +110,7 @@ def _checked(context: Context, batch: Batch) -> list[Submission]:
             found.append(ProblemError(pointer=f"{path}/process", detail="There is no such process", allowed=names))
         else:
             try:
-                parsed = parse_request(item.process, item.request)
-                asked.append(Submission(item.process, parsed, checked_plan(item.process, parsed, context.settings)))
+                asked.append(planned(context, item.process, parse_request(item.process, item.request)))
             except ValidationError as error:
                 details = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
                 found += _below(path, errors_of(details, model))

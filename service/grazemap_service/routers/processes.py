@@ -18,7 +18,9 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
-from grazemap_worker.planning import PLANNING, compiling_seconds, kernels_of
+from grazemap_worker import processes
+from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.processes import kernels_of
 from grazemap_worker.store import Asker
 from grazemap_worker.store.records import Event
 
@@ -138,7 +140,7 @@ def _compiled_first(context: Context, process: str, request: ProcessRequest) -> 
     kernels = kernels_of(process, request)
     if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
-    chain = f" for this number of masses, {request.oscillator.size}," if PLANNING[process].of_masses else ""
+    chain = f" for this number of masses, {request.oscillator.size}," if processes.PROCESSES[process].of_masses else ""
     detail = (
         f"kernels{chain} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
         "does not contain"

@@ -9,8 +9,8 @@ from grazemap.wire import PROCESSES, Link
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import PREFIX
 from grazemap_service.settings import VERSION
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES
 from grazemap_worker.planning.rates import MOST_TILE_SECONDS
-from grazemap_worker.store import MOST_RESULT_BYTES
 
 router = APIRouter(tags=["operations"])
 

@@ -296,6 +296,12 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
     return searched + rates.PEAK_SECONDS * highest * len(orders) * points
 
 
+def compiling_seconds(kernels: str) -> float:
+    """Return the time in which one core of a server compiles kernels, as `kernels_of` names them, roughly."""
+    name, apart = kernels.partition("-")[0], kernels.startswith("apart_")
+    return rates.COMPILING_SECONDS[name.removeprefix("apart_")] + (rates.APART_SECONDS if apart else 0.0)
+
+
 def setup_seconds(oscillator: Oscillator) -> float:
     """Return the seconds in which the modes of an oscillator are found, and the tables of a frequency made."""
     return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2

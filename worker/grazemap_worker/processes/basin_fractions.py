@@ -10,20 +10,39 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import BasinFractionsRequest, StateRange, grid_values
-from grazemap_worker.planning import Plan, Tile
+from grazemap.wire import BasinFractionsRequest, StateRange, grid_points, grid_values
+from grazemap_worker.planning import Plan, Tile, rates
+from grazemap_worker.planning.costs import Samples, longest_period, setup_seconds
+from grazemap_worker.planning.limits import Count, Limits, of_points
+from grazemap_worker.processes.basins import plan_of_states
 from grazemap_worker.processes.conversion import (
-    Report,
     chance_document,
     core_line,
     fields,
     joined,
     label,
 )
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.maps.basin_fractions import Point, Ranges
+
+
+def _tiling(request: BasinFractionsRequest) -> Plan:
+    samples = Samples.of(request.line)
+    grid = Plan(rows=grid_points(request.range), columns=request.states)
+    setup = setup_seconds(request.oscillator) / request.states
+    settles = samples.settling(request.max_periods)
+    return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), setup)
+
+
+def _counts(request: BasinFractionsRequest, limits: Limits) -> list[Count]:
+    values = grid_points(request.range)
+    return [
+        Count(of_points("range", request.range), "points", values, min(limits.points, rates.FRACTION_VALUES)),
+        Count("/states", "points", values * request.states, limits.pixels),
+    ]
+
 
 _ARRAYS = (
     "states",
@@ -100,4 +119,12 @@ def _named(name: Document, values: Any) -> Document:
     return named | {"label": label(named), "first": float(values[0]), "last": float(values[-1]), "found": len(values)}
 
 
-PROCESS = Process(tile=compute_tile, assembled=assemble)
+PROCESS = Process(
+    tile=compute_tile,
+    assembled=assemble,
+    tiling=_tiling,
+    counts=_counts,
+    longest_period=lambda request: longest_period(request.line),
+    kernels="maps",
+    of_masses=True,
+)

@@ -13,9 +13,22 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
+from grazemap_worker.planning.costs import branch_point_seconds, longest_period, period_cost
+from grazemap_worker.planning.rates import (
+    CURVE_POINT_BRANCHES,
+    CURVE_POINT_MASS_SECONDS,
+    CURVE_POINT_SECONDS,
+    CURVES_PLACES,
+    CURVES_POINTS,
+    EXPLICIT_POINT_MASS_SECONDS,
+    EXPLICIT_POINT_SECONDS,
+    PERIODS_PER_SECOND,
+    SEARCH_PERIODS,
+    WINDOW_BRANCH_POINTS,
+)
+from grazemap_worker.processes.conversion import core_oscillator, fields
 from grazemap_worker.processes.orbit_branches import finite, whole_period
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.unfolding_maps import core_plane
 
 if TYPE_CHECKING:
@@ -25,6 +38,52 @@ if TYPE_CHECKING:
     from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.maps.planes import Axis, Plane
     from grazemap_core.orbits.varied_gaps import Varied
+
+_OF_BOTH = {"clearance", "forcing"}
+"""Parameters that keep equal stops equal."""
+
+
+def _periods(request: BifurcationCurvesRequest) -> float:
+    """Return the expected number of forcing periods of the trajectories that search for motions."""
+    places = 0
+    for motion in [] if request.is_explicit else request.followed:
+        placed = all(getattr(motion, name) is not None for name in request.axes)
+        if motion.phases is None:
+            places += 1 if placed else CURVES_PLACES
+    return places * SEARCH_PERIODS
+
+
+def expected_seconds(request: BifurcationCurvesRequest) -> float:
+    """Return the expected processor time.
+
+    A point of a curve that is followed needs singular values and differences, and costs a few times as much as a point
+    of a branch.
+    """
+    if request.is_explicit:
+        return request.max_multiple * request.points * _frequency_seconds(request)
+    corner = request.plane.corners()[0]
+    cost = period_cost(corner.oscillator, corner.omega, corner.clearance)
+    seconds = 0.0
+    for motion in request.followed:
+        point = branch_point_seconds(request.oscillator, float(len(motion.stops)))
+        seconds += (WINDOW_BRANCH_POINTS + CURVE_POINT_BRANCHES * CURVES_POINTS) * point
+    return seconds + _periods(request) * cost / PERIODS_PER_SECOND
+
+
+def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
+    """Return the seconds for a frequency and a period of the curves in closed form."""
+    oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
+    stops = [one for one in (clearance.right, clearance.left) if one is not None]
+    alike = oscillator.is_symmetric and oscillator.has_equal_restitution and {*request.plane.names} & _OF_BOTH
+    if alike and len(stops) == 2 and stops[0] == stops[1] and len(oscillator.orders) == 1:
+        return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size
+    harmonics = len(oscillator.orders)
+    return len(stops) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
+
+
+def _longest_period(request: BifurcationCurvesRequest) -> float | None:
+    return None if request.is_explicit else longest_period(request.plane)
+
 
 NOTHING_FOUND = (
     "no motion with these stops was met at several places of the window, from rest and from random states. "
@@ -177,4 +236,10 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
         }
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(
+    whole=compute,
+    periods=_periods,
+    seconds=expected_seconds,
+    longest_period=_longest_period,
+    kernels="orbits",
+)

@@ -8,21 +8,57 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import BifurcationDiagramsRequest, grid_values
+from grazemap.wire import BifurcationDiagramsRequest, grid_points, grid_values
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import (
+    Samples,
+    chance_seconds,
+    longest_period,
+    setup_seconds,
+)
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES, Count, Limits, of_points
 from grazemap_worker.processes.conversion import (
-    Report,
     chance_document,
     core_line,
     counted,
     fields,
 )
 from grazemap_worker.processes.observables import core_observables, observed_document
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.trajectories import motion_document
-from grazemap_worker.store import MOST_RESULT_BYTES
 
 if TYPE_CHECKING:
     from grazemap_core.maps.bifurcation_diagrams import Section
+
+
+def _periods(request: BifurcationDiagramsRequest) -> float:
+    return float(grid_points(request.range) * (request.transient_periods + request.periods))
+
+
+def _seconds(request: BifurcationDiagramsRequest) -> float:
+    values = grid_values(request.range)
+    each = request.transient_periods + request.periods
+    samples = Samples.of(request.line)
+    costs = len(values) * samples.mean_cost(lanes=False)
+    watched = each + rates.DIAGRAM_SETTLING_PERIODS
+    settling = samples.settling(watched)
+    # a motion that has not settled is looked at once more from the end of the record
+    named = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
+    seconds = costs * (each + rates.GROWTH_SLOWER * named) / rates.PERIODS_PER_SECOND
+    seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
+    orbit = settling.orbit_seconds
+    seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
+    return seconds + len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
+
+
+def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
+    values, each = grid_points(request.range), request.transient_periods + request.periods
+    return [
+        Count(of_points("range", request.range), "points", values, limits.points),
+        Count("/periods", "samples", values * request.periods, limits.points),
+        Count("/periods", "periods", values * each, limits.tile_periods),
+    ]
+
 
 # Number of progress reports.
 REPORTS = 100
@@ -63,4 +99,12 @@ def _record(section: Section) -> dict[str, Any]:
     return {**found, "transient_growth": growth, "motion": motion_document(section.motion)}
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(
+    whole=compute,
+    periods=_periods,
+    seconds=_seconds,
+    counts=_counts,
+    longest_period=lambda request: longest_period(request.line),
+    kernels="diagrams",
+    of_masses=True,
+)

@@ -6,12 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest, DiscontinuityMappingsRequest, GrazingCurvesRequest
-from grazemap_worker.processes.conversion import Report, core_oscillator, record
-from grazemap_worker.processes.process import Process
+from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds, setup_seconds
+from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.grazing.one_stop import VariedStop
     from grazemap_core.model.oscillator import Oscillator
+
+
+def expected_seconds(request: CodimensionTwoPointsRequest) -> float:
+    """Return the expected processor time."""
+    ends = request.omega.start, request.omega.stop
+    seconds = codimension_two_seconds(request, *ends, request.max_order, request.max_multiple)
+    seconds += peaks_seconds(request.oscillator, *ends)
+    return setup_seconds(request.oscillator) + seconds
 
 
 def varied_stops(
@@ -50,4 +59,4 @@ def compute(request: CodimensionTwoPointsRequest, report: Report) -> Document:
     return {"points": special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))}
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(whole=compute, seconds=expected_seconds)

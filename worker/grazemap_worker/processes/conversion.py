@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,6 +16,7 @@ from grazemap.codec import Document
 from grazemap.wire import ClearancePair, Forcing, Matrices, Oscillator, ProcessRequest, grid_values, motion_label
 from grazemap.wire.planes import Line, Parameters, is_structural, structure_value, with_parameter
 from grazemap_worker.planning import Plan
+from grazemap_worker.processes.process import Report
 
 if TYPE_CHECKING:
     from grazemap_core.continuation.parameters import ParameterPoint
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
 Item = TypeVar("Item")
-Report = Callable[[int, int], object]
-"""Called with (steps done, steps in all) by processes that count steps."""
-
 EVIDENCE = ("isolated", "admissible", "stable", "verified")
 """The names of the checks of an orbit, or of the orbits of a branch."""
 

@@ -6,9 +6,33 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import DiscontinuityMappingsRequest
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import period_cost
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits
 from grazemap_worker.processes.codimension_two_points import varied_stops
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.conversion import core_oscillator, fields
+from grazemap_worker.processes.process import Process, Report
+
+
+def _longest_period(request: DiscontinuityMappingsRequest) -> float:
+    return period_cost(request.oscillator, request.omega, max(request.overshoot))
+
+
+def _seconds(request: DiscontinuityMappingsRequest) -> float:
+    cost = _longest_period(request)
+    each = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    returns = request.returns * (1 if request.are_alike else 2)
+    return rates.MAPPING_SECONDS + len(request.overshoot) * (each + returns * cost / rates.PERIODS_PER_SECOND)
+
+
+def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count]:
+    # two states, by the map and by the motion, at every return
+    numbers = 2 * (2 * request.oscillator.size + 1) * (request.returns + 1) * len(request.overshoot)
+    return [
+        Count("/returns", "bytes", numbers * BYTES_PER_NUMBER, limits.result_bytes),
+        Count("/returns", "periods", len(request.overshoot) * request.returns, limits.tile_periods),
+    ]
+
 
 STOPS = {"A": 1, "C": -1}
 
@@ -82,4 +106,4 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
     }
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(whole=compute, seconds=_seconds, counts=_counts, longest_period=_longest_period, kernels="orbits")

@@ -5,10 +5,33 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
+from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_points, grid_values
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits, of_points
 from grazemap_worker.processes.codimension_two_points import special_points, varied_stops
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.conversion import core_oscillator, fields
+from grazemap_worker.processes.process import Process, Report
+
+
+def expected_seconds(request: GrazingCurvesRequest) -> float:
+    """Return the expected processor time."""
+    omega, order = request.omega, request.max_order
+    ends = (omega[0], omega[-1]) if isinstance(omega, list) else (omega.start, omega.stop)
+    each = rates.CURVE_SECONDS + rates.SEQUENCE_SECONDS * order * request.sequence
+    seconds = grid_points(omega) * request.oscillator.size * each
+    seconds += peaks_seconds(request.oscillator, *ends, grid_points(omega))
+    return seconds + codimension_two_seconds(request, *ends, order, _MOST_MULTIPLE)
+
+
+def _counts(request: GrazingCurvesRequest, limits: Limits) -> list[Count]:
+    points = grid_points(request.omega)
+    counts = [Count(of_points("omega", request.omega), "points", points, limits.points)]
+    if request.sequence:
+        sequence = points * request.max_order * BYTES_PER_NUMBER
+        counts.append(Count("/max_order", "bytes", sequence, limits.result_bytes))
+    return counts
+
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 _SIDES = {1: "right", -1: "left"}
@@ -45,4 +68,4 @@ def compute(request: GrazingCurvesRequest, report: Report) -> Document:
     return document | {"points": special_points(oscillator, *ends, request.max_order, _MOST_MULTIPLE, varied)}
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(whole=compute, seconds=expected_seconds, counts=_counts)

@@ -11,12 +11,20 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
-from grazemap.wire.planes import with_parameter
+from grazemap.wire.planes import is_structural, with_parameter
 from grazemap.wire.process import LONGEST_PERIOD
 from grazemap.wire.structure import as_pair
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import (
+    Points,
+    branch_point_seconds,
+    contact_force,
+    longest_at_point,
+    period_impacts,
+)
+from grazemap_worker.processes import periodic_orbits
 from grazemap_worker.processes.conversion import (
     EVIDENCE,
-    Report,
     core_oscillator,
     fields,
     pairs,
@@ -24,13 +32,44 @@ from grazemap_worker.processes.conversion import (
 )
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.periodic_orbits import clearances, orbit_asked_for
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.continuation.branch_switching import OrbitStart
     from grazemap_core.continuation.branches import OrbitBranch
     from grazemap_core.continuation.parameters import ParameterPoint
     from grazemap_core.continuation.special_points import SpecialPoint
+
+
+def _seconds(request: OrbitBranchesRequest) -> float:
+    if request.motion is not None:
+        impacts = float(len(request.motion.stops))
+    else:
+        at = Points.of([(request.omega, request.clearance)])
+        impacts = min(float(period_impacts(request.oscillator, at)[0]), rates.MOST_ORBIT_IMPACTS)
+    points = min(2 * request.max_points, _points(request)) + rates.BRANCH_SPECIAL_POINTS
+    branch = points * branch_point_seconds(request.oscillator, impacts)
+    if is_structural(request.vary):
+        modes = rates.BRANCH_MODES_SECONDS + rates.SETUP_MASS_SECONDS * request.oscillator.size**2
+        branch += points * rates.BRANCH_STRUCTURES * modes
+    if request.observed:
+        branch += points * rates.OBSERVED_ORBIT_SECONDS
+    return periodic_orbits.expected_seconds(request) + branch
+
+
+def _points(request: OrbitBranchesRequest) -> float:
+    """Return the expected number of points in both directions.
+
+    In a narrow range a branch turns, and its phases and speeds change more than the parameter; far away they do not.
+    """
+    unit = abs(request.value) if request.vary == "omega" or is_structural(request.vary) else 1.0
+    if request.vary.startswith("clearance"):
+        at = Points.of([(request.omega, request.clearance)])
+        unit = float(at.width(contact_force(request.oscillator, at.omega)[1])[0])
+    steps = (request.range.stop - request.range.start) / (rates.BRANCH_STEP * (unit or 1.0))
+    turning = min(steps * rates.BRANCH_POINTS_A_STEP, rates.BRANCH_POINTS_TURNING + steps)
+    return rates.BRANCH_POINTS + turning
+
 
 _PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
 _OF_EACH = ("clearance_right", "clearance_left", "restitution_right", "restitution_left", "bias", "forcing")
@@ -193,4 +232,11 @@ def _oscillator(request: OrbitBranchesRequest, values: ParameterPoint) -> dict[s
     return found
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(
+    whole=compute,
+    periods=periodic_orbits.expected_periods,
+    seconds=_seconds,
+    counts=periodic_orbits.counts,
+    longest_period=longest_at_point,
+    kernels="orbits",
+)

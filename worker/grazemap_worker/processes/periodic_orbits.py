@@ -9,9 +9,12 @@ from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
 from grazemap.wire import PeriodicOrbitsRequest
-from grazemap_worker.processes.conversion import EVIDENCE, Report, core_clearance, core_oscillator, fields, pairs
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import longest_at_point, period_cost, setup_seconds
+from grazemap_worker.planning.limits import Count, Limits
+from grazemap_worker.processes.conversion import EVIDENCE, core_clearance, core_oscillator, fields, pairs
 from grazemap_worker.processes.observables import core_observables, observed_document
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.trajectories import motion_document, state_document
 
 if TYPE_CHECKING:
@@ -19,6 +22,28 @@ if TYPE_CHECKING:
     from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
     from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
     from grazemap_core.simulation.trajectories import Trajectory
+
+
+def expected_periods(request: PeriodicOrbitsRequest) -> float:
+    """Return the expected number of forcing periods of the trajectories that lead to the orbit."""
+    if request.motion is None:
+        return float(request.transient_periods)
+    return rates.SEARCH_PERIODS if request.motion.phases is None else 0.0
+
+
+def expected_seconds(request: PeriodicOrbitsRequest) -> float:
+    """Return the expected processor time of finding the orbit."""
+    periods = expected_periods(request)
+    seconds = periods * period_cost(request.oscillator, request.omega, request.clearance) / rates.PERIODS_PER_SECOND
+    if request.observed:
+        seconds += rates.OBSERVED_ORBIT_SECONDS
+    return seconds + setup_seconds(request.oscillator)
+
+
+def counts(request: PeriodicOrbitsRequest, limits: Limits) -> list[Count]:
+    """Return the periods of the transient."""
+    return [Count("/transient_periods", "periods", request.transient_periods, limits.tile_periods)]
+
 
 NOTHING_FOUND = (
     "no motion with these stops was met by trajectories from rest and from random states. "
@@ -204,4 +229,11 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     }
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(
+    whole=compute,
+    periods=expected_periods,
+    seconds=expected_seconds,
+    counts=counts,
+    longest_period=longest_at_point,
+    kernels="orbits",
+)

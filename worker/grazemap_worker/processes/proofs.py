@@ -7,9 +7,17 @@ from typing import Any
 
 from grazemap.codec import Document
 from grazemap.wire import ClearancePair, ProofsRequest
-from grazemap_worker.processes.conversion import Report, core_oscillator
-from grazemap_worker.processes.process import Process
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.plan import SMALL_SECONDS
+from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.time_limit import within
+
+
+def _seconds(request: ProofsRequest) -> float:
+    seconds = min(rates.PROOF_SECONDS[request.statement.kind], request.time_limit)
+    # it has a process of its own for its limit of time, so it is not small
+    return max(SMALL_SECONDS, seconds)
 
 
 def compute(request: ProofsRequest, report: Report) -> Document:
@@ -74,4 +82,4 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
     return values
 
 
-PROCESS = Process(whole=compute, lasting=lambda document: not document["limited"])
+PROCESS = Process(whole=compute, seconds=_seconds, kernels="orbits", lasting=lambda document: not document["limited"])

@@ -7,9 +7,36 @@ from typing import Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import StructuresRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
-from grazemap_worker.processes.process import Process
+from grazemap.wire import StructuresRequest, grid_points, grid_values
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits, of_points
+from grazemap_worker.processes.conversion import core_oscillator, fields
+from grazemap_worker.processes.process import Process, Report
+
+_NUMBERS_OF_A_POINT = 3
+
+
+def _harmonics(request: StructuresRequest) -> int:
+    return max(1, len(request.oscillator.harmonics))
+
+
+def _seconds(request: StructuresRequest) -> float:
+    size, points = request.oscillator.size, grid_points(request.omega) * _harmonics(request)
+    is_chain = request.oscillator.matrices is None
+    modes = (rates.CHAIN_MODES_SECONDS if is_chain else rates.MATRICES_MODES_SECONDS) * size**2
+    more = rates.RESPONSE_MASS_SECONDS * size if is_chain else rates.RESPONSE_SQUARE_SECONDS * size**2
+    each = rates.RESPONSE_SECONDS + more
+    impulse = rates.IMPULSE_SECONDS * size * len(request.times)
+    return rates.STRUCTURE_SECONDS + modes + each * points + impulse
+
+
+def _counts(request: StructuresRequest, limits: Limits) -> list[Count]:
+    points = grid_points(request.omega)
+    numbers = BYTES_PER_NUMBER * points * _NUMBERS_OF_A_POINT * _harmonics(request)
+    return [
+        Count(of_points("omega", request.omega), "points", points, limits.points),
+        Count("/oscillator/forcing", "bytes", numbers, limits.result_bytes),
+    ]
 
 
 def compute(request: StructuresRequest, report: Report) -> Document:
@@ -45,4 +72,4 @@ def compute(request: StructuresRequest, report: Report) -> Document:
     return document
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(whole=compute, seconds=_seconds, counts=_counts)

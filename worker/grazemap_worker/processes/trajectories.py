@@ -10,15 +10,48 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest
-from grazemap_worker.processes.conversion import Report, core_clearance, core_oscillator, counted, fields, label, record
+from grazemap_worker.planning import rates
+from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MOST_RESULT_BYTES, Count, Limits
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, counted, fields, label, record
 from grazemap_worker.processes.observables import core_observables, observed_document
-from grazemap_worker.processes.process import Process
-from grazemap_worker.store import MOST_RESULT_BYTES
+from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.simulation.motion import Motion
     from grazemap_core.simulation.start import State
     from grazemap_core.simulation.trajectories import Trajectory
+
+
+def _periods(request: TrajectoriesRequest) -> float:
+    return float(len(request.states) * (request.transient_periods + request.periods))
+
+
+def _seconds(request: TrajectoriesRequest) -> float:
+    seconds = (
+        _periods(request) * period_cost(request.oscillator, request.omega, request.clearance) / rates.PERIODS_PER_SECOND
+    )
+    size = request.oscillator.size
+    sample = size * (rates.SAMPLE_MASS_SECONDS + rates.SAMPLE_SQUARE_SECONDS * size)
+    seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
+    points = Points.of([(request.omega, request.clearance)])
+    return seconds + len(request.states) * observed_seconds(request, request.oscillator, points, request.periods)
+
+
+def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
+    states, periods = len(request.states), request.periods + request.transient_periods
+    samples = states * request.samples
+    sampled = "/samples_per_period" if request.times is None else "/times"
+    if states * periods > limits.tile_periods >= periods:
+        return [Count("/initial", "periods", states * periods, limits.tile_periods)]
+    # the time, and displacement and velocity of every mass
+    sample_bytes = BYTES_PER_NUMBER * (1 + 2 * request.oscillator.size)
+    return [
+        Count("/periods", "periods", states * periods, limits.tile_periods),
+        Count(sampled, "samples", samples, limits.points),
+        Count(sampled, "bytes", samples * sample_bytes, limits.result_bytes),
+    ]
+
 
 # The unfolding map's default, so that both give a motion the same name.
 MAX_PERIOD = 32
@@ -115,4 +148,11 @@ def motion_document(found: Motion) -> Document:
     return {**known, "label": label(motion), "verified": motion.get("verified", False)}
 
 
-PROCESS = Process(whole=compute)
+PROCESS = Process(
+    whole=compute,
+    periods=_periods,
+    seconds=_seconds,
+    counts=_counts,
+    longest_period=longest_at_point,
+    kernels="trajectories",
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,12 +10,62 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
+from grazemap_worker.planning.costs import longest_period
+from grazemap_worker.planning.limits import Count, Limits, Step
+from grazemap_worker.planning.rates import (
+    BORDERS_POINT_SECONDS,
+    BORDERS_SIDE_SECONDS,
+    BORDERS_STEPS,
+    MOST_BORDER_NUMBERS,
+    MOST_STEPS_AFTER,
+)
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.conversion import Report, fields
-from grazemap_worker.processes.process import Process
+from grazemap_worker.processes.conversion import fields
+from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.maps.borders.map_borders import BorderCurve, MapBorders
+
+
+def _tiling(request: UnfoldingDiagramsRequest) -> Plan:
+    """Return the plan of the map, with the steps after its tiles, each of about the time of a tile."""
+    shape = unfolding_maps.tiling(request.unfolding_map)
+    seconds = _curves_seconds(request) + _borders_seconds(request)
+    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
+    estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
+    return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
+
+
+def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return the seconds for the curves and points over the map."""
+    curves = request.bifurcation_curves
+    seconds = 0.0 if curves is None else bifurcation_curves.expected_seconds(curves)
+    if request.horizontal is None:
+        seconds += grazing_curves.expected_seconds(request.grazing_curve)
+        seconds += codimension_two_points.expected_seconds(request.codimension_two_points)
+    return seconds
+
+
+def _borders_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return the seconds for explaining the borders of the map."""
+    if not request.borders:
+        return 0.0
+    points = float(math.prod(request.plane.shape))
+    return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
+
+
+def _counts(request: UnfoldingDiagramsRequest, limits: Limits) -> list[Count]:
+    (grid,) = unfolding_maps.counts(request.unfolding_map, limits)
+    if not request.borders:
+        return [grid]
+    return [grid, Count("/borders", "points", grid.number, MOST_BORDER_NUMBERS // request.oscillator.size)]
+
+
+def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
+    return [
+        Step("/max_multiple", _curves_seconds(request), timed=True),
+        Step("/borders", _borders_seconds(request), timed=False),
+    ]
 
 
 def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
@@ -111,4 +162,14 @@ def _curve(found: MapBorders, number: int, curve: BorderCurve, request: Unfoldin
     }
 
 
-PROCESS = Process(tile=compute_tile, assembled=assemble)
+PROCESS = Process(
+    tile=compute_tile,
+    assembled=assemble,
+    tiling=_tiling,
+    counts=_counts,
+    longest_period=lambda request: longest_period(request.plane),
+    after=_after,
+    kernels="diagrams",
+    apart=lambda request: unfolding_maps.apart(request.unfolding_map),
+    of_masses=True,
+)

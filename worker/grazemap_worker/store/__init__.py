@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from grazemap_worker.store.connection import connect, is_away, is_full, trouble
-from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
+from grazemap_worker.store.keys import ASSEMBLY, queue_name
 from grazemap_worker.store.problems import full_problem, refused_problem
 from grazemap_worker.store.records import (
     ANYBODY,
@@ -38,7 +38,6 @@ __all__ = [
     "ANYBODY",
     "ASSEMBLY",
     "EVENT_KINDS",
-    "MOST_RESULT_BYTES",
     "Asker",
     "Bell",
     "Claim",

@@ -14,7 +14,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.wire import FINISHED, Estimate, Job, Problem, Progress, Status, canonical, canonical_id
-from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Plan, kernels_of
+from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Plan
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
     EXAMINED_AT_ONCE,
@@ -80,7 +80,7 @@ class Jobs:
             "group": asker.group,
         }
         calls = []
-        for process, request, plan in submissions:
+        for process, request, plan, kernels in submissions:
             values, estimate = canonical(request), plan.estimate
             text = json.dumps(values, separators=(",", ":")).encode()
             arguments = {
@@ -91,7 +91,7 @@ class Jobs:
                 "after": plan.after,
                 "lane": plan.lane,
                 "long_tiles": plan.seconds_of_tile > SHORT_SECONDS,
-                "kernels": kernels_of(process, request),
+                "kernels": kernels,
                 "weight": asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[plan.lane],
                 "cost": plan.seconds_of_tile,
                 "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),

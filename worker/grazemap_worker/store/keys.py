@@ -72,8 +72,6 @@ INTEREST_SECONDS = 900
 LISTED_REQUEST_BYTES = 4096
 # Jobs that one script looks at for a list of selected ones: a millisecond or two, in which Redis serves nobody else.
 EXAMINED_AT_ONCE = 500
-# A result or a tile, as npz. Redis takes no value over 512 MB, and clients hold it in memory.
-MOST_RESULT_BYTES = 256 << 20
 # Seconds that the tiles of a complete map are kept, for clients that fetch it tile by tile.
 TILES_KEPT_AFTER_SUCCESS = 600
 # Seconds that the tiles of a failed job are kept, in case its request is posted again.

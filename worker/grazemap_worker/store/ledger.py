@@ -20,6 +20,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.wire import parse_request
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES
 from grazemap_worker.planning.plan import Lane
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs, read_plan
@@ -27,7 +28,6 @@ from grazemap_worker.store.keys import (
     ALONE_SECONDS,
     MOST_EXCEPTIONS,
     MOST_LOST,
-    MOST_RESULT_BYTES,
     PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     TILES_KEPT_AFTER_SUCCESS,

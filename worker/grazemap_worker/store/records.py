@@ -11,7 +11,8 @@ from pydantic import BaseModel
 
 from grazemap.wire import ProcessRequest, Waiting, WorkerState
 from grazemap_worker.planning import Lane, Plan, Tile
-from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES
+from grazemap_worker.planning.limits import MOST_RESULT_BYTES
+from grazemap_worker.store.keys import ASSEMBLY
 
 FailureKind = Literal["exception", "lost", "hung", "timeout", "memory"]
 Verdict = Literal["retry", "failed"]
@@ -97,11 +98,12 @@ ANYBODY = Asker()
 
 
 class Submission(NamedTuple):
-    """A request for a process, and how it is cut into tiles."""
+    """A request for a process, how it is cut into tiles, and the name of the kernels that it needs."""
 
     process: str
     request: ProcessRequest
     plan: Plan
+    kernels: str
 
 
 class Bell(NamedTuple):

@@ -26,7 +26,7 @@ from grazemap.module_command import module_command
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
 from grazemap_worker.parent_death import tied
-from grazemap_worker.planning import compiling_seconds
+from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.progress import Progress
 from grazemap_worker.settings import available_cores
 

@@ -33,6 +33,9 @@ function planeOf(said, standard) {
   };
 }
 
+// The map that an address opens, by its job; null: none.
+export const mapOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("map");
+
 // The state that an address says; what it does not say, or says wrongly, is that of `standard`.
 export function read(hash, standard) {
   const said = new URLSearchParams(hash.replace(/^#/, ""));

@@ -21,6 +21,7 @@ import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
+import { storedMap } from "./stored.js";
 import { Tiles } from "./tiles.js";
 import { named, unitOf } from "./units.js";
 
@@ -429,6 +430,18 @@ addEventListener("pagehide", () => tiles.show("", null, [], domains()));
 addEventListener("pageshow", ({ persisted }) => {
   if (persisted) change({});
 });
+const asked = address.mapOf(location.hash);
+const stored = asked && (await storedMap(asked).catch((error) => error));
+if (asked) {
+  const { machine, x, y } = stored;
+  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y } : STANDARD;
+  history.replaceState(null, "", address.write(there, STANDARD));
+}
 form.show(state.machine);
 restore();
 if (state.at) openPanel();
+if (stored instanceof Error) fail(stored);
+else if (stored?.points)
+  tiles
+    .add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() })
+    .catch(fail);

@@ -135,6 +135,12 @@ export class Tiles {
     this.#pump();
   }
 
+  // Shows a map that is there already, until finer tiles come.
+  async add({ data, ...map }) {
+    this.#keep({ ...(await this.#decode(data)), ...map, preview: false });
+    this.changed();
+  }
+
   #keep(tile) {
     this.#kept.set(tile.name, tile);
     const wanted = new Set(this.#wanted.map(({ name }) => name));
