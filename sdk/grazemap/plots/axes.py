@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 import numpy as np
@@ -172,16 +173,16 @@ class Drawing:
 
     def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
         """Record the units of the axes, and label the axes."""
-        self.describe_axis(self.ax.xaxis, x)
-        self.describe_axis(self.ax.yaxis, y)
+        self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
+        self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
         if self.labels and title is not None:
-            write(self.ax, self.ax.set_title("", fontsize=10), title)
+            write(self.ax, partial(self.ax.set_title, fontsize=10), title)
 
-    def describe_axis(self, axis: Axis, wording: Wording, text: Text | None = None) -> None:
-        """Record the unit of an axis of the picture and label it, at `text` in place of the axis' own label."""
+    def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
+        """Record the unit of an axis of the picture, and label it with a method such as `ax.set_xlabel`."""
         declare(self.ax, axis, wording)
         if self.labels:
-            write(self.ax, text or axis.set_label_text(""), wording)
+            write(self.ax, put, wording)
 
     def describe_plane(self, units: str, title: str) -> None:
         """Label the axes of a picture in the plane of omega and clearance."""
@@ -190,7 +191,7 @@ class Drawing:
     def show_scale(self, drawn: ScalarMappable, wording: Wording) -> None:
         """Add the scale of colours beside the axes."""
         bar = self.ax.figure.colorbar(drawn, ax=self.ax, shrink=0.8).ax
-        self.describe_axis(bar.yaxis, wording)
+        self.describe_axis(bar.yaxis, wording, bar.set_ylabel)
 
     def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
         """Add the legend, if it has entries; equal ones, as of several results on the axes, are one.

@@ -72,7 +72,7 @@ def plot_bifurcation_diagram(
         style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
         ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
-    text = (
+    wording = (
         axis_label(quantity.removeprefix("impact_"), result.units) + f", {what}"
         if observed is None
         else quantity_label(observed)
@@ -80,7 +80,7 @@ def plot_bifurcation_diagram(
     request = result.meta["request"]
     drawing.describe(
         parameter_label(result.vary, result.units),
-        text,
+        wording,
         "Bifurcation diagram, " + fixed_text(result) + f", {request['policy']}",
     )
     ax.margins(x=0.01)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -122,10 +122,10 @@ def declare(ax: Axes, axis: Axis, wording: Wording) -> None:
         _scale_ticks(axis)
 
 
-def write(ax: Axes, text: Text, wording: Wording | str) -> None:
-    """Write a text of axes, in engineering units where `ax` is drawn in them."""
+def write(ax: Axes, put: Callable[[str], Text], wording: Wording | str) -> None:
+    """Write a text with a method such as `ax.set_xlabel`, in engineering units where `ax` is drawn in them."""
     wording = with_unit(wording) if isinstance(wording, str) else wording
-    text.set_text(wording.engineering if _is_engineering(ax) else wording.text)
+    text = put(wording.engineering if _is_engineering(ax) else wording.text)
     text.wording = wording  # type: ignore[attr-defined]
 
 
@@ -165,4 +165,5 @@ def _texts(ax: Axes) -> Iterator[Text]:
     yield ax.title
     yield from (one.xaxis.label for one in ax.get_shared_x_axes().get_siblings(ax))
     yield from (one.yaxis.label for one in ax.get_shared_y_axes().get_siblings(ax))
-    yield from ax.get_figure(root=False).texts
+    figure = ax.get_figure(root=False)
+    yield from () if figure is None else figure.texts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     elif drawing.legend == "inside":
         bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
         ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high], format="%.3g")
-        drawing.describe_axis(bar.xaxis, label, bar.set_title("", fontsize=7))
+        drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
     return ax
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -208,7 +209,7 @@ def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None,
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
     if drawing.own_figure and drawing.history.labels and figure is not None:
-        write(drawing.history.ax, figure.suptitle("", fontsize=10), title)
+        write(drawing.history.ax, partial(figure.suptitle, fontsize=10), title)
 
 
 def _legend(drawing: Drawing, columns: int) -> None:
