@@ -108,11 +108,7 @@ class Basins(Result):
 
     @picture
     def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        colours: Mapping[str, str] | None = None,
-        **options: Unpack[PictureOptions],
+        self, ax: Axes | None = None, *, colours: Mapping[str, str] | None = None, **options: Unpack[PictureOptions]
     ) -> Axes:
         """Draw the rectangle, every state in the colour of the motion that it leads to.
 

@@ -230,11 +230,7 @@ class CodimensionTwoPoints(_WithPoints, Result):
 
     @picture
     def plot_unfolding(
-        self,
-        ax: Axes | None = None,
-        *,
-        omega: tuple[float, float] | None = None,
-        **options: Unpack[PictureOptions],
+        self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None, **options: Unpack[PictureOptions]
     ) -> Axes:
         """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 

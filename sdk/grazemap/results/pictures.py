@@ -1,7 +1,4 @@
-"""How results are drawn: their methods look pictures up here, which the modules of `grazemap.plots` register.
-
-Nothing of the pictures is imported before one is asked for.
-"""
+"""What draws which results: methods of results look their pictures up here, and modules of `grazemap.plots` add them."""
 
 from __future__ import annotations
 
@@ -51,25 +48,10 @@ def picture(method: F) -> F:
 
 
 def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: str = "plot", **arguments: object) -> A:
-    """Draw a result on axes, or on those of a new figure for None, and return the axes.
+    """Draw what a method of a result draws, on the axes given or those of a new figure, and return the axes.
 
-    Parameters
-    ----------
-    result : Result
-    ax : Axes, or several
-    options : PictureOptions
-        Those that the caller of the method gave.
-    method : str
-        The name of the method.
-    arguments
-        The other arguments of the method.
-
-    Raises
-    ------
-    TypeError
-        There is no such option.
-    MissingExtra
-        There is no matplotlib.
+    `arguments` are those of the method that not every picture has. Raises TypeError for an option that no picture has,
+    and MissingExtra.
     """
     for name in options:
         if name not in _DEFAULTS:

@@ -30,11 +30,7 @@ class Trajectory(Observed, Result):
 
     @picture
     def plot(
-        self,
-        ax: tuple[Axes, Axes] | Axes | None = None,
-        *,
-        mass: int | None = None,
-        **options: Unpack[PictureOptions],
+        self, ax: tuple[Axes, Axes] | Axes | None = None, *, mass: int | None = None, **options: Unpack[PictureOptions]
     ) -> tuple[Axes, Axes]:
         """Draw the time history of the contact, or of one mass, and its phase portrait; return both axes.
 
