@@ -1,4 +1,4 @@
-"""What draws which results: methods of results look their pictures up here, and modules of `grazemap.plots` add them."""
+"""What draws which results: methods of results look pictures up here, where modules of `grazemap.plots` add them."""
 
 from __future__ import annotations
 
