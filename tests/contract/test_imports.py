@@ -51,7 +51,7 @@ PLANTS = [
     ("sdk/grazemap/codec.py", "import redis", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap_core import tolerances", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap.client import arguments", SDK_LAYERS),
-    ("sdk/grazemap/plots/palette.py", "def late():\n    from grazemap.results import MotionShare", SDK_LAYERS),
+    ("sdk/grazemap/results/records.py", "def late():\n    from grazemap.plots import palette", SDK_LAYERS),
     ("sdk/grazemap/errors.py", "from grazemap.wire import Job", SDK_LAYERS),
     ("core/grazemap_core/model/oscillator.py", "from grazemap.wire import Oscillator", CORE),
     ("core/grazemap_core/contact/cell_problem.py", "from grazemap_core.simulation import motion", CORE_LAYERS),

@@ -1,11 +1,15 @@
 """Pictures: the right things on them, colours with the same meaning everywhere, and no global state."""
 
+import inspect
 import itertools
 import json
 import pickle
+import subprocess
+import sys
 from copy import deepcopy
 from dataclasses import replace
 from importlib.resources import files
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +26,7 @@ from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
 from grazemap.results import MotionShare, decode_result
+from grazemap.results.pictures import PICTURES, plots
 from grazemap.results.stretches import Stretch, kinds_between
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
@@ -804,19 +809,68 @@ def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
     assert upper.get_ylabel() == "clearance $b$ (mm)"
 
 
-@pytest.mark.parametrize(
-    ("title", "converted"),
-    [
-        (r"$\omega$ = 62.832 rad/s, $b$ = 1e-05 m", r"$\omega/2\pi$ = 10 Hz, $b$ = 0.01 mm"),
-        ("the law F = k m", "the law F = k m"),
-        ("version = 1.2.3 m", "version = 1.2.3 m"),
-    ],
-)
-def test_numbers_in_the_title_of_a_figure_are_converted_and_words_are_not(title, converted):
-    ax = in_si("grazing-curves").plot()
-    ax.figure.suptitle(title)
+def test_labels_and_titles_of_the_caller_stay_in_engineering_units():
+    ax = in_si("basins").plot()
+    ax.figure.suptitle("the law F = 3 m")
+    ax.set_title(r"$\omega$ = 2 rad/s")
+    ax.set_xlabel("displacement (m)")
     engineering_units(ax)
-    assert ax.figure.get_suptitle() == converted
+    assert ax.figure.get_suptitle() == "the law F = 3 m"
+    assert (ax.get_title(), ax.get_xlabel()) == (r"$\omega$ = 2 rad/s", "displacement (m)")
+    again = in_si("basins").plot(ax)
+    assert again.get_xlabel().endswith("(mm)")
+
+
+def test_values_in_titles_are_converted_from_the_request_not_from_their_text():
+    result = in_si("basins")
+    result.meta["request"]["omega"] = 2.0 * np.pi * 1.23455001  # the 7.7569 rad/s of the title are 1.2345 Hz
+    ax = result.plot()
+    assert r"$\omega$ = 7.7569 rad/s" in ax.get_title()
+    assert r"$\omega/2\pi$ = 1.2346 Hz" in engineering_units(ax).get_title()
+
+
+def test_saved_pictures_are_drawn_in_engineering_units_and_others_are_not(tmp_path):
+    process, texts = "discontinuity-mappings", {}
+    for units, result in (("SI", in_si(process)), ("none", decode_result(npz(process)))):
+        path = tmp_path / f"{units}.svg"
+        with pyplot.rc_context({"svg.fonttype": "none"}):
+            save_picture(result, path, engineering=True)
+        texts[units] = path.read_text("utf-8")
+    assert "overshoot (mm)" in texts["SI"]
+    assert "(mm)" not in texts["none"]
+    assert in_si(process).plot().get_xlabel() == "overshoot (m)"
+
+
+@pytest.mark.parametrize("process", DRAWN)
+def test_every_method_that_draws_has_a_picture_and_the_keywords_of_all_pictures(process):
+    plots()
+    result = decode_result(npz(process))
+    kind = type(result)
+    methods = [name for name in dir(kind) if name.startswith("plot")]
+    assert methods == sorted(name for drawn, name in PICTURES if drawn is kind)
+    for name in methods:
+        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-2:]
+        assert [(one.name, one.default) for one in keywords] == [("legend", None), ("labels", True)]
+        with pytest.raises(TypeError, match=rf"{kind.__name__}\.{name}\(\).*'nonsense'"):
+            getattr(result, name)(nonsense=1)
+
+
+@pytest.mark.parametrize("modules", ["grazemap.plots", "matplotlib"])
+def test_nothing_of_the_pictures_is_imported_before_one_is_drawn(modules):
+    code = f"import sys, grazemap.results; sys.exit(any(name.startswith({modules!r}) for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_without_matplotlib_the_error_names_the_extra():
+    code = (
+        "import sys; sys.modules['matplotlib'] = None; from sdk_documents import npz\n"
+        "import grazemap.cli.saved; from grazemap import *; from grazemap.errors import MissingExtra\n"
+        "from grazemap.results import decode_result\n"
+        "try: decode_result(npz('grazing-curves')).plot()\n"
+        "except MissingExtra as error: sys.exit(error.extra != 'plot')\n"
+        "sys.exit(1)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=Path(__file__).parent).returncode == 0
 
 
 def test_ticks_whose_texts_were_removed_have_none_in_millimetres():

@@ -10,13 +10,12 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import kept_from_pyplot
-from grazemap.plots.engineering import convert_figure
+from grazemap.plots.engineering import in_engineering_units
+from grazemap.results import Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from grazemap.results import Result
 
 
 def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False, **options: Any) -> None:
@@ -25,10 +24,8 @@ def save_picture(result: Result, path: str | PathLike[str], engineering: bool = 
     With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI. `options` are those of its
     `plot`.
     """
-    figure = draw_apart(result, **options)
-    if engineering:
-        convert_figure(figure)
-    figure.savefig(path)
+    with in_engineering_units(engineering):
+        draw_apart(result, **options).savefig(path)
 
 
 def draw_apart(result: Result, **options: Any) -> Figure:

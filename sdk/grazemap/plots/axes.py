@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import keep_engineering_units
+from grazemap.plots.engineering import Wording, declare, with_unit, with_value, write
 from grazemap.plots.palette import INK, PAPER
+from grazemap.results import ChanceToSettle, Result
+from grazemap.results.observables import Quantity
+from grazemap.results.pictures import PICTURES, LegendPlace
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
     from matplotlib.patheffects import AbstractPathEffect
+    from matplotlib.text import Text
 
-    from grazemap.results import ChanceToSettle
-    from grazemap.results.base import Result
+F = TypeVar("F", bound=Callable[..., Any])
 
-LegendPlace = Literal["outside", "inside", "none"]
-_UNIT = re.compile(r"\((rad/s|m|s|m/s)\)")
 # Share of the axes' width and height that a legend may cover, and entries below which there is none.
 _COVERED, _FEWEST = 0.6, 3
 _MANY_POINTS = 20_000
@@ -96,7 +98,7 @@ def shown_axes() -> type[Axes]:
     return PictureAxes
 
 
-def axis_label(quantity: str, units: str, mass: int | None = 1) -> str:
+def axis_label(quantity: str, units: str, mass: int | None = 1) -> Wording:
     """Return the text of an axis, with its unit in SI; nondimensional quantities have none.
 
     Without a mass, displacement and velocity are those of the contact coordinate.
@@ -104,35 +106,31 @@ def axis_label(quantity: str, units: str, mass: int | None = 1) -> str:
     text, unit = _QUANTITIES[
         f"contact {quantity}" if mass is None and quantity in ("displacement", "velocity") else quantity
     ]
-    text = text.replace("mass", str(mass))
-    return f"{text} ({unit})" if units == "SI" and unit else text
+    return with_unit(text.replace("mass", str(mass)), unit, units)
 
 
-def parameter_label(name: str, units: str) -> str:
+def parameter_label(name: str, units: str) -> Wording:
     """Return the text of an axis of a parameter that varies, with its unit in SI."""
     kind, _, index = name.rstrip("]").partition("[")
     if not index:
         return axis_label(name, units)
     text, unit = _OF_LISTS[kind]
-    return text.format(index) + (f" ({unit})" if units == "SI" else "")
+    return with_unit(text.format(index), unit, units)
 
 
-def record_unit(axis: Axis, label: str) -> None:
-    """Record the unit that is in the label of an axis, as the unit of matplotlib's axis; None without one."""
-    found = _UNIT.search(label)
-    # `set_units` would forget the limits of regions
-    axis.units = found[1] if found else None
+def quantity_label(quantity: Quantity) -> Wording:
+    """Return the text of an axis of an observable or an output, with its unit in SI."""
+    return with_unit(quantity.name, "" if quantity.unit == "nondimensional" else quantity.unit)
 
 
-def place_text(units: str, **values: float) -> str:
+def place_text(units: str, **values: float) -> Wording:
     """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$", "right": "right stop at $b$", "left": "left stop at $-b$, $b$"}
-    quantities = {"right": "clearance", "left": "clearance"}
-    unit = {name: f" {_QUANTITIES[quantities.get(name, name)][1]}" if units == "SI" else "" for name in signs}
-    return ", ".join(f"{signs[name]} = {value:.5g}{unit[name]}" for name, value in values.items())
+    each = [with_value(signs[name], at, "rad/s" if name == "omega" else "m", units) for name, at in values.items()]
+    return Wording(", ".join(one.text for one in each), ", ".join(one.engineering for one in each))
 
 
-def point_text(result: Result) -> str:
+def point_text(result: Result) -> Wording:
     """Return the text of omega and of the clearance, or of each stop's, in a result's request; of those that it has."""
     request = result.meta["request"]
     clearance = request.get("clearance")
@@ -141,7 +139,7 @@ def point_text(result: Result) -> str:
     return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
 
 
-def fixed_text(result: Result) -> str:
+def fixed_text(result: Result) -> Wording:
     """Return the text of the omega and the clearances of a result along a parameter, where these do not vary."""
     request = result.meta["request"]
     vary, clearance = request["vary"], request.get("clearance")
@@ -173,19 +171,27 @@ class Drawing:
     labels: bool
     may_be_left_out: bool = False
 
-    def describe(self, x: str, y: str, title: str | None = None) -> None:
+    def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
         """Record the units of the axes, and label the axes."""
-        record_unit(self.ax.xaxis, x)
-        record_unit(self.ax.yaxis, y)
+        self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
+        self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
+        if self.labels and title is not None:
+            write(self.ax, partial(self.ax.set_title, fontsize=10), title)
+
+    def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
+        """Record the unit of an axis of the picture, and label it with a method such as `ax.set_xlabel`."""
+        declare(self.ax, axis, wording)
         if self.labels:
-            self.ax.set(xlabel=x, ylabel=y)
-            if title is not None:
-                self.ax.set_title(title, fontsize=10)
-            keep_engineering_units(self.ax)
+            write(self.ax, put, wording)
 
     def describe_plane(self, units: str, title: str) -> None:
         """Label the axes of a picture in the plane of omega and clearance."""
         self.describe(axis_label("omega", units), axis_label("clearance", units), title)
+
+    def show_scale(self, drawn: ScalarMappable, wording: Wording) -> None:
+        """Add the scale of colours beside the axes."""
+        bar = self.ax.figure.colorbar(drawn, ax=self.ax, shrink=0.8).ax
+        self.describe_axis(bar.yaxis, wording, bar.set_ylabel)
 
     def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
         """Add the legend, if it has entries; equal ones, as of several results on the axes, are one.
@@ -262,6 +268,25 @@ def drawing(
     if legend is None and ax is not None:
         return Drawing(new, "inside", labels, may_be_left_out=True)
     return Drawing(new, legend or "outside", labels)
+
+
+def draws(
+    kind: type[Result], method: str = "plot", place: Callable[..., Any] = drawing, **size: float
+) -> Callable[[F], F]:
+    """Register a function as what a method of a result draws.
+
+    The function is called with the result, where to draw, as `place` returns it for a new figure of the `width` and
+    the `height`, and the arguments of the method that not every picture has.
+    """
+
+    def register(function: F) -> F:
+        def drawn(result: Result, ax: Any, legend: LegendPlace | None, labels: bool, **arguments: Any) -> Any:
+            return function(result, place(ax, legend, labels, **size), **arguments)
+
+        PICTURES[kind, method] = drawn
+        return function
+
+    return register
 
 
 def _look(handle: Artist) -> tuple[Hashable, ...]:

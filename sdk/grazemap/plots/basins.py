@@ -8,30 +8,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label, cell_borders, chance_text, legend_square, point_text, share_text
+from grazemap.plots.axes import (
+    Drawing,
+    axis_label,
+    cell_borders,
+    chance_text,
+    draws,
+    legend_square,
+    point_text,
+    share_text,
+)
+from grazemap.plots.engineering import with_unit
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
+from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
 
-
-def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | None = None) -> Axes:
-    """Draw the rectangle of initial states; the legend names the attractors with their shares.
-
-    `given` are colours of motions by label or kind.
-    """
+@draws(Basins, width=9.0, height=6.5)
+def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | None) -> Axes:
+    """Draw the rectangle of initial states; the legend names the attractors with their shares."""
     from matplotlib.colors import ListedColormap
 
     ax = drawing.ax
     motions = [attractor.motion for attractor in result.attractors]
-    colours = motion_colours(motions, given)
-    for colour, text in zip(colours, _texts(motions, result.chance_to_settle), strict=True):
+    shown = motion_colours(motions, colours)
+    for colour, text in zip(shown, _texts(motions, result.chance_to_settle), strict=True):
         if colour != OTHER:
             legend_square(ax, colour, text)
-    rest = [motion.share for motion, colour in zip(motions, colours, strict=True) if colour == OTHER]
+    rest = [motion.share for motion, colour in zip(motions, shown, strict=True) if colour == OTHER]
     if rest:
         legend_square(ax, OTHER, f"{len(rest)} other attractors ({share_text(sum(rest))})")
     if result.unresolved > 0.0:
@@ -40,9 +47,9 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
         cell_borders(result.horizontal),
         cell_borders(result.vertical),
         result.label,
-        cmap=ListedColormap([UNRESOLVED, *colours]),
+        cmap=ListedColormap([UNRESOLVED, *shown]),
         vmin=-1.5,
-        vmax=len(colours) - 0.5,
+        vmax=len(shown) - 0.5,
         rasterized=True,
     )
     hatch_sensitive(ax, result.horizontal, result.vertical, result.sensitive)
@@ -52,39 +59,39 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
         for name in ("horizontal", "vertical")
     )
     rows, columns = result.label.shape
-    drawing.describe(x, y, f"Basins of attraction at {point_text(result)}, {rows} × {columns} states")
+    drawing.describe(x, y, "Basins of attraction at " + point_text(result) + f", {rows} × {columns} states")
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
 
+@draws(BasinFractions, width=10.0, height=5.5)
 def plot_basin_fractions(
-    result: BasinFractions, drawing: Drawing, motions: int = 12, given: Mapping[str, str] | None = None
+    result: BasinFractions, drawing: Drawing, motions: int, colours: Mapping[str, str] | None
 ) -> Axes:
     """Draw the shares over the parameter, as areas on top of each other, in the order of the attractors.
 
     The `motions` with the largest shares have a colour and an entry in the legend; the others have one, as "other".
-    `given` are colours of motions by label or kind.
     """
     ax, every = drawing.ax, result.motions()
     chosen = np.sort(np.argsort([-one.share for one in every], kind="stable")[:motions])
-    found = motion_colours([every[i] for i in chosen], given)
+    found = motion_colours([every[i] for i in chosen], colours)
     # none is left for a motion with that of the others
     coloured = {int(i): colour for i, colour in zip(chosen, found, strict=True) if colour != OTHER}
-    shown, colours = [every[i] for i in coloured], list(coloured.values())
+    shown, drawn = [every[i] for i in coloured], list(coloured.values())
     areas, texts = [result.share[i] for i in coloured], _texts(shown, result.chance_to_settle)
     others = len(every) - len(shown)
     if others:
         areas.append(result.share.sum(axis=0) - np.sum(areas, axis=0))
-        colours, texts = [*colours, OTHER], [*texts, f"{others} other motions"]
+        drawn, texts = [*drawn, OTHER], [*texts, f"{others} other motions"]
     if np.any(result.unresolved > 0.0):
         areas.append(result.unresolved)
-        colours, texts = [*colours, UNRESOLVED], [*texts, f"unresolved ({share_text(float(result.unresolved.mean()))})"]
-    ax.stackplot(result.parameter, areas, colors=colours, edgecolor=PAPER, linewidth=0.4)
-    for colour, text in zip(colours, texts, strict=True):
+        drawn, texts = [*drawn, UNRESOLVED], [*texts, f"unresolved ({share_text(float(result.unresolved.mean()))})"]
+    ax.stackplot(result.parameter, areas, colors=drawn, edgecolor=PAPER, linewidth=0.4)
+    for colour, text in zip(drawn, texts, strict=True):
         legend_square(ax, colour, text)
     states = result.meta["request"]["states"]
-    title = f"Basin fractions, {point_text(result)}, {states} states"
-    drawing.describe(axis_label(result.vary, result.units), "share of the initial states", title)
+    title = "Basin fractions, " + point_text(result) + f", {states} states"
+    drawing.describe(axis_label(result.vary, result.units), with_unit("share of the initial states"), title)
     ax.set_xlim(result.parameter[0], result.parameter[-1])
     ax.set_ylim(0.0, 1.0)
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)

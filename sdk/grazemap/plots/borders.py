@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, parameter_label, rimmed
+from grazemap.plots.axes import Drawing, draws, parameter_label, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, dash, label_text
 from grazemap.plots.smooth import smooth_line
+from grazemap.results import BifurcationCurve, BifurcationCurves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationCurve, BifurcationCurves
 
-
-def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool = True) -> Axes:
+@draws(BifurcationCurves)
+def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool) -> Axes:
     """Draw the curves; with `admissible` only those of admissible motions."""
     ax = drawing.ax
     plane = result.plane

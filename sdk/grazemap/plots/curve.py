@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, rimmed
+from grazemap.plots.axes import Drawing, draws, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, PAPER, UNRESOLVED, order_style
+from grazemap.results import (
+    CodimensionTwoPoint,
+    CodimensionTwoPoints,
+    GrazingCurve,
+    GrazingCurveOfPlane,
+    StopGrazingCurves,
+)
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, grazing_clearance, steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from typing_extensions import TypeIs
-
-    from grazemap.results import (
-        CodimensionTwoPoint,
-        CodimensionTwoPoints,
-        GrazingCurve,
-        GrazingCurveOfPlane,
-        StopGrazingCurves,
-    )
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -37,43 +35,31 @@ _LARGEST = 12.5
 _CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
 
 
+@draws(GrazingCurve)
+@draws(StopGrazingCurves)
 def plot_grazing_curve(
-    curve: GrazingCurve, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None = None
+    curve: GrazingCurve | StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None
 ) -> Axes:
     """Draw clearance over omega with codimension-two points: those of `points`, the curve's own, or for False none."""
     ax = drawing.ax
     draw_curve(ax, curve)
     if points is not False:
-        draw_points(ax, points.points if points is not None else curve.points, _span(curve))
-    drawing.describe_plane(curve.units, "Grazing curve")
+        span = float(curve.omega[0]), float(curve.omega[-1])
+        draw_points(ax, points.points if points is not None else curve.points, span)
+    drawing.describe_plane(curve.units, "Grazing curve" if isinstance(curve, GrazingCurve) else "Grazing curves")
     ax.margins(x=0.01)
     drawing.show_legend()
     return ax
 
 
-def plot_stop_grazing_curves(
-    curves: StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None = None
-) -> Axes:
-    """Draw the clearance of each stop over omega, dashed where it is virtual, with codimension-two points."""
-    ax = drawing.ax
-    draw_stop_curves(ax, curves)
-    if points is not False:
-        draw_points(ax, points.points if points is not None else curves.points, _span(curves))
-    drawing.describe_plane(curves.units, "Grazing curves")
-    ax.margins(x=0.01)
-    drawing.show_legend()
-    return ax
-
-
+@draws(CodimensionTwoPoints)
 def plot_codimension_two_points(
-    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None = None
+    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None
 ) -> Axes:
     """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
     ax = drawing.ax
-    if curve is not None and is_of_both(curve):
+    if curve is not None:
         draw_curve(ax, curve)
-    elif curve is not None:
-        draw_stop_curves(ax, curve)
     else:
         request = points.meta["request"]
         between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
@@ -87,11 +73,6 @@ def plot_codimension_two_points(
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
     return ax
-
-
-def is_of_both(curve: GrazingCurve | StopGrazingCurves) -> TypeIs[GrazingCurve]:
-    """Return whether a result is the one curve on which both stops are grazed at once."""
-    return hasattr(curve, "clearance")
 
 
 def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, other: Mapping[str, float | None] | None) -> None:
@@ -111,16 +92,24 @@ def meets_other(oscillator: Oscillator, omega: Floats, stop: StopName, clearance
     return np.asarray(grazing_clearance(oscillator, omega, other) > clearance)
 
 
-def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
-    """Add the grazing curve to axes, with a band under the stretches where the graze does not recur.
+def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = False) -> None:
+    """Add the grazing curve to axes, or those of the stops, dashed where they are virtual.
+
+    There is a band under the stretches of the curve of both stops where the graze does not recur.
 
     Parameters
     ----------
     ax : Axes
-    curve : GrazingCurve
+    curve : GrazingCurve or StopGrazingCurves
     halo : bool
         Draw a white line with dark rims, without the band, so that it differs from other curves and from regions.
     """
+    if isinstance(curve, StopGrazingCurves):
+        for name in STOPS:
+            clearance, virtual = getattr(curve, f"clearance_{name}"), getattr(curve, f"virtual_{name}")
+            if clearance is not None:
+                draw_graze(ax, name, curve.omega, clearance, virtual, halo)
+        return
     ax.plot(
         curve.omega,
         curve.clearance,
@@ -141,14 +130,6 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
             label=f"no recurrence up to order {curve.meta['request']['max_order']}",
             zorder=2,
         )
-
-
-def draw_stop_curves(ax: Axes, curves: StopGrazingCurves, halo: bool = False) -> None:
-    """Add the grazing curves of the stops to axes, dashed where they are virtual; with `halo` as `draw_curve`."""
-    for name in STOPS:
-        clearance, virtual = getattr(curves, f"clearance_{name}"), getattr(curves, f"virtual_{name}")
-        if clearance is not None:
-            draw_graze(ax, name, curves.omega, clearance, virtual, halo)
 
 
 def draw_graze(
@@ -235,7 +216,3 @@ def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: floa
         omega, clearance = [point.omega for point in points], [point.clearance for point in points]
         effects = rimmed(edge + 1.6) if rim else None
         ax.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)
-
-
-def _span(curve: GrazingCurve | StopGrazingCurves) -> tuple[float, float]:
-    return float(curve.omega[0]), float(curve.omega[-1])

@@ -7,30 +7,38 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label, chance_text, fixed_text, legend_square, parameter_label
-from grazemap.plots.observables import quantity_label
+from grazemap.plots.axes import (
+    Drawing,
+    axis_label,
+    chance_text,
+    draws,
+    fixed_text,
+    legend_square,
+    parameter_label,
+    quantity_label,
+)
 from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
+from grazemap.results import BifurcationDiagram
+from grazemap.results.observables import Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationDiagram
-    from grazemap.results.observables import Quantity
 
-
+@draws(BifurcationDiagram, width=10.0, height=5.5)
 def plot_bifurcation_diagram(
     result: BifurcationDiagram,
     drawing: Drawing,
-    quantity: str = "displacement",
-    motions: int = 12,
-    colours: Mapping[str, str] | None = None,
-    observed: Quantity | None = None,
+    quantity: str,
+    observed: Quantity | None,
+    motions: int,
+    colours: Mapping[str, str] | None,
 ) -> Axes:
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
 
     The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
-    `colours` are those of motions by label or kind. `observed` is the quantity where it is an observable or an output,
-    which has one value for each value of the parameter. Ticks along the top show the values whose motion is sensitive.
+    `observed` is the quantity where it is an observable or an output, which has one value for each value of the
+    parameter. Ticks along the top show the values whose motion is sensitive.
     """
     ax = drawing.ax
     parameter, values = result.points(quantity)
@@ -64,16 +72,16 @@ def plot_bifurcation_diagram(
         style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
         ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
-    text = (
-        f"{axis_label(quantity.removeprefix('impact_'), result.units)}, {what}"
+    wording = (
+        axis_label(quantity.removeprefix("impact_"), result.units) + f", {what}"
         if observed is None
         else quantity_label(observed)
     )
     request = result.meta["request"]
     drawing.describe(
         parameter_label(result.vary, result.units),
-        text,
-        f"Bifurcation diagram, {fixed_text(result)}, {request['policy']}",
+        wording,
+        "Bifurcation diagram, " + fixed_text(result) + f", {request['policy']}",
     )
     ax.margins(x=0.01)
     drawing.show_legend(handlelength=1.0, labelspacing=0.35)

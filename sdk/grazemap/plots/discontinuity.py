@@ -6,18 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, place_text
+from grazemap.plots.axes import Drawing, draws, place_text
+from grazemap.plots.engineering import with_unit
 from grazemap.plots.palette import INK, LINE, ORDERS, SECOND_LINE
+from grazemap.results import DiscontinuityMapping
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import DiscontinuityMapping
 
 # Returns of the map that are drawn.
 _RETURNS = 5
 
 
+@draws(DiscontinuityMapping)
 def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
     """Draw errors over the overshoot, logarithmically: of the mapping, of the next order, and of the first returns."""
     ax = drawing.ax
@@ -46,9 +47,9 @@ def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
     stop = "A" if result.stop == 1 else "C"
     where = place_text(result.units, omega=result.omega, clearance=result.clearance)
     drawing.describe(
-        "overshoot (m)" if result.units == "SI" else "overshoot",
-        r"maximum error, in units of $A$, $\omega A$ and radians",
-        f"Discontinuity mapping at stop {stop}, {where}",
+        with_unit("overshoot", "m", result.units),
+        with_unit(r"maximum error, in units of $A$, $\omega A$ and radians"),
+        f"Discontinuity mapping at stop {stop}, " + where,
     )
     ax.grid(alpha=0.25, linewidth=0.5)
     drawing.show_legend()

@@ -1,9 +1,11 @@
-"""Pictures of results in SI with hertz and millimetres on their axes."""
+"""The units of pictures: texts and ticks in the units of a result, or in hertz and millimetres where it is in SI."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -13,21 +15,71 @@ from grazemap.constants import ENGINEERING_UNITS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
     from matplotlib.text import Text
 
     A = TypeVar("A", bound=Axes | Iterable[Axes])
 
-_LABEL = re.compile(r"\((rad/s|m)\)")
-_VALUE = re.compile(r"= ([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (rad/s|m)(?![\w/])")
 _OMEGA, _FREQUENCY = r"$\omega$", r"$\omega/2\pi$"
+_ENGINEERING: ContextVar[bool] = ContextVar("in engineering units", default=False)
+
+
+@dataclass(frozen=True)
+class Wording:
+    """A text of a picture in the units of the result, and the same text in engineering units.
+
+    Attributes
+    ----------
+    text, engineering : str
+        They differ where a frequency or a length in SI is in the text.
+    unit : str
+        Of the numbers along an axis with this text; empty without one.
+    """
+
+    text: str
+    engineering: str
+    unit: str = ""
+
+    def __add__(self, after: str) -> Wording:
+        return replace(self, text=self.text + after, engineering=self.engineering + after)
+
+    def __radd__(self, before: str) -> Wording:
+        return replace(self, text=before + self.text, engineering=before + self.engineering)
+
+
+def with_unit(text: str, unit: str = "", units: str = "SI") -> Wording:
+    """Return the text of an axis, with its unit if there is one; nondimensional quantities have none."""
+    if not unit or units != "SI":
+        return Wording(text, text)
+    symbol = text.replace(_OMEGA, _FREQUENCY) if unit == "rad/s" else text
+    shown, _ = ENGINEERING_UNITS.get(unit, (unit, 1.0))
+    return Wording(f"{text} ({unit})", f"{symbol} ({shown})", unit)
+
+
+def with_value(symbol: str, value: float, unit: str, units: str) -> Wording:
+    """Return the text "symbol = value unit"; nondimensional quantities have no unit."""
+    if units != "SI":
+        return with_unit(f"{symbol} = {value:.5g}")
+    shown, factor = ENGINEERING_UNITS.get(unit, (unit, 1.0))
+    other = symbol.replace(_OMEGA, _FREQUENCY) if unit == "rad/s" else symbol
+    return Wording(f"{symbol} = {value:.5g} {unit}", f"{other} = {value * factor:.5g} {shown}")
+
+
+@contextmanager
+def in_engineering_units(wanted: bool = True) -> Iterator[None]:
+    """Within this block pictures of results in SI are drawn with hertz and millimetres."""
+    token = _ENGINEERING.set(wanted)
+    try:
+        yield
+    finally:
+        _ENGINEERING.reset(token)
 
 
 def engineering_units(ax: A) -> A:
     """Show frequencies in Hz and lengths in mm, in the ticks, labels and titles of pictures of results in SI.
 
     Call it after `plot`. The data stay in rad/s and m: so do coordinates for `ax.plot`, `ax.set_xlim` and
-    `ax.set_xticks`. Times and velocities stay in s and m/s. A later change of the scale of an axis undoes it.
+    `ax.set_xticks`. Times and velocities stay in s and m/s, and labels and titles that you wrote yourself as they are.
+    A later change of the scale of an axis undoes it.
 
     Parameters
     ----------
@@ -53,30 +105,36 @@ def engineering_units(ax: A) -> A:
     if all(axis.units is None for one in pictures for axis in (one.xaxis, one.yaxis)):
         raise ValueError("nothing on these axes is in SI units: plot a result in SI first")
     for one in pictures:
-        _convert(one)
+        for axis in (one.xaxis, one.yaxis):
+            _scale_ticks(axis)
+        for text in _texts(one):
+            wording = getattr(text, "wording", None)
+            if wording is not None and text.get_text() == wording.text:
+                text.set_text(wording.engineering)
     return ax
 
 
-def convert_figure(figure: Figure) -> None:
-    """As `engineering_units` on a whole figure, also where nothing but its texts is in SI."""
-    for one in figure.axes:
-        _convert(one)
+def declare(ax: Axes, axis: Axis, wording: Wording) -> None:
+    """Record the unit of an axis, with ticks in engineering units where `ax` is drawn in them."""
+    # `set_units` would forget the limits of regions
+    axis.units = wording.unit or None
+    if _is_engineering(ax):
+        _scale_ticks(axis)
 
 
-def keep_engineering_units(ax: Axes) -> None:
-    """Convert the labels of axes too that another picture was drawn on after `engineering_units`."""
-    from grazemap.plots.scaled_ticks import ScaledFormatter
+def write(ax: Axes, put: Callable[[str], Text], wording: Wording | str) -> None:
+    """Write a text with a method such as `ax.set_xlabel`, in engineering units where `ax` is drawn in them."""
+    wording = with_unit(wording) if isinstance(wording, str) else wording
+    text = put(wording.engineering if _is_engineering(ax) else wording.text)
+    text.wording = wording  # type: ignore[attr-defined]
 
-    if any(isinstance(axis.get_major_formatter(), ScaledFormatter) for axis in (ax.xaxis, ax.yaxis)):
-        _convert(ax)
 
+def _is_engineering(ax: Axes) -> bool:
+    """Return whether axes are drawn in engineering units: all are, or their ticks are since `engineering_units`."""
+    from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLogFormatter
 
-def _convert(ax: Axes) -> None:
-    for axis in (ax.xaxis, ax.yaxis):
-        if axis.units in ENGINEERING_UNITS:
-            _scale_ticks(axis)
-    for text in _texts(ax):
-        text.set_text(_converted(text.get_text()))
+    scaled = ScaledFormatter, ScaledLogFormatter
+    return _ENGINEERING.get() or any(isinstance(one.get_major_formatter(), scaled) for one in (ax.xaxis, ax.yaxis))
 
 
 def _scale_ticks(axis: Axis) -> None:
@@ -84,9 +142,9 @@ def _scale_ticks(axis: Axis) -> None:
 
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLocator, ScaledLogFormatter
 
+    if axis.units not in ENGINEERING_UNITS or isinstance(axis.get_major_formatter(), NullFormatter):
+        return  # the caller may have removed the texts
     factor, locator = ENGINEERING_UNITS[axis.units][1], axis.get_major_locator()
-    if isinstance(axis.get_major_formatter(), NullFormatter):
-        return  # the caller has removed the texts
     if isinstance(axis.get_major_formatter(), LogFormatter):
         axis.set_major_formatter(ScaledLogFormatter(factor))
         axis.set_minor_formatter(ScaledLogFormatter(factor))
@@ -107,19 +165,5 @@ def _texts(ax: Axes) -> Iterator[Text]:
     yield ax.title
     yield from (one.xaxis.label for one in ax.get_shared_x_axes().get_siblings(ax))
     yield from (one.yaxis.label for one in ax.get_shared_y_axes().get_siblings(ax))
-    title = getattr(ax.get_figure(root=False), "_suptitle", None)
-    if title is not None:
-        yield title
-
-
-def _converted(text: str) -> str:
-    """Return a label or a title in Hz and mm."""
-    if "rad/s" in text:
-        text = text.replace(_OMEGA, _FREQUENCY)
-    text = _LABEL.sub(lambda found: f"({ENGINEERING_UNITS[found[1]][0]})", text)
-    return _VALUE.sub(_value, text)
-
-
-def _value(found: re.Match[str]) -> str:
-    unit, factor = ENGINEERING_UNITS[found[2]]
-    return f"= {float(found[1]) * factor:.5g} {unit}"
+    figure = ax.get_figure(root=False)
+    yield from () if figure is None else figure.texts

@@ -9,14 +9,13 @@ import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
 from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_graze, draw_points, is_of_both, meets_other
+from grazemap.plots.curve import draw_curve, draw_graze, draw_points, meets_other
 from grazemap.plots.palette import INK
+from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 from grazemap.wire.linear import STOPS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 
 
 def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> None:
@@ -60,7 +59,7 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
         The curve is that of a stop that does not vary in the map.
     """
     varied, parameters = umap.parameters[1], umap.plane.parameters
-    if varied == "clearance" and is_of_both(curve):
+    if varied == "clearance" and isinstance(curve, GrazingCurve):
         draw_curve(ax, curve, halo=True)
         return
     drawn = [stop for stop in STOPS if varied in ("clearance", f"clearance_{stop}")]

@@ -7,48 +7,38 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, cell_borders, parameter_label, record_unit
+from grazemap.plots.axes import Drawing, cell_borders, draws, parameter_label, quantity_label
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points
-from grazemap.plots.orbits import STYLES, named_branch
+from grazemap.plots.orbits import STYLES, named_branch, plot_branch
 from grazemap.plots.palette import BIFURCATIONS, OTHER
+from grazemap.results import (
+    BifurcationCurves,
+    CodimensionTwoPoints,
+    GrazingCurve,
+    OrbitBranch,
+    StopGrazingCurves,
+    UnfoldingMap,
+)
+from grazemap.results.observables import Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import (
-        BifurcationCurves,
-        CodimensionTwoPoints,
-        GrazingCurve,
-        OrbitBranch,
-        StopGrazingCurves,
-        UnfoldingMap,
-    )
-    from grazemap.results.observables import Quantity
-
-
-def quantity_label(quantity: Quantity) -> str:
-    """Return the text of an axis, with the unit in SI."""
-    return f"{quantity.name} ({quantity.unit})" if quantity.unit not in ("", "nondimensional") else quantity.name
 
 
 def plot_over_plane(
     umap: UnfoldingMap,
     drawing: Drawing,
     quantity: Quantity,
-    curve: GrazingCurve | StopGrazingCurves | None = None,
-    points: CodimensionTwoPoints | None = None,
-    curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
+    curve: GrazingCurve | StopGrazingCurves | None,
+    points: CodimensionTwoPoints | None,
+    curves: BifurcationCurves | Sequence[BifurcationCurves] | None,
 ) -> Axes:
     """Draw a quantity over a map with its scale, grey where there is none, and over it the curves and points given."""
     ax, across, up = drawing.ax, cell_borders(umap.horizontal), cell_borders(umap.vertical)
     ax.set_facecolor(OTHER)
     drawn = ax.pcolormesh(across, up, np.ma.masked_invalid(quantity.values), cmap="viridis", rasterized=True)
-    label = quantity_label(quantity)
     if drawing.legend != "none":
-        bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8).ax
-        record_unit(bar.yaxis, label)
-        if drawing.labels:
-            bar.set_ylabel(label)
+        drawing.show_scale(drawn, quantity_label(quantity))
     draw_curves_and_points(ax, umap, curve, points, curves)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
@@ -56,13 +46,16 @@ def plot_over_plane(
     return ax
 
 
+@draws(OrbitBranch)
 def plot_along_branch(
-    branch: OrbitBranch, drawing: Drawing, quantity: Quantity, colour: str | None = None, label: str | None = None
+    branch: OrbitBranch, drawing: Drawing, quantity: Quantity | None, colour: str | None, label: str | None
 ) -> Axes:
     """Draw a quantity of the motions of a branch over the parameter: stable ones solid, unstable ones dashed.
 
-    Special points between two motions are marked.
+    Special points between two motions are marked. Without a quantity the speeds of the impacts are drawn.
     """
+    if quantity is None:
+        return plot_branch(branch, drawing, colour, label)
     ax = drawing.ax
     vary = parameter_label(branch.meta["request"]["vary"], branch.units)
     title = f"{quantity.name} along branches" if label else f"{named_branch(branch)}: {quantity.name}"

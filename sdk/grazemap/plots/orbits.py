@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, fixed_text, parameter_label, record_unit
+from grazemap.plots.axes import Drawing, draws, fixed_text, parameter_label
+from grazemap.plots.engineering import Wording, with_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
+from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
+from grazemap.results.stretches import Knots
 from grazemap.wire import impacts_on, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
-    from grazemap.results.stretches import Knots
 
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
@@ -32,6 +33,7 @@ STYLES: dict[str, dict[str, Any]] = {
 Floats = NDArray[np.float64]
 
 
+@draws(PeriodicOrbit, width=5.5, height=5.5)
 def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
     """Draw the multipliers of an orbit and the unit circle."""
     name = label_text(result.motion.label) if result.motion.label else "no orbit"
@@ -47,12 +49,13 @@ def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
     return ax
 
 
+@draws(OrbitBranch, "plot_multipliers", width=5.5, height=5.5)
 def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
 
     Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
-    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, {fixed_text(result)}")
+    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + fixed_text(result))
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return drawing.ax
@@ -66,22 +69,17 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
     label = parameter_label(result.meta["request"]["vary"], result.units)
     if drawing.legend == "outside":
-        bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8).ax
-        record_unit(bar.yaxis, label)
-        if drawing.labels:
-            bar.set_ylabel(label)
+        drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
         bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
         ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high], format="%.3g")
-        record_unit(bar.xaxis, label)
-        if drawing.labels:
-            bar.set_title(label, fontsize=7)
+        drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
     return ax
 
 
-def _describe_circle(drawing: Drawing, title: str) -> None:
-    drawing.describe("real part", "imaginary part", title)
+def _describe_circle(drawing: Drawing, title: Wording | str) -> None:
+    drawing.describe(with_unit("real part"), with_unit("imaginary part"), title)
 
 
 def _unit_circle(drawing: Drawing) -> Axes:
@@ -94,7 +92,7 @@ def _unit_circle(drawing: Drawing) -> Axes:
     return ax
 
 
-def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None = None, label: str | None = None) -> Axes:
+def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label: str | None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
     Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts,
@@ -104,10 +102,8 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None = None
     ax = drawing.ax
     drawing.describe(
         parameter_label(result.meta["request"]["vary"], result.units),
-        "impact speed" + (" (m/s)" if result.units == "SI" else ""),
-        f"Impact speeds along branches, {fixed_text(result)}"
-        if label
-        else f"{named_branch(result)}, {fixed_text(result)}",
+        with_unit("impact speed", "m/s", result.units),
+        ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + fixed_text(result),
     )
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grazemap import colours
 from grazemap.colours import PALETTE
+from grazemap.results import Motion, MotionShare
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
-
-if TYPE_CHECKING:
-    from grazemap.results import Motion, MotionShare
 
 INK: str = PALETTE["ink"]
 PAPER: str = PALETTE["paper"]

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label
+from grazemap.plots.axes import Drawing, axis_label, draws
+from grazemap.plots.engineering import with_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, dash
+from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 _FAR = 0.003
 # Maximum number of resonant points that are drawn, and share of the width by which arrows and texts are apart.
@@ -21,9 +21,8 @@ _DRAWN, _APART = 40, 0.07
 _PALE = 0.35
 
 
-def plot_local_unfolding(
-    result: CodimensionTwoPoints, drawing: Drawing, omega: tuple[float, float] | None = None
-) -> Axes:
+@draws(CodimensionTwoPoints, "plot_unfolding")
+def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: tuple[float, float] | None) -> Axes:
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
     At a saddle-node curve the branch that starts at the graze ends; at a period-doubling or symmetry-breaking curve it
@@ -50,7 +49,7 @@ def plot_local_unfolding(
             )
     _draw_sides(ax, shown, stop - start)
     ax.set_xlim(start, stop)
-    distance = r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else "")
+    distance = with_unit(r"distance to the grazing curve $b - A(\omega)$", "m", result.units)
     of_all = f", {len(shown)} of {len(resonant)} points (shortest periods)" if len(shown) < len(resonant) else ""
     title = f"Curves from the grazing curve, to leading order{of_all}"
     drawing.describe(axis_label("omega", result.units), distance, title)

@@ -6,18 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label
+from grazemap.plots.axes import Drawing, axis_label, draws
+from grazemap.plots.engineering import with_unit
 from grazemap.plots.palette import INK, ORDERS, PALE_LINE, dash
+from grazemap.results import Structure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import Structure
 
 _LOGARITHMIC = 30.0
 """Ratio of the largest to the smallest amplitude from which their axis is logarithmic."""
 
 
+@draws(Structure)
 def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
     """Draw the amplitude of every harmonic with the natural frequencies; without frequencies the impulse response."""
     ax, units = drawing.ax, structure.units
@@ -27,7 +28,7 @@ def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
             return ax
         ax.plot(structure.time, structure.impulse_response, color=INK, linewidth=1.2)
         ax.axhline(0.0, color=PALE_LINE, linewidth=0.8)
-        response = "impulse response $g$" + (" (s)" if units == "SI" else "")
+        response = with_unit("impulse response $g$", "s", units)
         drawing.describe(axis_label("time", units), response, "Contact coordinate after a unit jump of its velocity")
         return ax
     order = np.argsort(structure.omega, kind="stable")
@@ -48,7 +49,7 @@ def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
     sizes = np.concatenate(drawn) if drawn else np.zeros(0)
     if len(sizes) and sizes.max() > _LOGARITHMIC * sizes.min():
         ax.set_yscale("log")
-    amplitude = "amplitude of the contact coordinate" + (" (m)" if units == "SI" else "")
+    amplitude = with_unit("amplitude of the contact coordinate", "m", units)
     drawing.describe(axis_label("omega", units), amplitude, "Steady response without contact")
     ax.margins(x=0.01)
     drawing.show_legend()

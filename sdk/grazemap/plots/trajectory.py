@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import (
-    Drawing,
-    LegendPlace,
-    axis_label,
-    drawing,
-    new_figure,
-    point_text,
-    shown_axes,
-)
+from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
+from grazemap.plots.engineering import Wording, write
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
+from grazemap.results import Trajectories, Trajectory
+from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
 from grazemap.wire.structure import RestitutionPair, as_pair
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import Trajectories, Trajectory
 
 _EARLIER, _STOP, _IMPACT = NAMED["1-1r-1l"], UNRESOLVED, SECOND_LINE
 # Maximum number of forcing periods that are legible in the time history.
@@ -79,7 +73,8 @@ def trajectory_drawing(
     return TrajectoryDrawing(made[0], made[1], own_figure=True)
 
 
-def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int | None = None) -> TrajectoryAxes:
+@draws(Trajectory, place=trajectory_drawing)
+def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int | None) -> TrajectoryAxes:
     """Draw the last periods of the contact, or of one mass, over time, and the whole record in its phase plane.
 
     Parameters
@@ -117,32 +112,33 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     return drawing.axes
 
 
+@draws(Trajectories, place=trajectory_drawing)
 def plot_trajectories(
-    result: Trajectories, drawing: TrajectoryDrawing, mass: int | None = None, given: Mapping[str, str] | None = None
+    result: Trajectories, drawing: TrajectoryDrawing, mass: int | None, colours: Mapping[str, str] | None
 ) -> TrajectoryAxes:
     """Draw the last periods of every trajectory over time and in its phase plane, coloured by motion.
 
-    `given` are colours by label or kind. The rest as for `plot_trajectory`.
+    The rest as for `plot_trajectory`.
     """
     first = result.trajectories[0]
     touching = _Contact.of(first)
     mass = _checked_mass(touching, mass)
     history, portrait = drawing.axes
     different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
-    colours = dict(zip(different, motion_colours(list(different.values()), given), strict=True))
+    shades = dict(zip(different, motion_colours(list(different.values()), colours), strict=True))
     seen: set[str] = set()
     for trajectory in result.trajectories:
         time, displacement, velocity = with_impacts(trajectory, mass)
         shown = _last_periods(trajectory, time)
         text = motion_text(trajectory.motion)
-        style: dict[str, Any] = {"color": colours[text], "linewidth": 0.8}
-        text = text if colours[text] != OTHER else f"{list(colours.values()).count(OTHER)} other motions"
+        style: dict[str, Any] = {"color": shades[text], "linewidth": 0.8}
+        text = text if shades[text] != OTHER else f"{list(shades.values()).count(OTHER)} other motions"
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)
     if mass == touching.mass:
         _draw_stops(history, portrait, touching)
-    _label(drawing, first, mass, f"{_name(mass)} at {point_text(first)}: {len(result)} trajectories")
+    _label(drawing, first, mass, f"{_name(mass)} at " + point_text(first) + f": {len(result)} trajectories")
     _legend(drawing.history, 6)
     return drawing.axes
 
@@ -204,7 +200,7 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     return shown
 
 
-def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: str) -> None:
+def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: Wording) -> None:
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
     drawing.history.describe(axis_label("time", units), displacement, None if drawing.own_figure else title)
@@ -213,7 +209,7 @@ def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None,
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
     if drawing.own_figure and drawing.history.labels and figure is not None:
-        figure.suptitle(title, fontsize=10)
+        write(drawing.history.ax, partial(figure.suptitle, fontsize=10), title)
 
 
 def _legend(drawing: Drawing, columns: int) -> None:
@@ -279,7 +275,7 @@ def _draw_impacts(history: Axes, trajectory: Trajectory, touching: _Contact, sta
             )
 
 
-def _title(trajectory: Trajectory, mass: int | None) -> str:
+def _title(trajectory: Trajectory, mass: int | None) -> Wording:
     named, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
     counts = [
@@ -290,4 +286,4 @@ def _title(trajectory: Trajectory, mass: int | None) -> str:
     request = trajectory.meta["request"]
     if trajectory.motion.kind == "unresolved" and request["transient_periods"] + request["periods"] <= _LONGEST_MOTION:
         named = f"{request['periods']} forcing period{'s' * (request['periods'] > 1)}"
-    return f"{_name(mass)} at {point_text(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"
+    return f"{_name(mass)} at " + point_text(trajectory) + f": {named}, {', '.join(counts) or 'no impacts'}"

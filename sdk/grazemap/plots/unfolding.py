@@ -8,23 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.colours import COLOURED, colours_of_map
-from grazemap.plots.axes import Drawing, cell_borders, chance_text, legend_square, share_text
+from grazemap.colours import colours_of_map
+from grazemap.plots.axes import Drawing, cell_borders, chance_text, draws, legend_square, share_text
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points
+from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
+from grazemap.results import (
+    BifurcationCurves,
+    CodimensionTwoPoints,
+    GrazingCurve,
+    MotionShare,
+    StopGrazingCurves,
+    UnfoldingMap,
+)
+from grazemap.results.observables import Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.results import (
-        BifurcationCurves,
-        CodimensionTwoPoints,
-        GrazingCurve,
-        MotionShare,
-        StopGrazingCurves,
-        UnfoldingMap,
-    )
 
 # A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
@@ -34,16 +35,18 @@ _MEASURED_SIDE = 1024
 _INFERRED = OTHER
 
 
+@draws(UnfoldingMap, width=10.5, height=6.5)
 def plot_unfolding_map(
     umap: UnfoldingMap,
     drawing: Drawing,
     *,
+    quantity: Quantity | None = None,
     curve: GrazingCurve | StopGrazingCurves | None = None,
     points: CodimensionTwoPoints | None = None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
-    motions: int = COLOURED,
-    colours: Mapping[str, str] | None = None,
-    merge_mirror_images: bool = False,
+    motions: int,
+    colours: Mapping[str, str] | None,
+    merge_mirror_images: bool,
     title: str | None = None,
     over: Callable[[Axes], None] | None = None,
     margins: bool = True,
@@ -54,6 +57,8 @@ def plot_unfolding_map(
     ----------
     umap : UnfoldingMap
     drawing : Drawing
+    quantity : Quantity, optional
+        Drawn in place of the regions.
     curve : GrazingCurve or StopGrazingCurves, optional
         Drawn over the regions, as far as it lies inside.
     points : CodimensionTwoPoints, optional
@@ -73,6 +78,8 @@ def plot_unfolding_map(
     margins : bool
         Whether the grazing curves are drawn where the margins of a map with axes are 0.
     """
+    if quantity is not None:
+        return plot_over_plane(umap, drawing, quantity, curve, points, curves)
     ax = drawing.ax
     shares = umap.motions(merge_mirror_images=merge_mirror_images)
     found = colours_of_map(
@@ -112,6 +119,7 @@ def _title(umap: UnfoldingMap) -> str:
     return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.vertical)} × {len(umap.horizontal)} points"
 
 
+@draws(UnfoldingMap, "plot_computed", width=8.0, height=6.5)
 def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
     """Draw which points of an adaptive map were computed, on axes like those of the map.
 

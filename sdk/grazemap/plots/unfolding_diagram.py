@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, cell_borders, rimmed
+from grazemap.plots.axes import Drawing, cell_borders, draws, rimmed
 from grazemap.plots.borders import curve_style
-from grazemap.plots.curve import draw_curve, draw_plane_grazes, draw_stop_curves
+from grazemap.plots.curve import draw_curve, draw_plane_grazes
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.unfolding import plot_unfolding_map
+from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
-
+@draws(UnfoldingDiagram, width=10.5, height=6.5)
 def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **options: Any) -> Axes:
     """Draw an unfolding diagram.
 
@@ -40,10 +40,9 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
     note = "; no border between mirror images" if borders is not None and diagram.mirrors else ""
 
     def over(ax: Axes) -> None:
-        if diagram.grazing_curve is not None:
-            draw_curve(ax, diagram.grazing_curve, halo=True)
-        if diagram.stop_grazing_curves is not None:
-            draw_stop_curves(ax, diagram.stop_grazing_curves, halo=True)
+        for curve in (diagram.grazing_curve, diagram.stop_grazing_curves):
+            if curve is not None:
+                draw_curve(ax, curve, halo=True)
         if diagram.grazing_curves is not None:
             draw_plane_grazes(ax, diagram.grazing_curves, both=diagram.mirrors)
         if borders is not None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.basins import plot_basin_fractions, plot_basins
 from grazemap.results.base import Result, counted, counted_points
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, described
 from grazemap.schema.basins import ATTRACTOR, BASIN_ENTROPY, CONTINUED_ATTRACTOR, UNCERTAINTY
 
@@ -107,19 +106,15 @@ class Basins(Result):
         every = np.where(self.label < 0, len(named), self.label)
         return {"motion": (every, [*named, "unresolved"]), "attractor_motion": (np.arange(len(named)), named)}
 
+    @picture
     def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        colours: Mapping[str, str] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        self, ax: Axes | None = None, *, colours: Mapping[str, str] | None = None, **options: Unpack[PictureOptions]
     ) -> Axes:
         """Draw the rectangle, every state in the colour of the motion that it leads to.
 
         `colours` gives colours by label or kind.
         """
-        return plot_basins(self, drawing(ax, legend, labels, 9.0, 6.5), colours)
+        return draw(self, ax, options, colours=colours)
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
@@ -181,20 +176,20 @@ class BasinFractions(Result):
         named = [attractor.label or attractor.kind for attractor in self.attractors]
         return {"attractor_motion": (np.arange(len(named)), named)}
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
         *,
         motions: int = 12,
         colours: Mapping[str, str] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the shares over the parameter, as areas on top of each other.
 
         `motions` is the number of attractors with a colour of their own. `colours` gives colours by label or kind.
         """
-        return plot_basin_fractions(self, drawing(ax, legend, labels, 10.0, 5.5), motions, colours)
+        return draw(self, ax, options, motions=motions, colours=colours)
 
     def _summary(self) -> str:
         said = f"{counted(self.parameter, 'value')} of {self.vary}, {counted(self.attractors, 'attractor')}"

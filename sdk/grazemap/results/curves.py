@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from grazemap.results.base import Result, counted
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import FloatArray, described
 from grazemap.schema.curves import CURVE, FOLLOWED_MOTION
 from grazemap.wire import BifurcationCurvesRequest
@@ -16,8 +17,6 @@ from grazemap.wire.planes import Plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 class PlaneCurve:
@@ -145,19 +144,10 @@ class BifurcationCurves(Result):
         place = {"omega": there.omega, "clearance": there.clearance.model_dump()}
         return {"oscillator": there.oscillator.model_dump(), **place, "motion": motion}
 
-    def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        admissible: bool = True,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
-    ) -> Axes:
+    @picture
+    def plot(self, ax: Axes | None = None, *, admissible: bool = True, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the curves; with `admissible` only those of admissible motions."""
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.borders import plot_bifurcation_curves
-
-        return plot_bifurcation_curves(self, drawing(ax, legend, labels), admissible)
+        return draw(self, ax, options, admissible=admissible)
 
     def _summary(self) -> str:
         lost = [motion for motion in self.motions if motion.reason is not None]

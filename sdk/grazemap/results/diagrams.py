@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.diagrams import plot_bifurcation_diagram
 from grazemap.results.base import Result, counted
 from grazemap.results.observables import Observed, quantity_of, variables_of
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import ChanceToSettle, FloatArray, IntArray, Motion, described
 from grazemap.schema.trajectories import SECTION
 
@@ -68,6 +67,7 @@ class BifurcationDiagram(Observed, Result):
         """Return the name of the motion at every value: n-p_r-q_l, or its kind."""
         return tuple(section.motion.label or section.motion.kind for section in self.sections)
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
@@ -75,8 +75,7 @@ class BifurcationDiagram(Observed, Result):
         *,
         motions: int = 12,
         colours: Mapping[str, str] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw a quantity of the sections over the parameter, in the colours of the motions.
 
@@ -85,9 +84,7 @@ class BifurcationDiagram(Observed, Result):
         label or kind. Ticks along the top show the values whose motion is sensitive.
         """
         observed = quantity_of(self, quantity) if quantity in dict(self._observed()) else None
-        return plot_bifurcation_diagram(
-            self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions, colours, observed
-        )
+        return draw(self, ax, options, quantity=quantity, observed=observed, motions=motions, colours=colours)
 
     def _observed(self) -> Iterator[tuple[str, FloatArray]]:
         return ((one.name, values) for one, values in variables_of(self))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.discontinuity import plot_mapping_error
 from grazemap.results.base import Result, counted
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.discontinuity import GRAZING, NEXT_CONTACT, RETURNS
 
@@ -80,9 +79,10 @@ class DiscontinuityMapping(Result):
     margin: float | None
     returns: Returns
 
-    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
+    @picture
+    def plot(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the errors of the mapping, and of the returns by the Poincare map, over the overshoot."""
-        return plot_mapping_error(self, drawing(ax, legend, labels))
+        return draw(self, ax, options)
 
     def _summary(self) -> str:
         return f"{counted(self.overshoot, 'overshoot')}, {counted(self.returns.error[0, 1:], 'return')}"

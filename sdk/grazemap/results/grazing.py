@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.curve import plot_codimension_two_points, plot_grazing_curve, plot_stop_grazing_curves
-from grazemap.plots.resonance import plot_local_unfolding
 from grazemap.results.base import Result, counted, outside
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import BoolArray, FloatArray, IntArray, described
 from grazemap.schema.grazing import CORNER, FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
@@ -152,16 +150,16 @@ class StopGrazingCurves(_WithPoints, Result):
             raise ValueError(f"the result has no curve of the stop {stop!r}; it has {' and '.join(varied)}")
         return _evaluated(self, omega, varied if stop is None else [stop])
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
         *,
         points: CodimensionTwoPoints | Literal[False] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the clearance of each stop over omega, dashed where it is virtual, with the codimension-two points."""
-        return plot_stop_grazing_curves(self, drawing(ax, legend, labels), points)
+        return draw(self, ax, options, points=points)
 
     def _summary(self) -> str:
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
@@ -196,16 +194,16 @@ class GrazingCurve(_WithPoints, Result):
         """
         return _evaluated(self, omega, ["right"])
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
         *,
         points: CodimensionTwoPoints | Literal[False] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw clearance over omega with the codimension-two points (its own, or `points`; False: none)."""
-        return plot_grazing_curve(self, drawing(ax, legend, labels), points)
+        return draw(self, ax, options, points=points)
 
     def _summary(self) -> str:
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
@@ -216,33 +214,29 @@ class CodimensionTwoPoints(_WithPoints, Result):
 
     points: tuple[CodimensionTwoPoint, ...]
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
         *,
         curve: GrazingCurve | StopGrazingCurves | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the points on the grazing curve in the plane of omega and clearance.
 
         A `curve` that is given is drawn as it draws itself; left out, those of the stops that vary are evaluated.
         """
-        return plot_codimension_two_points(self, drawing(ax, legend, labels), curve)
+        return draw(self, ax, options, curve=curve)
 
+    @picture
     def plot_unfolding(
-        self,
-        ax: Axes | None = None,
-        *,
-        omega: tuple[float, float] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None, **options: Unpack[PictureOptions]
     ) -> Axes:
         """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 
         `omega` is the interval drawn; left out: that of the request.
         """
-        return plot_local_unfolding(self, drawing(ax, legend, labels), omega)
+        return draw(self, ax, options, "plot_unfolding", omega=omega)
 
     def _summary(self) -> str:
         kinds = Counter(point.kind for point in self.points)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.errors import MissingExtra
+from grazemap.results.pictures import plots
 from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
@@ -88,10 +89,9 @@ def _thumbnail(result: Result) -> str:
     """Return a small picture as an element of HTML; empty without matplotlib, or where nothing can be drawn."""
     if not hasattr(result, "plot"):
         return ""
-    from grazemap.plots import draw_apart
-
     small = thinned(result)
     try:
+        draw_apart = plots().draw_apart
         figure = draw_apart(small) if small is result else draw_apart(small, legend="none", labels=False)
     except MissingExtra:
         return ""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.observables import plot_along_branch
-from grazemap.plots.orbits import plot_branch, plot_branch_multipliers, plot_multipliers
 from grazemap.results.base import Result, counted
 from grazemap.results.observables import Observed, quantity_of
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import (
     BoolArray,
     ComplexArray,
@@ -83,9 +81,10 @@ class PeriodicOrbit(Observed, Result):
             return "no motion: not admissible"
         return "stable" if self.stable else "unstable"
 
-    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
+    @picture
+    def plot(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the multipliers and the unit circle; the orbit itself is a trajectory with ``initial=orbit.start``."""
-        return plot_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
+        return draw(self, ax, options)
 
     def _summary(self) -> str:
         if not self.converged:
@@ -157,6 +156,7 @@ class OrbitBranch(Observed, Result):
     bias: FloatArray | None = None
     forcing: FloatArray | None = None
 
+    @picture
     def plot(
         self,
         quantity: str | Axes | None = None,
@@ -164,8 +164,7 @@ class OrbitBranch(Observed, Result):
         *,
         colour: str | None = None,
         label: str | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked.
 
@@ -174,19 +173,15 @@ class OrbitBranch(Observed, Result):
         With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
         drawn instead. Raises ValueError for one that was not asked for.
         """
-        if isinstance(quantity, str):
-            return plot_along_branch(self, drawing(ax, legend, labels), quantity_of(self, quantity), colour, label)
-        return plot_branch(self, drawing(quantity if ax is None else ax, legend, labels), colour, label)
+        if quantity is not None and not isinstance(quantity, str):
+            quantity, ax = None, quantity
+        shown = None if quantity is None else quantity_of(self, quantity)
+        return draw(self, ax, options, quantity=shown, colour=colour, label=label)
 
-    def plot_multipliers(
-        self,
-        ax: Axes | None = None,
-        *,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
-    ) -> Axes:
+    @picture
+    def plot_multipliers(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the multipliers of all orbits and the unit circle, coloured by the parameter."""
-        return plot_branch_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
+        return draw(self, ax, options, "plot_multipliers")
 
     def knots(self) -> Knots:
         """Return the orbits and the special points in one order, and the kind of the orbits between them."""

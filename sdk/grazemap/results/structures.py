@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.structure import plot_structure
 from grazemap.results.base import Result, counted
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import FloatArray, described
 from grazemap.schema.structures import GAPS, HARMONIC
 
@@ -76,9 +75,10 @@ class Structure(Result):
         """As `Result.derived_tables`."""
         return {"modes": self.modes}
 
-    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
+    @picture
+    def plot(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the amplitude over omega with the natural frequencies; without omega the impulse response over time."""
-        return plot_structure(self, drawing(ax, legend, labels))
+        return draw(self, ax, options)
 
     def _summary(self) -> str:
         return f"{counted(self.natural_frequencies, 'mode')}, effective mass {self.effective_mass:.6g}"

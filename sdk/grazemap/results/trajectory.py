@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.codec import Document
-from grazemap.plots.axes import LegendPlace
-from grazemap.plots.trajectory import plot_trajectories, plot_trajectory, trajectory_drawing
 from grazemap.results.base import Result, counted
 from grazemap.results.observables import Observed
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import FloatArray, Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
@@ -29,19 +28,15 @@ class Trajectory(Observed, Result):
     motion: Motion
     final: State | None
 
+    @picture
     def plot(
-        self,
-        ax: tuple[Axes, Axes] | Axes | None = None,
-        *,
-        mass: int | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        self, ax: tuple[Axes, Axes] | Axes | None = None, *, mass: int | None = None, **options: Unpack[PictureOptions]
     ) -> tuple[Axes, Axes]:
         """Draw the time history of the contact, or of one mass, and its phase portrait; return both axes.
 
         `ax` is both axes, or one for the time history alone.
         """
-        return plot_trajectory(self, trajectory_drawing(ax, legend, labels), mass)
+        return draw(self, ax, options, mass=mass)
 
     def _summary(self) -> str:
         return f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
@@ -65,21 +60,21 @@ class Trajectories(Result):
     def __len__(self) -> int:
         return len(self.trajectories)
 
+    @picture
     def plot(
         self,
         ax: tuple[Axes, Axes] | Axes | None = None,
         *,
         mass: int | None = None,
         colours: Mapping[str, str] | None = None,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> tuple[Axes, Axes]:
         """Draw the last periods of the contact, or of one mass, in the colours of the motions; return both axes.
 
         `ax` is both axes, or one for the time history alone. All that was recorded of one of them, with its impacts,
         is drawn by ``trajectories[i].plot()``. `colours` gives colours by label or kind.
         """
-        return plot_trajectories(self, trajectory_drawing(ax, legend, labels), mass, colours)
+        return draw(self, ax, options, mass=mass, colours=colours)
 
     def _summary(self) -> str:
         found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)

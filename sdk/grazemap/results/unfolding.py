@@ -6,20 +6,18 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.colours import colours_of_map
-from grazemap.plots.axes import LegendPlace, drawing
-from grazemap.plots.observables import plot_over_plane
-from grazemap.plots.unfolding import plot_computed, plot_unfolding_map
+from grazemap.colours import COLOURED, colours_of_map
 from grazemap.results.base import Result, counted, counted_points, outside
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.observables import Observed, quantity_of
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import (
     RECORDS,
     BoolArray,
@@ -273,6 +271,7 @@ class UnfoldingMap(Observed, Result):
         motions, codes = self._coded()
         return {"label": (codes, [motion.label for motion in motions])}
 
+    @picture
     def plot(
         self,
         quantity: str | Axes | None = None,
@@ -281,11 +280,10 @@ class UnfoldingMap(Observed, Result):
         curve: GrazingCurve | StopGrazingCurves | None = None,
         points: CodimensionTwoPoints | None = None,
         curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
-        motions: int = 20,
+        motions: int = COLOURED,
         colours: Mapping[str, str] | None = None,
         merge_mirror_images: bool = False,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given.
 
@@ -308,12 +306,11 @@ class UnfoldingMap(Observed, Result):
             if one is not None and one.parameters != self.parameters:
                 own, given = (" and ".join(names) for names in (self.parameters, one.parameters))
                 raise ValueError(f"curves are over {given}, and the map is over {own}")
-        if quantity is not None:
-            shown = quantity_of(self, quantity)
-            return plot_over_plane(self, drawing(ax, legend, labels, 10.5, 6.5), shown, curve, points, curves)
-        return plot_unfolding_map(
+        return draw(
             self,
-            drawing(ax, legend, labels, 10.5, 6.5),
+            ax,
+            options,
+            quantity=None if quantity is None else quantity_of(self, quantity),
             curve=curve,
             points=points,
             curves=curves,
@@ -322,9 +319,10 @@ class UnfoldingMap(Observed, Result):
             merge_mirror_images=merge_mirror_images,
         )
 
-    def plot_computed(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
+    @picture
+    def plot_computed(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw which points of an adaptive map were computed. Raises ValueError for other maps."""
-        return plot_computed(self, drawing(ax, legend, labels, 8.0, 6.5))
+        return draw(self, ax, options, "plot_computed")
 
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
+from grazemap.colours import COLOURED
 from grazemap.results.base import RESULTS, Result, counted_points, value_of
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.schema import ResultSchema
@@ -23,8 +25,6 @@ from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from grazemap.plots.axes import LegendPlace
 
 
 _REQUESTS = {"stop_grazing_curves": "grazing_curve"}
@@ -239,25 +239,21 @@ class UnfoldingDiagram(Result):
         ]
         return "\n".join(lines)
 
+    @picture
     def plot(
         self,
         ax: Axes | None = None,
         *,
-        motions: int = 20,
+        motions: int = COLOURED,
         colours: Mapping[str, str] | None = None,
         merge_mirror_images: bool = False,
-        legend: LegendPlace | None = None,
-        labels: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
 
         `colours` and `merge_mirror_images` are as of `UnfoldingMap.plot`.
         """
-        from grazemap.plots.axes import drawing
-        from grazemap.plots.unfolding_diagram import plot_unfolding_diagram
-
-        options = {"motions": motions, "colours": colours, "merge_mirror_images": merge_mirror_images}
-        return plot_unfolding_diagram(self, drawing(ax, legend, labels, 10.5, 6.5), **options)
+        return draw(self, ax, options, motions=motions, colours=colours, merge_mirror_images=merge_mirror_images)
 
     def _one_label_each(self) -> NDArray[np.str_]:
         """Return labels in which mirror images are one motion, more impacts first, if they are motions too."""

@@ -1,0 +1,73 @@
+"""What draws which results: methods of results look pictures up here, where modules of `grazemap.plots` add them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from inspect import Parameter
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar
+
+from grazemap.errors import MissingExtra
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from grazemap.results.base import Result
+
+LegendPlace = Literal["outside", "inside", "none"]
+
+A = TypeVar("A")
+F = TypeVar("F", bound=Callable[..., Any])
+
+PICTURES: dict[tuple[type[Result], str], Callable[..., Any]] = {}
+"""What draws a result, by its class and the name of the method: a function of the result, ax, and keywords."""
+
+
+class PictureOptions(TypedDict, total=False):
+    """The keywords of every picture: the place of the legend, and whether there are a title and texts of the axes."""
+
+    legend: LegendPlace | None
+    labels: bool
+
+
+_DEFAULTS: PictureOptions = {"legend": None, "labels": True}
+
+
+def picture(method: F) -> F:
+    """Show the keywords of every picture in the signature of a method, where it has ``**options`` in the source."""
+    signature = inspect.signature(method)
+    *own, _ = signature.parameters.values()
+    for name, default in _DEFAULTS.items():
+        annotation = PictureOptions.__annotations__[name].__forward_arg__
+        own.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation))
+    method.__signature__ = signature.replace(parameters=own)  # type: ignore[attr-defined]
+    return method
+
+
+def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: str = "plot", **arguments: object) -> A:
+    """Draw what a method of a result draws, on the axes given or those of a new figure, and return the axes.
+
+    `arguments` are those of the method that not every picture has. Raises TypeError for an option that no picture has,
+    and MissingExtra.
+    """
+    for name in options:
+        if name not in _DEFAULTS:
+            raise TypeError(f"{type(result).__name__}.{method}() got an unexpected keyword argument {name!r}")
+    plots()
+    drawn: A = PICTURES[type(result), method](result, ax, **{**_DEFAULTS, **options}, **arguments)
+    return drawn
+
+
+@cache
+def plots() -> Any:
+    """Return the package of pictures, after its modules have registered what they draw. Raises MissingExtra."""
+    try:
+        package = import_module("grazemap.plots")
+        for module in iter_modules(package.__path__, f"{package.__name__}."):
+            import_module(module.name)
+    except ImportError as error:
+        raise MissingExtra("a picture", "plot") from error
+    return package
