@@ -14,8 +14,6 @@ energy norm.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
@@ -27,6 +25,7 @@ from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.own_tables import OF_CHANGES, LaneModels, OwnTables, put_in_changes
 from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
 from grazemap_core.simulation.tolerances import RANK_ROUNDING
 
@@ -62,25 +61,20 @@ Numbers = tuple[float, float, float, float]
 
 
 class TangentBatch(NamedTuple):
-    """WIDTH lanes.
-
-    Attributes
-    ----------
-    lanes, first, impacts : (WIDTH,)
-        Index of a lane, row of the half period's first impact in its events, and number of impacts.
-    changes : (4 N * WIDTH,)
-        For every block, u of every change, then u' of every change.
-    flow : (2 N * WIDTH,)
-        Of every block, u and u' after whole parts of a cell from a unit velocity.
-    rows : (ROWS * WIDTH,)
-    """
+    """WIDTH lanes."""
 
     lanes: Integers
+    """(WIDTH,) Index of a lane."""
     first: Integers
+    """(WIDTH,) Row of the half period's first impact in its events."""
     impacts: Integers
+    """(WIDTH,) Number of impacts."""
     changes: Floats
+    """(4 N * WIDTH,) For every block, u of every change, then u' of every change."""
     flow: Floats
+    """(2 N * WIDTH,) Of every block, u and u' after whole parts of a cell from a unit velocity."""
     rows: Floats
+    """(ROWS * WIDTH,) Scratch, by the rows above."""
 
 
 def tangent_batch(masses: int) -> TangentBatch:
