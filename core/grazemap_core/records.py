@@ -22,16 +22,15 @@ class _Docstring:
     """The docstring of a record, with its fields."""
 
     def __init__(self, text: str) -> None:
-        self.text = inspect.cleandoc(text)
+        self._text = text
 
     def __get__(self, record: object, cls: type) -> str:
         fields: dict[str, str] = {}
         for base in reversed(cls.__mro__):
             if isinstance(vars(base).get("__doc__"), _Docstring):
                 fields |= _fields(base)
-        if not fields:
-            return self.text
-        return "\n".join([self.text, "", "Attributes", "----------", *fields.values()])
+        listed = ["", "Attributes", "----------", *fields.values()] if fields else []
+        return "\n".join([inspect.cleandoc(self._text), *listed])
 
 
 def _fields(cls: type) -> dict[str, str]:

@@ -53,7 +53,7 @@ class Oscillator:
     bias: Floats
     """(N,) Static forces."""
     units: str = "nondimensional"
-    """"nondimensional" or "SI". Used by `create` only; the stored numbers do not depend on it."""
+    """Either "nondimensional" or "SI". Used by `create` only; the stored numbers do not depend on it."""
     restitution_left: float | None = None
     """R of the left stop, where it is another one."""
     variants: Variants | None = None

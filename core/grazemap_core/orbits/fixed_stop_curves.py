@@ -48,7 +48,7 @@ class Line:
     """A line of constant frequency."""
 
     type: str
-    """"SN", "PD" or "GR"."""
+    """One of "SN", "PD" or "GR"."""
     omega: float
     """The frequency."""
     speed: float

@@ -82,7 +82,7 @@ class OneImpactBranch:
     """Orbits with an angle above this, and below pi/2, have no contacts other than their impacts; pi/2 if there are
     none."""
     admissibility: Admissibility
-    """"undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
+    """It is "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
     `admissible_above` is pi/2 then too."""
     special_points: tuple[BranchPoint, ...]
     """In the order of the branch, by decreasing angle. The first is the graze at which it begins."""

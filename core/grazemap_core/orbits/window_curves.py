@@ -50,7 +50,7 @@ class CurvePiece:
     """A piece of a curve."""
 
     type: str
-    """"SN", "PD", "SB" or "GR"."""
+    """One of "SN", "PD", "SB" or "GR"."""
     period: int
     """n of the motions, forcing periods."""
     impacts_right: int

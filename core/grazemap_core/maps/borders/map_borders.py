@@ -77,7 +77,7 @@ class BorderCurve:
     """A curve that explains borders."""
 
     type: str
-    """"SN", "PD", "SB", "NS" or "GR"."""
+    """One of "SN", "PD", "SB", "NS" or "GR"."""
     name: Name
     """Name of the motion that ends there."""
     plane: tuple[str, str]
