@@ -308,7 +308,7 @@ def _ranges(coefficients: Coefficients) -> _Ranges:
         may &= np.abs(du) <= moves[1] + turns
         may &= ddu <= uncertain
         single = ddu < -uncertain
-        # what halving would tell is less than what the change of omega hides
+        # halving the range would tell less than the change of omega over the cell hides
         narrow = turns <= RATE_RANGE * moves[1]
         tiny = (narrow & (within <= moves[2])) | (half * orders[-1] <= PEAK_RANGE)
         done = may & np.where(single, narrow | (r == 0.0), tiny)

@@ -249,7 +249,7 @@ class PlaneSettler:
     def __init__(self, plane: Plane, task: Settling) -> None:
         """Allocate scratch for one structure at a time; nothing is run."""
         self.plane, self._task = plane.at_own_period, task
-        # what is observed is of the motion itself, not of it over the factor of the forces
+        # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
         self._scaled = tuple(name for name in ("bias", "forcing") if task.observed is not None and name in plane.names)
         self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
         self._last: Settler | None = None
@@ -363,7 +363,7 @@ class PlaneSettler:
         return found._replace(**{name: np.ones(len(rows)) for name in self._scaled})
 
     def _oscillator(self, row: int, column: int) -> Oscillator:
-        """Return the oscillator of a point with what its conditions do not say."""
+        """Return the oscillator of a point, without the parameters that its conditions have."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
     def _structure(self, row: int, column: int) -> tuple[Settler, dict[float, Complexes]]:

@@ -79,7 +79,7 @@ ABSENT = SecondStop(math.inf)
 
 @dataclass(frozen=True, eq=False)
 class StopFamily:
-    """Orbits with one impact on a stop in n periods; of symmetric ones, the impact on the other stop is its image."""
+    """Orbits with one impact on a stop in n periods; symmetric orbits have its mirror image on the other stop."""
 
     family: OrbitFamily
     """All motions of the pattern."""

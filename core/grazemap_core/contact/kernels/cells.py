@@ -270,8 +270,8 @@ def free_reach(problem: CellProblem, stops: Stops) -> float:
 def reach_from(problem: CellProblem, stops: Stops, u: Floats, half: int) -> float:
     """Return a bound of |q| until the end of the half period without impacts, from the state at its start.
 
-    A bound below `free_reach` holds for all time to come: then the state minus the steady motion of all modes shows
-    that no impact follows.
+    A bound below `free_reach` holds for all time to come, as no impact follows. It is computed from the state minus the
+    steady motion of all modes.
     """
     reach, _ = bounds(problem, u)
     if problem.half_jump.shape[1] == 0:

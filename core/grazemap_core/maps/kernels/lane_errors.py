@@ -5,9 +5,9 @@ half period and e its round-off, the width W of the error becomes ``sqrt(g^2 (W^
 along, which soon has the direction that grows most. W is in displacement of the contact. Where it is as large as the
 motion, nothing more is carried.
 
-A decision is an impact that happens, with speed v and acceleration a, where it could have been missed: it cannot if
-v^2/(2 |a|) exceeds the error, in the share of W that the change has in the displacement there. Or it is a passage
-without contact, whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
+A decision is an impact, with speed v and acceleration a, that the error might have made a miss: it cannot if
+v^2/(2 |a|) exceeds the share of W that the change has in the displacement there. Or it is a passage without contact,
+whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
 passage at a small distance becomes an impact, it jumps.
 """
 

@@ -484,9 +484,9 @@ def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
 
 @kernel
 def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
-    """Start measuring the growth of two changes along a lane; of one where the error is as large as the motion.
+    """Start measuring the growth of two changes along a lane, or of one where the error is as large as the motion.
 
-    There the second one follows in the middle, unless the first has grown until then as only chaos makes it.
+    In the latter case the second change follows in the middle, unless the first has grown by then as only in chaos.
     """
     errors = tangents.errors
     tangents.carried[lane], tangents.grown[lane] = FIRST, 0

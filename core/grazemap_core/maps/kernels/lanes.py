@@ -50,8 +50,8 @@ GAP, RESTITUTION = 17, 18
 """Of the stop that q is closer to."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
-impact; lower bound of the gap where q turns back in the cell, and of that on either side of an impact, times the
-length of the cell over the time from it."""
+impact; lower bound of the gap where q turns back in the cell and, on either side of an impact, of the gap times the
+length of the cell over the time from the impact."""
 BATCH_ROWS = 23
 
 UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0

@@ -1,7 +1,7 @@
 """Models and tables of lanes: those that all lanes share, or every lane's own.
 
-A lane that has its own gets the tables of a trajectory when that starts in it (`begin_own`), and batches of lanes in a
-cell get what they need of them (`put_in_pass`, `put_in_changes`). Where lanes share them nothing is copied.
+Where every lane has its own tables, those of a trajectory are copied into its lane when it starts (`begin_own`), and
+from there into batches of lanes in a cell (`put_in_pass`, `put_in_changes`). Shared tables are not copied.
 """
 
 from __future__ import annotations

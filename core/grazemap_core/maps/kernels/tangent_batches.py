@@ -1,10 +1,9 @@
 """Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
 
 As in `multi_impact_cell`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
-arithmetic over whole vectors; their number is not a constant to the compiler, which would write out short loops one by
-one instead of vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In
-each step all lanes advance to their next impact; a lane without a further one stays at its last, and a lane without any
-advances to the end of the half period. A lane has one change, or two.
+arithmetic over whole vectors. The number of lanes is not a constant to the compiler: it would unroll short loops
+instead of vectorising them. In each step all lanes advance to their next impact; a lane without a further one stays at
+its last, and a lane without any advances to the end of the half period. A lane has one change, or two.
 
 The flow between impacts is a flow over whole parts of a cell, from a table, followed by one over at most half a part
 forward or backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that

@@ -511,8 +511,8 @@ def capture_ratio(
         Largest change of q over the ball: the orbit's other extrema have to be farther from the
         stops.
     share : float
-        Part of the trajectory's distance that is the radius of that ball: 1 where it is captured, less where only a
-        smaller ball is.
+        Radius of that ball over the distance of the trajectory from the orbit: 1 where the trajectory is captured, less
+        where only a smaller ball is.
     """
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)
