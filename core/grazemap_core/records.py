@@ -12,10 +12,11 @@ import inspect
 import textwrap
 import types
 import typing
+from abc import ABCMeta
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["NamedTuple", "dataclass"]
+__all__ = ["ABC", "NamedTuple", "dataclass"]
 
 
 class _Docstring:
@@ -63,10 +64,20 @@ class _Tuples(type):
         return _described(types.new_class(name, (typing.NamedTuple,), exec_body=lambda space: space.update(body)))
 
 
+class _Abstract(ABCMeta):
+    """Has the docstrings of its classes where `type` has them, as `help` looks there; `ABCMeta` has its own."""
+
+    __doc__ = vars(type)["__doc__"]
+
+
 if TYPE_CHECKING:
+    from abc import ABC
     from dataclasses import dataclass
     from typing import NamedTuple
 else:
+
+    class ABC(metaclass=_Abstract):
+        """As `abc.ABC`."""
 
     class NamedTuple(metaclass=_Tuples):
         """As `typing.NamedTuple`."""

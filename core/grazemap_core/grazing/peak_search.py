@@ -17,7 +17,7 @@ round-off, or a maximum has no curvature there: it is reported as near-double.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 
 import numpy as np
 from scipy.optimize import brentq
@@ -39,7 +39,7 @@ from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion, wra
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_CELLS, NEAR_DOUBLE_GAP, NEAR_DOUBLE_WIDTH
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.response_bounds import second_derivative_bound
-from grazemap_core.records import NamedTuple, dataclass
+from grazemap_core.records import ABC, NamedTuple, dataclass
 from grazemap_core.tolerances import EPSILON
 
 _NONE, _ONE, _UNDECIDED = 0, 1, 2

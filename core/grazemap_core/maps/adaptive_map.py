@@ -35,17 +35,11 @@ class Settings(TypedDict, total=False):
     """Optional arguments of `adaptive_map_tile`: those of `unfolding.unfolding_map_tile`, with the same defaults."""
 
     max_periods: int
-    """As in `unfolding.unfolding_map_tile`."""
     max_period: int
-    """As in `unfolding.unfolding_map_tile`."""
     policy: str
-    """As in `unfolding.unfolding_map_tile`."""
     initial_conditions: int
-    """As in `unfolding.unfolding_map_tile`."""
     seed: int
-    """As in `unfolding.unfolding_map_tile`."""
     preview: bool
-    """As in `unfolding.unfolding_map_tile`."""
 
 
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")

@@ -7,12 +7,12 @@ decomposition into blocks is refined in these.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
-from grazemap_core.records import NamedTuple
+from grazemap_core.records import ABC, NamedTuple
 
 
 class Response(NamedTuple):

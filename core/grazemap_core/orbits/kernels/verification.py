@@ -95,7 +95,7 @@ class VerificationScratch(NamedTuple):
     contact: ContactScratch
     """For the search for contacts."""
     capture: CaptureScratch
-    """For the proof of capture."""
+    """For the ball of capture."""
     matrix: Floats
     """(2 N, 2 N) The Floquet matrix."""
     real: Floats
