@@ -60,13 +60,7 @@ class NextContact:
 
 
 def recurrence_sequence(point: GrazingPoint, max_order: int = 8) -> RecurrenceSequence:
-    """Return xi_m at one grazing point; max_order is M >= 1.
-
-    Raises
-    ------
-    ParameterError
-        The number is out of range.
-    """
+    """Return xi_m at one grazing point; max_order is M >= 1."""
     checked_order("max_order", max_order, 1)
     order = np.arange(1, max_order + 1)
     impulse, both = impulse_response(point.model), point.varied is None

@@ -149,7 +149,6 @@ class _Curve(NamedTuple):
 
 
 def _saddle_node_curve(c_slope: float, d: float, curvature: float) -> _Curve:
-    """Return the curve of saddle-nodes."""
     return _Curve(
         omega=_sign(-c_slope),
         clearance=1,

@@ -175,11 +175,6 @@ def fraction_tile(
     -------
     dict of arrays of shape (n, s)
         Those of `basins.basin_tile`.
-
-    Raises
-    ------
-    ParameterError
-        A number is out of range.
     """
     check_limits(phase, max_periods, max_period)
     found, settlers = [], Settlers(Settling(max_periods, max_period))
