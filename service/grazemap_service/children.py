@@ -26,14 +26,20 @@ _TAIL_BYTES = 4000
 
 
 class Child(ABC):
-    """A process that the stack watches."""
+    """A process that the stack watches.
+
+    Attributes
+    ----------
+    name : str
+    log : Path
+        The file to which it appends what it says; it has at most about `MOST_LOG_BYTES`, and `.1` what was before.
+    deaths : int
+        Number of recent deaths.
+    """
 
     name: str
-    """Its name."""
     log: Path
-    """The file to which it appends what it says; it has at most about `MOST_LOG_BYTES`, and `.1` what was before."""
     deaths = 0
-    """Number of recent deaths."""
     _inherited: tuple[int, ...] = ()
     _process: subprocess.Popen[bytes] | None = None
     _started = 0.0

@@ -98,11 +98,8 @@ class Submission(NamedTuple):
     """A request for a process, and how it is cut into tiles."""
 
     process: str
-    """Name of the process."""
     request: ProcessRequest
-    """The request."""
     plan: Plan
-    """The tiles, and the estimate of the cost."""
 
 
 class Bell(NamedTuple):

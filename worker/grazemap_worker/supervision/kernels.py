@@ -37,16 +37,12 @@ _MOST_PROCESSES = 2
 
 @dataclass
 class _Compiler:
-    """A process that compiles components one after another."""
+    """A process that compiles components one after another: those that it still has to, since when the first."""
 
     process: subprocess.Popen[bytes]
-    """The process."""
     progress: Progress
-    """Watches whether it goes on."""
     components: list[str]
-    """Those that it still has to compile."""
     began: float
-    """Since when it compiles the first of them."""
 
 
 class Kernels:

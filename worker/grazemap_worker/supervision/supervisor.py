@@ -53,26 +53,20 @@ _WORKER_TRIES = 14
 
 @dataclass
 class _Slot:
-    """One place for a worker."""
+    """One place for a worker, for small tiles or for others; `pid` 0: none runs.
+
+    `overran`: it was killed because its small tile took too long.
+    """
 
     small: bool
-    """Whether it is a worker for small tiles."""
     watched: Watched = field(default_factory=Watched.shared)
-    """What the worker shows of its work."""
     progress: Progress | None = None
-    """Watches whether the worker goes on."""
     pid: int = 0
-    """Its process id; 0: none runs."""
     name: str = ""
-    """Its name."""
     started: float = 0.0
-    """When it was started."""
     failures: int = 0
-    """How often it has failed in a row."""
     not_before: float = 0.0
-    """When it may be started again."""
     overran: bool = False
-    """Whether it was killed because its small tile took too long."""
 
 
 class Supervisor:

@@ -8,7 +8,21 @@ import time
 
 
 class Watched(ctypes.Structure):
-    """Values in memory that is shared with forked processes; `shared` makes them."""
+    """Values in memory that is shared with forked processes; `shared` makes them.
+
+    Attributes
+    ----------
+    seen : float
+        When the worker was last seen to do something, on the monotonic clock.
+    computing : float
+        Since when it has computed a small tile; 0.0: it computes none.
+    processor_seconds : float
+        The processor time that it had taken then.
+    job : bytes
+        The job of that tile.
+    asked_to_stop : bool
+        Whether the worker is to stop after what it does.
+    """
 
     _fields_ = (
         ("seen", ctypes.c_double),
@@ -19,15 +33,10 @@ class Watched(ctypes.Structure):
     )
 
     seen: float
-    """When the worker was last seen to do something, on the monotonic clock."""
     computing: float
-    """Since when it has computed a small tile; 0.0: it computes none."""
     processor_seconds: float
-    """The processor time that it had taken then."""
     job: bytes
-    """The job of that tile."""
     asked_to_stop: bool
-    """Whether the worker is to stop after what it does."""
 
     @classmethod
     def shared(cls) -> Watched:
