@@ -28,20 +28,18 @@ THEOREMS: dict[str, Callable[[Machine, dict[str, Any], dict[str, Any], bool], di
 
 
 class Verdict(NamedTuple):
-    """Whether a certificate is verified. If it is not, all but `accepted` and `reason` are empty."""
+    """Whether a certificate is verified, and the mathematical reason if not.
+
+    If it is, `verdict` is "proven" or "disproven", `statement` and `oscillator` are what was read and compared, as it
+    stands in the certificate, and `enclosures` is what was shown besides. Otherwise they are empty.
+    """
 
     accepted: bool
-    """Whether it is verified."""
     reason: str
-    """The mathematical reason if it is not."""
     verdict: str
-    """Either "proven" or "disproven"."""
     statement: dict[str, Any]
-    """What was read and compared, as it stands in the certificate."""
     oscillator: dict[str, Any]
-    """The oscillator, likewise."""
     enclosures: dict[str, Any]
-    """What was shown besides."""
 
 
 def check(document: Any) -> Verdict:
