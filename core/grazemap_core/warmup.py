@@ -3,9 +3,8 @@
 A step has all kernels that some computations need. It is made of *components*, which several steps may have in common.
 A component is compiled by running a small case, or for the types of one. The kernels that carry the lanes of maps have
 the number of masses as a constant, so there is a component for each number; they are compiled once more (`apart`) for
-maps whose points share no tables. What a component has in common with one
-before is not compiled again, as the kernels are cached (`kernel_folder`); several processes can compile different
-components at the same time:
+maps whose points share no tables. A kernel that several components use is compiled once, as the kernels are cached
+(`kernel_folder`); several processes can compile different components at the same time:
 
     python -m grazemap_core.warmup lockstep-3
     python -m grazemap_core.warmup curves trajectories classification orbits

@@ -27,12 +27,20 @@ class Context:
     """
 
     settings: Settings
+    """The settings."""
     core_version: str
+    """Version of the core whose results are asked for."""
     store: Store
+    """The store."""
     metrics: Metrics
+    """What is counted for Prometheus."""
     renderings: Renderings
+    """Results in other representations."""
     hub: Hub
+    """Spreads the events of jobs to those who follow them."""
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
+    """Limits the threads in which routes call the store. They are not the framework's threads, so that a Redis that
+    does not respond does not delay other pages."""
 
 
 async def get_context(request: Request) -> Context:

@@ -36,11 +36,14 @@ _MOST_WEIGHT = 1000.0
 
 @dataclass(frozen=True)
 class Key:
-    """What a key grants: its name, its share of the workers, and the most unfinished tiles of its jobs."""
+    """What a key grants."""
 
     name: str
+    """Its name."""
     weight: float = 1.0
+    """Its share of the workers."""
     quota: int | None = None
+    """The most unfinished tiles of its jobs; None: no limit."""
 
 
 # By the digest of the key.

@@ -33,11 +33,14 @@ BODY_MODEL = "grazemap.body"
 
 
 class Kind(NamedTuple):
-    """One row of the table: title, status and meaning of a problem."""
+    """One kind of problem."""
 
     title: str
+    """Its title."""
     status: int
+    """Its HTTP status."""
     meaning: str
+    """What it means."""
 
 
 KINDS: dict[str, Kind] = {

@@ -18,20 +18,23 @@ _NUMPY_SETTINGS = ("NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES", "OPENB
 
 @dataclass(frozen=True)
 class Numerics:
-    """Libraries and processor that results are computed with.
-
-    `cpu` is the processor that code is generated for, by LLVM's name; "interpreted" when nothing is compiled.
-    `cpu_features` are the extensions of its instruction set that the code may use, with commas between them; empty if
-    it uses none beyond those of every processor of that name.
-    """
+    """Libraries and processor that results are computed with."""
 
     numba: str
+    """Version of numba."""
     llvmlite: str
+    """Version of llvmlite."""
     numpy: str
+    """Version of numpy."""
     scipy: str
+    """Version of scipy."""
     cpu: str
+    """The processor that code is generated for, by LLVM's name; "interpreted" when nothing is compiled."""
     cpu_features: str
+    """The extensions of its instruction set that the code may use, with commas between them; empty if it uses none
+    beyond those of every processor of that name."""
     fingerprint: str
+    """Start of a hash of all that the bytes of a result depend on besides the request."""
 
     def as_meta(self) -> dict[str, str]:
         """Return the numerics as in a result's metadata."""

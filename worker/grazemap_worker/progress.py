@@ -15,10 +15,12 @@ _TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
 class Seen(NamedTuple):
-    """The state letter of a process, and its processor time in seconds."""
+    """What the operating system says of a process."""
 
     state: str
+    """The letter of its state."""
     cpu_seconds: float
+    """Its processor time."""
 
 
 def seen(pid: int) -> Seen | None:

@@ -66,19 +66,22 @@ _COSTLY = -3
 
 @dataclass(frozen=True)
 class Context:
-    """The store, this worker, its numerics, and what its tiles may allocate.
-
-    `beat` is called every second or so, `watched` with the job before a tile is computed in this process, and with an
-    empty text after; `stopping` says whether no further tile is to be claimed.
-    """
+    """What a worker computes its tiles with."""
 
     store: Store
+    """The store."""
     worker: WorkerInfo
+    """This worker."""
     numerics: Numerics
+    """Its numerics."""
     memory_bytes: int = 2 << 30
+    """What its tiles may allocate."""
     watched: Callable[[str], None] = lambda _: None
+    """Is called with the job before a tile is computed in this process, and with an empty text after."""
     beat: Callable[[], None] = lambda: None
+    """Is called every second or so."""
     stopping: Callable[[], bool] = lambda: False
+    """Returns whether no further tile is to be claimed."""
 
 
 class NotWanted(Exception):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -16,26 +15,21 @@ from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import resonant_modes
 from grazemap_core.model.tolerances import HELD_RESONANT_GAIN
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class HeldModel:
-    """The modal models with the contact free and with the contact at rest, for every forcing frequency.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    free : ModalModel
-        Modal model of the whole structure.
-    constrained : HeldStructure
-    held : ModalModel or None
-        Modal model of `constrained`; None for one degree of freedom, and if it has no accurate one.
-    """
+    """The modal models with the contact free and with the contact at rest, for every forcing frequency."""
 
     oscillator: Oscillator
+    """The structure, its forces and its contact."""
     free: ModalModel
+    """Modal model of the whole structure."""
     constrained: HeldStructure
+    """The structure with the contact held."""
     held: ModalModel | None
+    """Modal model of `constrained`; None for one degree of freedom, and if it has no accurate one."""
 
     @cached_property
     def fixed_arrays(self) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -24,21 +23,23 @@ from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import modal_forcing, modal_steady, resonant_modes
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.records import dataclass
 
 _TERMS = TAYLOR_DEGREE + 1
 
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """The cells of half a forcing period; phases are exp(i s t) at their boundaries, (cells/2 + 1,).
-
-    `omega` is that of the forcing, `s` that of a harmonic.
-    """
+    """The cells of half a forcing period."""
 
     omega: float
+    """Forcing frequency."""
     s: float
+    """Frequency of a harmonic."""
     step: float
+    """Length of a cell."""
     phases: Complexes
+    """(cells/2 + 1,) exp(i s t) at the boundaries of the cells."""
 
     @classmethod
     def of(cls, harmonic: Harmonic, omega: float, step: float, cells: int) -> _Grid:
@@ -60,24 +61,22 @@ class _ResonantMode:
     """A resonant mode, at rest at the start of the half period, at phase 0; y is its part of the motion of q.
 
     ``y'' + 2 decay y' + frequency_squared y = force exp(i s t)``, y(0) = 0, y'(0) = rate.
-
-    Attributes
-    ----------
-    decay, frequency_squared : float
-    force, rate : complex
-    states : complex (cells/2 + 1, 2)
-        u and u' at the cell boundaries.
-    place, slope : complex (cells/2 + 1,)
-        y and its derivative there.
     """
 
     decay: float
+    """Decay of the block."""
     frequency_squared: float
+    """Square of the frequency of the block."""
     force: complex
+    """Amplitude of the harmonic's forcing of the mode."""
     rate: complex
+    """y' at the start."""
     states: Complexes
+    """(cells/2 + 1, 2) u and u' at the cell boundaries."""
     place: Complexes
+    """(cells/2 + 1,) y at the cell boundaries."""
     slope: Complexes
+    """(cells/2 + 1,) y' at the cell boundaries."""
 
     @classmethod
     def of(cls, model: ModalModel, j: int, forcing: Complexes, row: Floats, grid: _Grid) -> _ResonantMode:
@@ -237,34 +236,26 @@ def _total(parts: Sequence[_HarmonicPart], half: int, name: str) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _HarmonicPart:
-    """What one harmonic contributes to the reference motion, in the first half period.
-
-    Attributes
-    ----------
-    harmonic : Harmonic
-    amplitude : complex
-        Of q in the steady motion of the modes that are not resonant, at phase 0.
-    turn : complex
-        exp(i order phase).
-    grid : _Grid
-    modes : dict of int to _ResonantMode
-    forcing : complex (N, 2)
-        Of the resonant modes, the phase included; 0 for others.
-    jump, resonant_steady : (N, 2)
-        As `CellProblem.half_jump` and `CellProblem.resonant_steady`.
-    lasting : complex
-        Amplitude of q with all modes, at t = 0; infinite if a mode is resonant and undamped.
-    """
+    """What one harmonic contributes to the reference motion, in the first half period."""
 
     harmonic: Harmonic
+    """The harmonic of the forces."""
     amplitude: complex
+    """Of q in the steady motion of the modes that are not resonant, at phase 0."""
     turn: complex
+    """exp(i order phase)."""
     grid: _Grid
+    """The cells of the half period."""
     modes: dict[int, _ResonantMode]
+    """The resonant modes, by their index."""
     forcing: Complexes
+    """(N, 2) Forcing of the resonant modes, the phase included; 0 for others."""
     jump: Floats
+    """(N, 2) As `CellProblem.half_jump`."""
     resonant_steady: Floats
+    """(N, 2) As `CellProblem.resonant_steady`."""
     lasting: complex
+    """Amplitude of q with all modes, at t = 0; infinite if a mode is resonant and undamped."""
 
     @classmethod
     def of(

@@ -6,7 +6,6 @@ Neimark-Sacker point or graze. The condition of the special point is one more eq
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +24,7 @@ from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,46 +32,38 @@ class BifurcationCurve(ParameterCurve):
     """A curve of special orbits: m of them in the order of the curve, with k impacts each.
 
     At the special point from which it is followed, the parameter that changes more along the curve increases.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "NS", "GR"}
-    plane : (str, str)
-        The two parameters that vary.
-    horizontal, vertical : (m,)
-        Their values.
-    phases, velocities : (m, k)
-        As in `OrbitBranch`. For a GR one of the impacts is the graze; its velocity is 0.
-    stops : int (k,)
-    impact : int or None
-        GR only: index of the impact that is the graze.
-    period : int
-    symmetric : bool
-    multipliers : complex (m, 2N)
-        For symmetric motions: over half the period, followed by the mirror image. For a GR one of them is infinite, or
-        a large number.
-    admissible : bool (m,)
-        There is no contact with a stop other than the impacts; the graze of a GR does not count.
-    residual : (m,)
-        Residual of the orbit, in units of length.
-    ends : (str, str)
-        Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last.
     """
 
     type: SpecialType
+    """What is special about the orbits."""
     plane: tuple[Parameter, Parameter]
+    """The two parameters that vary."""
     horizontal: Floats
+    """(m,) Values of the first of them."""
     vertical: Floats
+    """(m,) Values of the second one."""
     phases: Floats
+    """(m, k) Forcing phases of the impacts, as in `OrbitBranch`."""
     velocities: Floats
+    """(m, k) Signed velocities before the impacts, as in `OrbitBranch`. For a GR one of the impacts is the graze; its
+    velocity is 0."""
     stops: Integers
+    """(k,) Stops of the impacts."""
     impact: int | None
+    """GR only: index of the impact that is the graze."""
     period: int
+    """Forcing periods after which the orbits repeat."""
     symmetric: bool
+    """Whether the impacts are those of half the period; those of the other half are their mirror images."""
     multipliers: Complexes
+    """(m, 2N) For symmetric motions: over half the period, followed by the mirror image. For a GR one of them is
+    infinite, or a large number."""
     admissible: Booleans
+    """(m,) There is no contact with a stop other than the impacts; the graze of a GR does not count."""
     residual: Floats
+    """(m,) Residual of the orbit, in units of length."""
     ends: tuple[str, str]
+    """Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last."""
 
 
 class BifurcationProblem(ContinuationProblem):

@@ -15,29 +15,23 @@ one of the impacts alone they are regular, and the point is a graze, so it is so
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.tolerances import GRAZE_MARGIN, MIN_TANGENT_COSINE
 from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class Halves:
-    """How the orbits of a path are made of two halves with the impacts of one orbit of the other branch.
-
-    Attributes
-    ----------
-    path : ContinuationProblem
-    sign : float
-        1: the second half is on the stops of the first, half the period later; -1: on the opposite ones.
-    """
+    """How the orbits of a path are made of two halves with the impacts of one orbit of the other branch."""
 
     path: ContinuationProblem
+    """The path whose orbits these are."""
     sign: float
+    """1: the second half is on the stops of the first, half the period later; -1: on the opposite ones."""
 
     @classmethod
     def of(cls, path: ContinuationProblem, unknowns: Floats) -> Halves | None:
@@ -84,19 +78,14 @@ class Halves:
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """An orbit at which impacts that follow each other on one stop come together, with velocity 0.
-
-    Attributes
-    ----------
-    unknowns, beside : (2 k + p,)
-        That orbit, and one of the branch just before it, as unknowns of the path.
-    impact : int
-        Index of the first of these impacts.
-    """
+    """An orbit at which impacts that follow each other on one stop come together, with velocity 0."""
 
     unknowns: Floats
+    """(2 k + p,) That orbit, as unknowns of the path."""
     beside: Floats
+    """(2 k + p,) An orbit of the branch just before it, likewise."""
     impact: int
+    """Index of the first of these impacts."""
 
     @classmethod
     def between(cls, path: ContinuationProblem, here: Floats, step: Floats) -> Meeting | None:

@@ -8,7 +8,7 @@ NS have no other branch (theory, "Beyond a special point").
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,25 +27,20 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitStart(ParameterOrbit):
-    """An orbit of another branch next to a special point.
-
-    Attributes
-    ----------
-    values : ParameterPoint
-        Of the orbit; all but the branch's parameter are those of the special point.
-    impacts : ImpactSequence
-    admissible : bool
-        Whether the orbit is a motion. For a GR, a motion on either side is chosen; if there is none, the orbit at the
-        graze itself.
-    """
+    """An orbit of another branch next to a special point."""
 
     values: ParameterPoint
+    """The parameters of the orbit; all but the branch's parameter are those of the special point."""
     impacts: ImpactSequence
+    """The impacts of the orbit."""
     admissible: bool
+    """Whether the orbit is a motion. For a GR, a motion on either side is chosen; if there is none, the orbit at the
+    graze itself."""
 
 
 @in_own_period

@@ -11,8 +11,7 @@ Theory*, 1977, 359-384.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,13 +34,16 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
+from grazemap_core.records import NamedTuple, dataclass
 
 
 class OrbitPoint(NamedTuple):
     """An orbit, and the values of all parameters there."""
 
     orbit: PeriodicOrbit
+    """The orbit."""
     at: ParameterPoint
+    """The values of all parameters there."""
 
 
 def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> OrbitPoint:
@@ -53,51 +55,42 @@ def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> Orbit
 
 @dataclass(frozen=True, eq=False)
 class OrbitBranch(ParameterCurve):
-    """A branch of periodic orbits: m of them in the order of the branch, with k impacts each.
-
-    Attributes
-    ----------
-    parameter : str
-        One of `parameters.PARAMETERS`.
-    values : (m,)
-        Values of the parameter.
-    phases, velocities : (m, k)
-        Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; for
-        symmetric motions, those of half the period. An impact is virtual where the sign of its velocity is not that of
-        its stop.
-    stops : int (k,)
-    period : int
-    symmetric : bool
-    multipliers : complex (m, 2N)
-        Over the period, by decreasing modulus; NaN where impacts come together.
-    isolated, admissible, stable, verified : bool (m,)
-        As in `PeriodicOrbit`.
-    excess : (m,)
-        As in `PeriodicOrbit`.
-    residual : (m,)
-        Residuals, in units of length.
-    special_points : tuple of SpecialPoint
-        In the order of the branch.
-    ends : (str, str)
-        Keys of `pseudo_arclength.ENDS`: why the branch ends before its first point and after its last.
-    """
+    """A branch of periodic orbits: m of them in the order of the branch, with k impacts each."""
 
     parameter: Parameter
+    """One of `parameters.PARAMETERS`."""
     values: Floats
+    """(m,) Values of the parameter."""
     phases: Floats
+    """(m, k) Forcing phases of the impacts, which change smoothly along the branch; for symmetric motions, those of
+    half the period."""
     velocities: Floats
+    """(m, k) Signed velocities before these impacts. An impact is virtual where the sign of its velocity is not that of
+    its stop."""
     stops: Integers
+    """(k,) Stops of the impacts."""
     period: int
+    """Forcing periods after which the orbits repeat."""
     symmetric: bool
+    """Whether the impacts are those of half the period; those of the other half are their mirror images."""
     multipliers: Complexes
+    """(m, 2N) Over the period, by decreasing modulus; NaN where impacts come together."""
     isolated: Booleans
+    """(m,) As in `PeriodicOrbit`."""
     admissible: Booleans
+    """(m,) As in `PeriodicOrbit`."""
     stable: Booleans
+    """(m,) As in `PeriodicOrbit`."""
     verified: Booleans
+    """(m,) As in `PeriodicOrbit`."""
     excess: Floats
+    """(m,) As in `PeriodicOrbit`."""
     residual: Floats
+    """(m,) Residuals, in units of length."""
     special_points: tuple[SpecialPoint, ...]
+    """In the order of the branch."""
     ends: tuple[str, str]
+    """Keys of `pseudo_arclength.ENDS`: why the branch ends before its first point and after its last."""
 
 
 @in_own_period

@@ -8,7 +8,6 @@ turns.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -28,43 +27,35 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assem
 from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
 from grazemap_core.orbits.states import multipliers_of, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_RESIDUAL, ORBIT_SETTLED
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class ContinuationPoint:
-    """An orbit of the curve, with its multipliers, test functions and contacts.
-
-    Attributes
-    ----------
-    unknowns : (2 k + p,)
-        Phases, speeds and the p parameters, in the path's units.
-    values : ParameterPoint
-    residual : float
-        Largest residual, in units of length.
-    kantorovich : float
-        As in `PeriodicOrbit`.
-    multipliers : complex (2 N,)
-        For symmetric motions: over half the period, followed by the mirror image.
-    fold_test, doubling_test : float
-        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` up to factors that do not vanish.
-    contact : int
-        Status of `admissibility.further_contact`.
-    excess, excess_phase : float
-    excess_stop : int
-        The highest maximum between the impacts, in the path's unit of length.
-    """
+    """An orbit of the curve, with its multipliers, test functions and contacts."""
 
     unknowns: Floats
+    """(2 k + p,) Phases, speeds and the p parameters, in the path's units."""
     values: ParameterPoint
+    """The values of all parameters."""
     residual: float
+    """Largest residual, in units of length."""
     kantorovich: float
+    """As in `PeriodicOrbit`."""
     multipliers: Complexes
+    """(2 N,) For symmetric motions: over half the period, followed by the mirror image."""
     fold_test: float
+    """``prod v_i det(M - I)`` up to factors that do not vanish."""
     doubling_test: float
+    """``prod v_i det(M + I)`` up to factors that do not vanish."""
     contact: int
+    """Status of `admissibility.further_contact`."""
     excess: float
+    """Height over a stop of the highest maximum between the impacts, in the path's unit of length."""
     excess_phase: float
+    """Phase of this maximum."""
     excess_stop: int
+    """Stop of this maximum."""
 
     @property
     def isolated(self) -> bool:

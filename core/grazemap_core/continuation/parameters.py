@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any, Final, NamedTuple
+from dataclasses import field, replace
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 Parameter = str
@@ -40,28 +41,24 @@ _FIELDS = {name: (f"{name}_right", f"{name}_left") for name in _OF_BOTH}
 
 
 class ParameterPoint(NamedTuple):
-    """The values of all parameters.
-
-    Attributes
-    ----------
-    omega : float
-    clearance_right, clearance_left : float
-        From q = 0; infinite for an absent stop.
-    restitution_right, restitution_left : float
-    bias, forcing : float
-        Factors of the bias and of the forces of the oscillator.
-    structure : tuple of (str, float)
-        The parameters of the structure that may vary.
-    """
+    """The values of all parameters."""
 
     omega: float
+    """Forcing frequency."""
     clearance_right: float
+    """Clearance of the right stop from q = 0; infinite for an absent stop."""
     clearance_left: float
+    """Clearance of the left stop, likewise."""
     restitution_right: float
+    """R of the right stop."""
     restitution_left: float
+    """R of the left stop."""
     bias: float = 1.0
+    """Factor of the bias of the oscillator."""
     forcing: float = 1.0
+    """Factor of the forces of the oscillator."""
     structure: tuple[tuple[str, float], ...] = ()
+    """The parameters of the structure that may vary."""
 
     @classmethod
     def of(cls, oscillator: Oscillator, omega: float, clearance: Clearance) -> ParameterPoint:
@@ -182,6 +179,7 @@ class ParameterOrbit:
     """An orbit with the values of all parameters; a base class."""
 
     values: ParameterPoint
+    """The values of all parameters."""
 
     @property
     def omega(self) -> float:
@@ -201,17 +199,12 @@ class ParameterOrbit:
 
 @dataclass(frozen=True, eq=False)
 class ParameterCurve:
-    """The values of all parameters at the m points of a curve.
-
-    Attributes
-    ----------
-    points : tuple of ParameterPoint
-    divisor : int
-        p: a period is ``2 pi/p`` in the phases of impacts.
-    """
+    """The values of all parameters at the m points of a curve."""
 
     points: tuple[ParameterPoint, ...]
+    """The values of all parameters, point by point."""
     divisor: int = field(default=1, kw_only=True)
+    """p: a period is ``2 pi/p`` in the phases of impacts."""
 
     def values_of(self, name: str) -> Floats:
         """Return the values (m,) of a field of `ParameterPoint`."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final, Literal
 
@@ -27,6 +26,7 @@ from grazemap_core.continuation.tolerances import (
     UNIT_CIRCLE_HALVINGS,
 )
 from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
 NOT_SOLVED: Final = "a test function changes its sign between orbits of the branch, but not all of them are solved for"
@@ -43,37 +43,28 @@ Test = Callable[[ContinuationPoint], float]
 
 @dataclass(frozen=True, eq=False)
 class SpecialPoint(ParameterOrbit):
-    """A special point of a branch.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "NS", "GR"}
-    values : ParameterPoint
-    reason : str
-        Why the test function that changes its sign there is not shown to vanish to round-off; empty if it is.
-    admissible : bool
-        Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are.
-    impacts : ImpactSequence
-    multipliers : complex (2 N,)
-        For symmetric motions: over half the period, followed by the mirror image.
-    segment : int
-        It lies between this point of the branch and the next.
-    stop, phase : int, float, or None
-        GR only: stop and forcing phase of the graze.
-    impact : int or None
-        GR only: index of the impact that vanishes; None where a further contact appears.
-    """
+    """A special point of a branch."""
 
     type: SpecialType
+    """What is special about the orbit."""
     values: ParameterPoint
+    """The values of all parameters there."""
     reason: str
+    """Why the test function that changes its sign there is not shown to vanish to round-off; empty if it is."""
     admissible: bool
+    """Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are."""
     impacts: ImpactSequence
+    """The impacts of the orbit."""
     multipliers: Complexes
+    """(2 N,) For symmetric motions: over half the period, followed by the mirror image."""
     segment: int = -1
+    """The point lies between this point of the branch and the next."""
     stop: int | None = None
+    """GR only: stop of the graze."""
     phase: float | None = None
+    """GR only: forcing phase of the graze."""
     impact: int | None = None
+    """GR only: index of the impact that vanishes; None where a further contact appears."""
 
     @property
     def status(self) -> Literal["converged", "guess"]:

@@ -13,8 +13,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
@@ -22,6 +20,7 @@ from scipy.linalg import expm
 from grazemap_core.arrays import Floats
 from grazemap_core.grazing.point import GrazingPoint
 from grazemap_core.grazing.tolerances import BACKWARD_GROWTH, BACKWARD_STEPS, KANTOROVICH_RATIO
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.tolerances import EPSILON
 
 ACCELERATION, JERK = 0, 1
@@ -29,33 +28,28 @@ ACCELERATION, JERK = 0, 1
 
 
 class Moment(NamedTuple):
-    """A moment of a backward motion: the change of its blocks, shape (N + H, 2), and the contact.
-
-    With q(t) = q + t q' + t^2 curve and q'(t) = q' + t slope; `acceleration` is that at t.
-    """
+    """A moment t of a backward motion, with q(t) = q + t q' + t^2 curve and q'(t) = q' + t slope."""
 
     gained: Floats
+    """(N + H, 2) The change of the blocks."""
     curve: float
+    """(q(t) - q - t q')/t^2."""
     slope: float
+    """(q'(t) - q')/t."""
     acceleration: float
+    """Acceleration of q at t."""
 
 
 @dataclass(frozen=True, eq=False)
 class BackwardFlow:
-    """The N free blocks and the H harmonics, in coordinates (frequency u, u').
-
-    Attributes
-    ----------
-    point : GrazingPoint
-    generator : ndarray of shape (N + H, 2, 2)
-        T of each block.
-    rows : ndarray of shape (4, N + H, 2)
-        Contribution of each coordinate to q and its first three derivatives.
-    """
+    """The N free blocks and the H harmonics, in coordinates (frequency u, u')."""
 
     point: GrazingPoint
+    """The graze at which the motion ends."""
     generator: Floats
+    """(N + H, 2, 2) T of each block."""
     rows: Floats
+    """(4, N + H, 2) Contribution of each coordinate to q and its first three derivatives."""
 
     @classmethod
     def of(cls, point: GrazingPoint) -> BackwardFlow:

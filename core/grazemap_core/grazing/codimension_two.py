@@ -19,8 +19,8 @@ T is the period of the forces: with p the common divisor of their harmonics, 2 p
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impu
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple, dataclass
 
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
@@ -54,99 +55,87 @@ _HIDDEN = (
 
 
 class Family(NamedTuple):
-    """One of the paper's four families (42): its case 1-4 and its number of periods n."""
+    """One of the paper's four families (42)."""
 
     case: int
+    """Its case, 1-4."""
     n: int
+    """Its number of periods."""
 
 
 @dataclass(frozen=True)
 class Corner:
-    """A kink of the grazing curve, where two maxima of the steady motion toward the grazed stop are equal.
-
-    Attributes
-    ----------
-    phase_before, phase_after : float
-        omega t in (-pi/p, pi/p] of the maximum that is the larger one below the frequency of the corner, and above it.
-    slope_before, slope_after : float
-        d A/d omega of these maxima: that of the grazing curve below the corner is the smaller one.
-    recurrence_before, recurrence_after : int
-        After a graze at this maximum, the number of the contact at which an impact first recurs, 0 if none does within
-        max_order half periods. The contacts are those of the steady motion at the corner, of both stops if they are
-        alike, in the order of time.
-    """
+    """A kink of the grazing curve, where two maxima of the steady motion toward the grazed stop are equal."""
 
     phase_before: float
+    """omega t in (-pi/p, pi/p] of the maximum that is the larger one below the frequency of the corner."""
     phase_after: float
+    """The same of the maximum that is the larger one above it."""
     slope_before: float
+    """d A/d omega of the first maximum, which the grazing curve has below the corner; the smaller slope."""
     slope_after: float
+    """d A/d omega of the second maximum."""
     recurrence_before: int
+    """After a graze at the first maximum, the number of the contact at which an impact first recurs, 0 if none does
+    within max_order half periods. The contacts are those of the steady motion at the corner, of both stops if they are
+    alike, in the order of time."""
     recurrence_after: int
+    """The same after a graze at the second maximum."""
 
 
 @dataclass(frozen=True)
 class CodimensionTwoPoint:
-    """A point (omega, clearance) of the grazing curve at which its unfolding changes.
-
-    Attributes
-    ----------
-    kind : {"recurrence", "resonant", "double-graze", "corner"}
-    omega, clearance : float
-        On the grazing curve; the clearance is that of the stop that varies.
-    residual : float
-        Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless.
-    status : {"simple", "near-double"}
-        A near-double zero stands for two zeros that are too close to be resolved, or for an extremum close to zero.
-    omega_error : float
-        Error of omega by the round-off of the model.
-    order : int
-        m, the number of half periods. Like `active` and `families`, None unless this is a recurrence point.
-    active : bool
-        Whether no impact recurs here at a smaller order.
-    families : tuple of Family
-        The paper's cases 1-4 with their number of periods n.
-    multiple : int
-        n, the period in forcing periods. Like `symmetric` and `bifurcation`, None unless this is a resonant point.
-    symmetric : bool
-        Whether the orbits have one impact on each stop (True), or one impact on one stop.
-    bifurcation : {"SN", "PD", "SB"}
-        The curve that leaves the grazing curve here.
-    unfolding : ResonantUnfolding or None
-        Leading order of that curve. None for a near-double point, where it is not defined.
-    stop : {+1, -1} or None
-        The stop that is grazed, where the two are not alike. So are `amplitude_slope`, d A/d omega, None at a corner,
-        and `margin`, the gap of the other stop minus the amplitude toward it, None if there is none.
-    corner : Corner or None
-        None for other points and near-double ones.
-    """
+    """A point (omega, clearance) of the grazing curve at which its unfolding changes."""
 
     kind: Kind
+    """What changes there."""
     omega: float
+    """Forcing frequency."""
     clearance: float
+    """Of the stop that varies, on the grazing curve."""
     residual: float
+    """Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless."""
     status: Status
+    """A near-double zero stands for two zeros that are too close to be resolved, or for an extremum close to zero."""
     omega_error: float
+    """Error of omega by the round-off of the model."""
     order: int | None = None
+    """m, the number of half periods. Like `active` and `families`, None unless this is a recurrence point."""
     active: bool | None = None
+    """Whether no impact recurs here at a smaller order."""
     families: tuple[Family, ...] | None = None
+    """The paper's cases 1-4 with their number of periods n."""
     multiple: int | None = None
+    """n, the period in forcing periods. Like `symmetric` and `bifurcation`, None unless this is a resonant point."""
     symmetric: bool | None = None
+    """Whether the orbits have one impact on each stop (True), or one impact on one stop."""
     bifurcation: Bifurcation | None = None
+    """The curve that leaves the grazing curve here."""
     unfolding: ResonantUnfolding | None = None
+    """Leading order of that curve. None for a near-double point, where it is not defined."""
     stop: int | None = None
+    """+1 or -1: the stop that is grazed, where the two are not alike; otherwise this, `amplitude_slope` and `margin`
+    are None."""
     amplitude_slope: float | None = None
+    """d A/d omega; None at a corner."""
     margin: float | None = None
+    """Gap of the other stop minus the amplitude toward it; None if there is none."""
     corner: Corner | None = None
+    """None for other points and near-double ones."""
 
 
 @dataclass(frozen=True)
 class _Zero:
-    """A zero of g, h or h_s: its time, its uncertainty, whether it is near-double, and its residual."""
+    """A zero of g, h or h_s."""
 
     time: float
+    """Its time."""
     uncertainty: float
+    """Uncertainty of the time."""
     status: Status
+    """Whether it is near-double."""
     residual: float
+    """Modulus of the function there."""
 
 
 def families_of_order(order: int) -> tuple[Family, ...]:

@@ -8,7 +8,6 @@ the impact. The paper's (27) omits the mapped state x; see docs/theory.md.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,28 +17,21 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.backward_flow import BackwardFlow
 from grazemap_core.grazing.point import GrazingPoint, checked_deviation
 from grazemap_core.grazing.tolerances import DOMAIN_WIDTH, FIRST_OVERSHOOT, MAX_OVERSHOOT
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class ExactMapping:
-    """The image of one state under the exact discontinuity mapping.
-
-    Attributes
-    ----------
-    deviation : ndarray of shape (2N + 1,)
-        The image, relative to the grazing point.
-    displacement : ndarray of shape (2N + 1,)
-        The image minus the state, to full relative accuracy.
-    impact : ndarray of shape (2N + 1,)
-        Deviation just before the impact. Its q is that of the stop, ``-stop depth``.
-    velocity : float
-        Of the contact just before the impact, signed.
-    """
+    """The image of one state under the exact discontinuity mapping."""
 
     deviation: Floats
+    """(2N + 1,) The image, relative to the grazing point."""
     displacement: Floats
+    """(2N + 1,) The image minus the state, to full relative accuracy."""
     impact: Floats
+    """(2N + 1,) Deviation just before the impact. Its q is that of the stop, ``-stop depth``."""
     velocity: float
+    """Of the contact just before the impact, signed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +39,20 @@ class MappingError:
     """Errors of the leading-order mapping for states that differ from the graze only by the contact beyond the stop.
 
     Sizes are those of `GrazingPoint.size`: the largest entry in units of amplitude, omega amplitude and radians.
-
-    Attributes
-    ----------
-    overshoot : ndarray of shape (n,)
-    displacement : ndarray of shape (n,)
-        Size of the displacement by the exact mapping.
-    leading : ndarray of shape (n,)
-        Size of the error of ``x + beta u``.
-    second : ndarray of shape (n,)
-        Size of the error of ``x + beta u + gamma u^2``.
-    leading_order, second_order : float
-        Exponents of the overshoot fitted to both errors; 1 and 3/2 in theory. NaN for fewer than two overshoots.
     """
 
     overshoot: Floats
+    """(n,) Distances of the contact beyond the stop."""
     displacement: Floats
+    """(n,) Size of the displacement by the exact mapping."""
     leading: Floats
+    """(n,) Size of the error of ``x + beta u``."""
     second: Floats
+    """(n,) Size of the error of ``x + beta u + gamma u^2``."""
     leading_order: float
+    """Exponent of the overshoot fitted to the first error; 1 in theory. NaN for fewer than two overshoots."""
     second_order: float
+    """Exponent fitted to the second error; 3/2 in theory. NaN likewise."""
 
 
 def overshoot_of(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> float:

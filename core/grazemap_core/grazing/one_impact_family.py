@@ -7,8 +7,6 @@ response at the multipliers +1 and -1 (theory, "One impact a period").
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -18,22 +16,17 @@ from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
 from grazemap_core.model.modal import ModalModel
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A pattern of impacts.
-
-    Attributes
-    ----------
-    multiple : int
-        n, the forcing periods after which the motion repeats.
-    symmetric : bool
-        One impact on each stop, half of the n periods apart; otherwise one impact on one stop.
-    """
+    """A pattern of impacts."""
 
     multiple: int
+    """n, the forcing periods after which the motion repeats."""
     symmetric: bool
+    """One impact on each stop, half of the n periods apart; otherwise one impact on one stop."""
 
     def __post_init__(self) -> None:
         checked_order("multiple", self.multiple, 1)
@@ -60,25 +53,22 @@ class PeriodicSums:
     """``sum_{k>=1} mu^-k g(k tau)`` and the same with g', g'', at ``mu = +1`` and ``mu = -1``.
 
     For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too.
-
-    Attributes
-    ----------
-    displacement, velocity, acceleration : float
-        H, H', H'' at mu = +1: the motion of the contact just before an impact, caused by unit impulses at all earlier
-        ones.
-    doubled_displacement, doubled_velocity, doubled_acceleration : float
-        H, H', H'' at mu = -1.
-    state : ndarray of shape (N, 2)
-        Contribution of each block to displacement and velocity of the contact just after an impulse.
     """
 
     displacement: float
+    """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at all earlier ones."""
     velocity: float
+    """H' at mu = +1: its velocity."""
     acceleration: float
+    """H'' at mu = +1: its acceleration."""
     doubled_displacement: float
+    """H at mu = -1."""
     doubled_velocity: float
+    """H' at mu = -1."""
     doubled_acceleration: float
+    """H'' at mu = -1."""
     state: Floats
+    """(N, 2) Contribution of each block to displacement and velocity of the contact just after an impulse."""
 
 
 def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse: Floats, span: float) -> Floats:

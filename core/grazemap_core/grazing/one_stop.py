@@ -11,7 +11,6 @@ the same stop, after whole periods of the forces: half periods have a meaning fo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,24 +26,19 @@ from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True)
 class VariedStop:
-    """The stop whose clearance varies, +1 or -1, and where the other one is.
-
-    Attributes
-    ----------
-    stop : {+1, -1}
-    other : float or None
-        The fixed clearance of the other stop; None: it is absent.
-    together : bool
-        Whether the other stop has the clearance of this one.
-    """
+    """The stop whose clearance varies, and where the other one is."""
 
     stop: int
+    """+1 or -1."""
     other: float | None = None
+    """The fixed clearance of the other stop; None: it is absent."""
     together: bool = False
+    """Whether the other stop has the clearance of this one."""
 
     def margin(self, oscillator: Oscillator, amplitude: Floats, other: Floats) -> Floats:
         """Return the gap of the other stop minus the amplitude toward it where this one is grazed.
@@ -77,31 +71,22 @@ class StopGrazes:
     """The grazes of one stop, or of both at once, at n frequencies: equations (16)-(19), the paper's Figure 2.
 
     Half periods are those of the forces: with p the common divisor of the harmonics, pi/(p omega).
-
-    Attributes
-    ----------
-    omega : ndarray of shape (n,)
-        Forcing frequencies.
-    clearance : ndarray of shape (n,)
-        Of this stop, at which the steady motion touches it; of both stops, its largest displacement.
-    phase : ndarray of shape (n,)
-        omega t at the contact, in (-pi/p, pi/p].
-    acceleration : ndarray of shape (n,)
-        Away from the stop, at the graze.
-    margin : ndarray of shape (n,)
-        Gap of the other stop minus the amplitude toward it; infinite if it is absent, or if both are grazed. The graze
-        is virtual where it is negative.
-    first_recurrence : ndarray of int, shape (n,)
-        Number of half periods of the forces after which an impact first recurs; 0: none up to max_order. On one stop it
-        is even.
     """
 
     omega: Floats
+    """(n,) Forcing frequencies."""
     clearance: Floats
+    """(n,) Of this stop, at which the steady motion touches it; of both stops, its largest displacement."""
     phase: Floats
+    """(n,) omega t at the contact, in (-pi/p, pi/p]."""
     acceleration: Floats
+    """(n,) Away from the stop, at the graze."""
     margin: Floats
+    """(n,) Gap of the other stop minus the amplitude toward it; infinite if it is absent, or if both are grazed. The
+    graze is virtual where it is negative."""
     first_recurrence: Integers
+    """(n,) Number of half periods of the forces after which an impact first recurs; 0: none up to max_order. On one
+    stop it is even."""
 
     @property
     def virtual(self) -> Booleans:

@@ -17,9 +17,7 @@ round-off, or a maximum has no curvature there: it is reported as near-double.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import NamedTuple
+from abc import abstractmethod
 
 import numpy as np
 from scipy.optimize import brentq
@@ -41,6 +39,7 @@ from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion, wra
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_CELLS, NEAR_DOUBLE_GAP, NEAR_DOUBLE_WIDTH
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.response_bounds import second_derivative_bound
+from grazemap_core.records import ABC, NamedTuple, dataclass
 from grazemap_core.tolerances import EPSILON
 
 _NONE, _ONE, _UNDECIDED = 0, 1, 2
@@ -50,27 +49,21 @@ _ALIKE = "the interval has nearly equal maxima that bounds do not tell apart; sh
 
 
 class Coincidence(NamedTuple):
-    """A frequency at which two maxima are equal, or a margin vanishes.
-
-    Attributes
-    ----------
-    omega, error : float
-        And its error by round-off; half of the width of the undecided interval, of a near-double one.
-    residual : float
-        The difference there, over the sum of the amplitudes.
-    phases, slopes : tuple of float
-        Of the two maxima: omega t, and the derivative with respect to omega; the one with the smaller slope comes
-        first, which of two equal ones is the larger one below omega. NaN of a near-double one.
-    simple : bool
-        Whether it is not near-double.
-    """
+    """A frequency at which two maxima are equal, or a margin vanishes."""
 
     omega: float
+    """The frequency; of a near-double one, the middle of the undecided interval."""
     error: float
+    """Its error by round-off; of a near-double one, half of the width of the undecided interval."""
     residual: float
+    """The difference there, over the sum of the amplitudes."""
     phases: tuple[float, float] = (math.nan, math.nan)
+    """omega t of the two maxima, of which the one with the smaller slope comes first: of two equal ones it is the
+    larger one below omega. NaN of a near-double one."""
     slopes: tuple[float, float] = (math.nan, math.nan)
+    """Derivatives of the two maxima with respect to omega. NaN of a near-double one."""
     simple: bool = False
+    """Whether it is not near-double."""
 
 
 def equal_maxima(oscillator: Oscillator, stop: int, start: float, end: float) -> list[Coincidence]:
@@ -114,20 +107,14 @@ def united(intervals: list[tuple[float, float]], apart: float = 4.0 * END_WIDTH)
 
 
 class _Places(NamedTuple):
-    """Where the two peaks of each of m cells are, relative to the largest harmonic.
-
-    Attributes
-    ----------
-    ranges : ndarray of shape (m, 2, 2)
-        Left and right end of the phase; zeros of a margin.
-    largest : ndarray of int, shape (m,)
-    reference : ndarray of complex, shape (m,)
-        Index of the largest harmonic, and its amplitude in the middle of the cell.
-    """
+    """Where the two peaks of each of m cells are, relative to the largest harmonic."""
 
     ranges: Floats
+    """(m, 2, 2) Left and right end of the phase; zeros of a margin."""
     largest: Integers
+    """(m,) Index of the largest harmonic."""
     reference: Complexes
+    """(m,) Its amplitude in the middle of the cell."""
 
     def of(self, cells: Booleans | Integers) -> _Places:
         """Return those of some cells."""
@@ -141,10 +128,12 @@ class _Places(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Search(ABC):
-    """A function of omega whose zeros are sought; `stop` is the one that varies."""
+    """A function of omega whose zeros are sought."""
 
     oscillator: Oscillator
+    """The oscillator."""
     stop: int
+    """The stop that varies."""
 
     @abstractmethod
     def judge(self, cells: Relative) -> tuple[Integers, Floats, Floats]:
@@ -285,6 +274,7 @@ class _VanishingMargin(_Search):
     """The margin of the other stop along the grazes of the varied one."""
 
     varied: VariedStop
+    """The varied stop, with the other one."""
 
     def judge(self, cells: Relative) -> tuple[Integers, Floats, Floats]:
         right = cells.coefficients

@@ -14,8 +14,6 @@ Adjacent ranges that are left form a peak. With the radius 0 the coefficients ar
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
@@ -27,6 +25,7 @@ from grazemap_core.grazing.tolerances import (
     RANGES_PER_ORDER,
     RATE_RANGE,
 )
+from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 _AT_ONCE = 1 << 20
@@ -34,25 +33,18 @@ _AT_ONCE = 1 << 20
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of polynomials with H orders over m cells of omega; shape (m, H), but for the first and the last.
-
-    Attributes
-    ----------
-    orders : ndarray of shape (H,)
-        k, increasing.
-    value, slope : ndarray of complex
-        X_k and its derivative in the middle of a cell.
-    bound : ndarray
-        Bound of its second derivative over the cell.
-    radius : ndarray of shape (m,)
-        Half of the width of the cell.
-    """
+    """Coefficients of polynomials with H orders over m cells of omega."""
 
     orders: Floats
+    """(H,) k, increasing."""
     value: Complexes
+    """(m, H) X_k in the middle of a cell."""
     slope: Complexes
+    """(m, H) Its derivative there."""
     bound: Floats
+    """(m, H) Bound of its second derivative over the cell."""
     radius: Floats
+    """(m,) Half of the width of the cell."""
 
     @property
     def roundoff(self) -> Floats:
@@ -65,23 +57,16 @@ class Coefficients(NamedTuple):
 
 
 class Relative(NamedTuple):
-    """Coefficients relative to the largest one of each of m cells, and that one; see `relative`.
-
-    Attributes
-    ----------
-    coefficients : Coefficients
-    largest : ndarray of int, shape (m,)
-        Index of the order of the largest one.
-    scale_rate : ndarray of shape (2, m)
-        Bounds, over the cell, of the rate of what they are multiplied by.
-    exists : ndarray of bool, shape (m,)
-        False where the largest one changes too much in the cell; the rest has no meaning there.
-    """
+    """Coefficients relative to the largest one of each of m cells, and that one; see `relative`."""
 
     coefficients: Coefficients
+    """The coefficients, relative to the largest one."""
     largest: Integers
+    """(m,) Index of the order of the largest one."""
     scale_rate: Floats
+    """(2, m) Bounds, over the cell, of the rate of what they are multiplied by."""
     exists: Booleans
+    """(m,) False where the largest one changes too much in the cell; the rest has no meaning there."""
 
     def of(self, cells: Integers) -> Relative:
         """Return those of some cells."""
@@ -89,30 +74,26 @@ class Relative(NamedTuple):
 
 
 class Peaks(NamedTuple):
-    """p peaks: ranges of theta that hold all highest points in a cell; by cell, then by theta; arrays of shape (p,).
-
-    Attributes
-    ----------
-    cell : ndarray of int
-    left, right : ndarray
-        Ends of the range, with left in [-pi, pi).
-    single : ndarray of bool
-        Whether u is concave in the whole range, for every omega of the cell: it then has one highest point there.
-    phase, height, curvature : ndarray
-        In the middle of the cell: theta of the highest point, u and -u'' there.
-    least_rate, largest_rate : ndarray
-        Bounds of d u/d omega over the range and the cell.
-    """
+    """p peaks: ranges of theta that hold all highest points in a cell; by cell, then by theta; arrays of shape (p,)."""
 
     cell: Integers
+    """Index of the cell."""
     left: Floats
+    """Left end of the range, in [-pi, pi)."""
     right: Floats
+    """Right end of the range."""
     single: Booleans
+    """Whether u is concave in the whole range, for every omega of the cell: it then has one highest point there."""
     phase: Floats
+    """theta of the highest point in the middle of the cell."""
     height: Floats
+    """u there."""
     curvature: Floats
+    """-u'' there."""
     least_rate: Floats
+    """Lower bound of d u/d omega over the range and the cell."""
     largest_rate: Floats
+    """Upper bound, likewise."""
 
     def of(self, chosen: Booleans | Integers) -> Peaks:
         """Return some of the peaks."""
@@ -227,15 +208,22 @@ def top(
 
 
 class _Ranges(NamedTuple):
-    """Ranges of theta that are left, by cell and theta; arrays of shape (r,). `value` is u in their middle."""
+    """Ranges of theta that are left, by cell and theta; arrays of shape (r,)."""
 
     cell: Integers
+    """Index of the cell."""
     middle: Floats
+    """Middle of the range."""
     width: Floats
+    """Width of the range."""
     single: Booleans
+    """As in `Peaks`."""
     value: Floats
+    """u in the middle of the range."""
     least_rate: Floats
+    """As in `Peaks`."""
     largest_rate: Floats
+    """As in `Peaks`."""
 
     def touch(self, one: Integers | slice, other: Integers | slice, turn: float = 0.0) -> Booleans:
         """Return whether ranges end where others begin, after a turn."""
@@ -320,7 +308,7 @@ def _ranges(coefficients: Coefficients) -> _Ranges:
         may &= np.abs(du) <= moves[1] + turns
         may &= ddu <= uncertain
         single = ddu < -uncertain
-        # what halving would tell is less than what the change of omega hides
+        # halving the range would tell less than the change of omega over the cell hides
         narrow = turns <= RATE_RANGE * moves[1]
         tiny = (narrow & (within <= moves[2])) | (half * orders[-1] <= PEAK_RANGE)
         done = may & np.where(single, narrow | (r == 0.0), tiny)

@@ -8,7 +8,6 @@ and else a whole one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -20,6 +19,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.discontinuity_mapping import exact_mapping, leading_mapping, overshoot_of
 from grazemap_core.grazing.point import GrazingPoint, checked_deviation
 from grazemap_core.grazing.return_maps import arrival, return_map
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.trajectories import trajectory
 
 Mapping = Literal["leading", "exact"]
@@ -27,35 +27,26 @@ Mapping = Literal["leading", "exact"]
 
 @dataclass(frozen=True, eq=False)
 class Returns:
-    """The returns of a motion to the stops; row 0 is the initial state.
-
-    Attributes
-    ----------
-    deviation : ndarray of shape (m + 1, 2N + 1)
-        Row k is relative to the grazing point of its stop, A or C in turn if both are grazed at once, on the Poincare
-        surface, for the motion without the impact at this return. NaN once the motion is no longer near the graze.
-    overshoot : ndarray of shape (m + 1,)
-        Distance of the contact beyond the stop there; there is an impact if it is positive.
-    """
+    """The returns of a motion to the stops; row 0 is the initial state."""
 
     deviation: Floats
+    """(m + 1, 2N + 1) Row k is relative to the grazing point of its stop, A or C in turn if both are grazed at once, on
+    the Poincare surface, for the motion without the impact at this return. NaN once the motion is no longer near the
+    graze."""
     overshoot: Floats
+    """(m + 1,) Distance of the contact beyond the stop there; there is an impact if it is positive."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReturnComparison:
-    """The returns of one state by the map and by simulation.
-
-    Attributes
-    ----------
-    mapped, simulated : Returns
-    error : ndarray of shape (m + 1,)
-        Size of the difference in units of amplitude, omega amplitude and radians, `GrazingPoint.size`.
-    """
+    """The returns of one state by the map and by simulation."""
 
     mapped: Returns
+    """The returns by the map."""
     simulated: Returns
+    """The returns by simulation."""
     error: Floats
+    """(m + 1,) Size of the difference in units of amplitude, omega amplitude and radians, `GrazingPoint.size`."""
 
 
 def mapped_return(

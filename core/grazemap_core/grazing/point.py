@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,74 +28,63 @@ from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
 from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple, dataclass
 
 
 class _Graze(NamedTuple):
     """The steady motion as it touches a stop; as in `GrazingPoint`."""
 
     stop: int
+    """As in `GrazingPoint`."""
     theta: float
+    """Phase of the forcing at the graze, omega t."""
     amplitude: float
+    """As in `GrazingPoint`."""
     margin: float
+    """As in `GrazingPoint`."""
     steady: Complexes
+    """As in `GrazingPoint`."""
     contact: Complexes
+    """As `GrazingPoint.contact_steady`."""
 
 
 @dataclass(frozen=True, eq=False)
 class GrazingPoint:
-    """The steady motion where it touches a stop; states are ordered (x_1, v_1, ..., x_N, v_N, theta), equation (20).
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    omega : float
-    stop : {+1, -1}
-        A or C.
-    varied : VariedStop or None
-        Where the other stop is; None: the motion grazes both stops, half a period of the forces apart.
-    amplitude : float
-        Largest displacement of q from its equilibrium toward the stop, A(omega).
-    margin : float
-        Gap of the other stop minus the amplitude toward it; infinite if there is none, or if both are grazed at once.
-    clearance : float
-        Of the stop, on the grazing curve.
-    state : ndarray of shape (2N + 1,)
-        x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t.
-    vector_field : ndarray of shape (2N + 1,)
-        f(x*), its last entry omega, equation (20).
-    acceleration : float
-        a*, that of q, always away from the stop; ``-stop omega^2 amplitude`` with one harmonic.
-    beta : ndarray of shape (2N + 1,)
-        Coefficient of ``u = sqrt(2 overshoot/|a*|)`` in the discontinuity mapping, equation (27).
-    gamma : ndarray of shape (2N + 1,)
-        Coefficient of ``u^2`` in it, for deviations of the order of ``u^2``.
-    model : ModalModel
-        The modal model of the free motion.
-    orders : ndarray of shape (H,)
-        k of the harmonics.
-    steady : ndarray of complex, shape (H, N)
-        Displacements of the steady motion are the sum of ``Im(steady_k e^{i k phi})`` where theta is phi ahead of the
-        point.
-    contact_steady : ndarray of complex, shape (H,)
-        The same for q.
-    """
+    """The steady motion where it touches a stop; states are ordered (x_1, v_1, ..., x_N, v_N, theta), equation (20)."""
 
     oscillator: Oscillator
+    """The oscillator."""
     omega: float
+    """Forcing frequency."""
     stop: int
+    """+1 (A) or -1 (C)."""
     varied: VariedStop | None
+    """Where the other stop is; None: the motion grazes both stops, half a period of the forces apart."""
     amplitude: float
+    """Largest displacement of q from its equilibrium toward the stop, A(omega)."""
     margin: float
+    """Gap of the other stop minus the amplitude toward it; infinite if there is none, or if both are grazed at once."""
     clearance: float
+    """Of the stop, on the grazing curve."""
     state: Floats
+    """(2N + 1,) x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t."""
     vector_field: Floats
+    """(2N + 1,) f(x*), its last entry omega, equation (20)."""
     acceleration: float
+    """a*, that of q, always away from the stop; ``-stop omega^2 amplitude`` with one harmonic."""
     beta: Floats
+    """(2N + 1,) Coefficient of ``u = sqrt(2 overshoot/|a*|)`` in the discontinuity mapping, equation (27)."""
     gamma: Floats
+    """(2N + 1,) Coefficient of ``u^2`` in it, for deviations of the order of ``u^2``."""
     model: ModalModel = field(repr=False)
+    """The modal model of the free motion."""
     orders: Floats = field(repr=False)
+    """(H,) Orders k of the harmonics."""
     steady: Complexes = field(repr=False)
+    """(H, N) Displacements of the steady motion are the sum of ``Im(steady_k e^{i k phi})`` where theta is phi ahead of
+    the point."""
     contact_steady: Complexes = field(repr=False)
+    """(H,) The same for q."""
 
     @property
     def turn(self) -> float:

@@ -8,7 +8,6 @@ the steady motion grazes both stops at once, and else a whole one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +24,7 @@ from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,56 +32,35 @@ class RecurrenceSequence:
     """xi_m for m = 1 .. M, and the first impact that recurs; if none does, the grazing motion is stable, (33)-(40).
 
     If both stops are grazed at once, the return m is at the same stop for even m and at the other one for odd m.
-
-    Attributes
-    ----------
-    order : ndarray of int, shape (M,)
-        m.
-    xi : ndarray of shape (M,)
-        ``-(1 + R) a* Phi_12(t_m)`` after the time t_m of m returns, from the impulse response: (45), (57), (58).
-    size : ndarray of shape (M,)
-        Sum of the moduli of the terms of xi, to which its round-off is relative.
-    first_recurrence : int
-        First m at which an impact recurs, 0 if none does up to M.
-    recurrence_stop : {+1, -1, 0}
-        The stop of that impact; 0 if there is none.
     """
 
     order: Integers
+    """(M,) m."""
     xi: Floats
+    """(M,) ``-(1 + R) a* Phi_12(t_m)`` after the time t_m of m returns, from the impulse response: (45), (57), (58)."""
     size: Floats
+    """(M,) Sum of the moduli of the terms of xi, to which its round-off is relative."""
     first_recurrence: int
+    """First m at which an impact recurs, 0 if none does up to M."""
     recurrence_stop: int
+    """The stop of that impact, +1 or -1; 0 if there is none."""
 
 
 @dataclass(frozen=True, eq=False)
 class NextContact:
-    """The next contact after an impact of the steady motion, at a clearance slightly below the grazing curve.
-
-    Attributes
-    ----------
-    order : ndarray of int, shape (n,)
-        Returns from the impact to the next one, 0 if there is none up to the largest order.
-    stop : ndarray of int, shape (n,)
-        The stop of the next impact, 0 if there is none.
-    margin : ndarray of shape (n,)
-        Minimum relative distance of G_m from its threshold, over the orders up to the next impact. The rule is of
-        leading order in ``sqrt(distance)``: it is not reliable if the margin is of that size.
-    """
+    """The next contact after an impact of the steady motion, at a clearance slightly below the grazing curve."""
 
     order: Integers
+    """(n,) Returns from the impact to the next one, 0 if there is none up to the largest order."""
     stop: Integers
+    """(n,) The stop of the next impact, 0 if there is none."""
     margin: Floats
+    """(n,) Minimum relative distance of G_m from its threshold, over the orders up to the next impact. The rule is of
+    leading order in ``sqrt(distance)``: it is not reliable if the margin is of that size."""
 
 
 def recurrence_sequence(point: GrazingPoint, max_order: int = 8) -> RecurrenceSequence:
-    """Return xi_m at one grazing point; max_order is M >= 1.
-
-    Raises
-    ------
-    ParameterError
-        The number is out of range.
-    """
+    """Return xi_m at one grazing point; max_order is M >= 1."""
     checked_order("max_order", max_order, 1)
     order = np.arange(1, max_order + 1)
     impulse, both = impulse_response(point.model), point.varied is None

@@ -7,12 +7,12 @@ they are admissible, are computed too (theory, "What leaves a resonant point").
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, contact_margin
 from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
+from grazemap_core.records import NamedTuple, dataclass
 
 Sign = Literal[-1, 1]
 Order = Literal["transversal", "tangent"]
@@ -24,47 +24,35 @@ class ResonantUnfolding:
 
     With x the signed distance from the point in omega, the curve is ``b = A(omega) + slope x + quadratic x^2``, on one
     side of the point only; A(omega) is the grazing curve itself, not its value at the point.
-
-    Attributes
-    ----------
-    orbits_before, orbits_after : -1 or 1
-        Orbits of vanishing impact speed have a clearance below (-1) or above (+1) that of the grazing curve, at omega
-        just below and just above the point.
-    curve_omega : -1 or 1
-        The curve lies at smaller (-1) or larger (+1) omega.
-    curve_clearance : -1 or 1
-        The curve lies below (-1) or above (+1) the grazing curve.
-    contact : {"transversal", "tangent"}
-        Contact of the curve with the grazing curve. It is tangent for saddle-nodes and transversal for period doubling
-        and symmetry breaking, unless their point coincides with that of the saddle-nodes, as always for one mass.
-    slope : float
-        0 for a tangent curve.
-    quadratic : float or None
-        None for a transversal curve.
-    velocity_slope : float
-        Impact velocity on the curve is this times the distance in omega, > 0.
-    transversality : float
-        Omega times the derivative with respect to omega of the sum that vanishes here, over the sum of the amplitudes
-        of its blocks; a point with 0 would be degenerate.
-    admissible : bool or None
-        Whether the orbits near the point have no contact with a stop other than their impacts; None if the leading
-        order, or round-off, does not decide it.
-    margin : float or None
-        Minimum of the distances that decide it, relative to the size of their terms; None for symmetric motions of
-        n = 1, for which there are none.
     """
 
     orbits_before: Sign
+    """Orbits of vanishing impact speed have a clearance below (-1) or above (+1) that of the grazing curve, at omega
+    just below the point."""
     orbits_after: Sign
+    """The same at omega just above the point."""
     curve_omega: Sign
+    """The curve lies at smaller (-1) or larger (+1) omega."""
     curve_clearance: Sign
+    """The curve lies below (-1) or above (+1) the grazing curve."""
     contact: Order
+    """Contact of the curve with the grazing curve. It is tangent for saddle-nodes and transversal for period doubling
+    and symmetry breaking, unless their point coincides with that of the saddle-nodes, as always for one mass."""
     slope: float
+    """0 for a tangent curve."""
     quadratic: float | None
+    """None for a transversal curve."""
     velocity_slope: float
+    """Impact velocity on the curve is this times the distance in omega, > 0."""
     transversality: float
+    """Omega times the derivative with respect to omega of the sum that vanishes here, over the sum of the amplitudes of
+    its blocks; a point with 0 would be degenerate."""
     admissible: bool | None
+    """Whether the orbits near the point have no contact with a stop other than their impacts; None if the leading
+    order, or round-off, does not decide it."""
     margin: float | None
+    """Minimum of the distances that decide it, relative to the size of their terms; None for symmetric motions of n =
+    1, for which there are none."""
 
 
 def resonant_unfolding(
@@ -146,17 +134,21 @@ def resonant_unfolding(
 
 
 class _Curve(NamedTuple):
-    """Sides and leading order of a bifurcation curve, as in `ResonantUnfolding`; velocity_slope is signed."""
+    """Sides and leading order of a bifurcation curve."""
 
     omega: Sign
+    """As `ResonantUnfolding.curve_omega`."""
     clearance: Sign
+    """As `ResonantUnfolding.curve_clearance`."""
     slope: float
+    """As in `ResonantUnfolding`."""
     quadratic: float | None
+    """As in `ResonantUnfolding`."""
     velocity_slope: float
+    """As in `ResonantUnfolding`, but signed."""
 
 
 def _saddle_node_curve(c_slope: float, d: float, curvature: float) -> _Curve:
-    """Return the curve of saddle-nodes."""
     return _Curve(
         omega=_sign(-c_slope),
         clearance=1,

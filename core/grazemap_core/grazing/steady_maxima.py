@@ -6,8 +6,6 @@ largest q, the left one at the largest -q (theory, "Several harmonics"). With on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
@@ -16,45 +14,33 @@ from grazemap_core.grazing.peaks import Coefficients, derivatives, highest_of_ce
 from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class SteadyMaxima:
-    """The largest displacement from the equilibrium toward one stop, at n frequencies; arrays of shape (n,).
-
-    Attributes
-    ----------
-    amplitude : ndarray
-        A, this displacement.
-    phase : ndarray
-        omega t there, in (-pi, pi].
-    curvature : ndarray
-        Acceleration away from the stop there, over omega^2; A of the first harmonic alone.
-    slope : ndarray
-        d A/d omega; that of one of the maxima where two are equal.
-    """
+    """The largest displacement from the equilibrium toward one stop, at n frequencies; arrays of shape (n,)."""
 
     amplitude: Floats
+    """A, this displacement."""
     phase: Floats
+    """omega t there, in (-pi, pi]."""
     curvature: Floats
+    """Acceleration away from the stop there, over omega^2; A of the first harmonic alone."""
     slope: Floats
+    """d A/d omega; that of one of the maxima where two are equal."""
 
 
 @dataclass(frozen=True, eq=False)
 class SteadyMotion:
-    """The steady motion of the contact coordinate at n frequencies, in H harmonics.
-
-    Attributes
-    ----------
-    orders : ndarray of shape (H,)
-        k, increasing, without a common divisor.
-    response, slopes : ndarray of complex, shape (n, H)
-        X_k and d X_k/d omega; NaN where the slopes were not asked for.
-    """
+    """The steady motion of the contact coordinate at n frequencies, in H harmonics."""
 
     orders: Floats
+    """(H,) k, increasing, without a common divisor."""
     response: Complexes
+    """(n, H) X_k."""
     slopes: Complexes
+    """(n, H) d X_k/d omega; NaN where the slopes were not asked for."""
 
     @property
     def roundoff(self) -> Floats:

@@ -48,8 +48,8 @@ TANGENT_WIDTH: Final = 64.0 * EPSILON
 of the maximum is a few MAXIMUM_STEP."""
 
 BACKWARD_STEPS: Final = 500
-"""Maximum number of steps of a backward search: up to ten near a graze, hundreds if mass 1 nearly came to rest earlier
-or a fast overdamped mode shortens them. If more are needed, the mapping counts as undefined."""
+"""Maximum number of steps of a backward search: up to ten near a graze, hundreds if the contact nearly came to rest
+earlier or a fast overdamped mode shortens them. If more are needed, the mapping counts as undefined."""
 
 BACKWARD_GROWTH: Final = 600.0
 """Largest exponent in a bound of the backward growth of a mode; its exponential does not overflow."""

@@ -12,7 +12,6 @@ Letters A 99 (1983) 415-418.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -27,6 +26,7 @@ from grazemap_core.maps.tolerances import (
     FEWEST_DISTANCES,
     UNCERTAINTY_REACH,
 )
+from grazemap_core.records import dataclass
 
 DIMENSION: Final = 2
 """Dimension of the rectangle of initial states."""
@@ -34,58 +34,43 @@ DIMENSION: Final = 2
 
 @dataclass(frozen=True)
 class BasinEntropy:
-    """How mixed the motions are in the boxes of a rectangle.
-
-    Attributes
-    ----------
-    box : int
-        Number of states along a side of a box.
-    boxes, boundary_boxes : int
-        Number of boxes with resolved states, and of those that lead to more than one attractor.
-    entropy : float
-        S_b: mean over the boxes of the entropy, in nats, of the shares of the attractors in a box.
-    boundary_entropy, standard_error : float
-        S_bb: the mean over the boundary boxes, NaN without any; its standard error from their spread, NaN of fewer than
-        two.
-    fractal : bool
-        Whether S_bb exceeds log 2 by more than ENTROPY_SURE standard errors. Boxes on a smooth boundary have two
-        motions, but for a few where more basins meet, so that S_bb is at most log 2. The converse does not hold: where
-        this is false the boundary may be fractal too, and of two attractors S_bb never exceeds log 2.
-    """
+    """How mixed the motions are in the boxes of a rectangle."""
 
     box: int
+    """Number of states along a side of a box."""
     boxes: int
+    """Number of boxes with resolved states."""
     boundary_boxes: int
+    """Number of those that lead to more than one attractor."""
     entropy: float
+    """S_b: mean over the boxes of the entropy, in nats, of the shares of the attractors in a box."""
     boundary_entropy: float
+    """S_bb: the mean over the boundary boxes, NaN without any."""
     standard_error: float
+    """Standard error of S_bb from the spread of the boxes, NaN of fewer than two."""
     fractal: bool
+    """Whether S_bb exceeds log 2 by more than ENTROPY_SURE standard errors. Boxes on a smooth boundary have two
+    motions, but for a few where more basins meet, so that S_bb is at most log 2. The converse does not hold: where this
+    is false the boundary may be fractal too, and of two attractors S_bb never exceeds log 2."""
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """The share of uncertain states by distance, and its power law f ~ distance^exponent.
-
-    Attributes
-    ----------
-    distance : (k,) int64
-        In steps of the rectangle, along either side.
-    share : (k,)
-        Share of the resolved states that are uncertain: another one within the distance along both sides leads to
-        another attractor.
-    exponent, standard_error : float
-        Slope of the least-squares line through log share over log distance, and its standard error from the residuals:
-        NaN with fewer than FEWEST_DISTANCES distances that have uncertain states. The error is that of the line. The
-        finite rectangle adds a bias: the exponent of smooth boundaries is some hundredths below 1.
-    boundary_dimension : float
-        Box dimension of the boundary in the rectangle: 2 - exponent.
-    """
+    """The share of uncertain states by distance, and its power law f ~ distance^exponent."""
 
     distance: Integers
+    """(k,) In steps of the rectangle, along either side."""
     share: Floats
+    """(k,) Share of the resolved states that are uncertain: another one within the distance along both sides leads to
+    another attractor."""
     exponent: float
+    """Slope of the least-squares line through log share over log distance; NaN with fewer than FEWEST_DISTANCES
+    distances that have uncertain states. The finite rectangle adds a bias: the exponent of smooth boundaries is some
+    hundredths below 1."""
     standard_error: float
+    """Standard error of the line's slope from the residuals; NaN likewise."""
     boundary_dimension: float
+    """Box dimension of the boundary in the rectangle: 2 - exponent."""
 
 
 def evenly_spaced(values: ArrayLike) -> bool:

@@ -22,8 +22,7 @@ G. Datseris, K. L. Rossi, A. Wagemakers, Framework for global stability analysis
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +39,7 @@ from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 
@@ -51,55 +51,50 @@ class Point(NamedTuple):
     """What is simulated at one value of a parameter."""
 
     oscillator: Oscillator
+    """The oscillator."""
     omega: float
+    """Forcing frequency."""
     clearance: Clearance
+    """Clearances of the stops."""
 
 
 class Ranges(NamedTuple):
-    """The ranges of initial states.
-
-    Attributes
-    ----------
-    displacement, velocity : (N, 2)
-        The smallest and the largest value of each degree of freedom.
-    """
+    """The ranges of initial states."""
 
     displacement: Floats
+    """(N, 2) The smallest and the largest displacement of each degree of freedom."""
     velocity: Floats
+    """(N, 2) The smallest and the largest velocity of each degree of freedom."""
 
 
 @dataclass(frozen=True, eq=False)
 class BasinFractions:
-    """The attractors along a parameter with n values, a of them, in the order in which they are met.
-
-    Attributes
-    ----------
-    attractors : list of Attractor
-        Each as it is at the first value where it was found.
-    states : (a, n) int64
-        Number of initial states that lead to it at each value; 0 where it was not found.
-    share, share_error : (a, n)
-        states/s, and its binomial standard error ``sqrt(share (1 - share)/s)``, for s initial states.
-    mean_position, mean_velocity, multiplier, lyapunov : (a, n)
-        As of an `Attractor`; NaN where it was not found, or where they are not known.
-    verified : (a, n) bool
-        Whether it is verified from every state that leads to it.
-    unresolved, unresolved_error, sensitive : (n,)
-        Share of the states whose motion is unresolved, with its standard error, and of those that are sensitive.
-    """
+    """The attractors along a parameter with n values, a of them, in the order in which they are met."""
 
     attractors: list[Attractor]
+    """Each as it is at the first value where it was found."""
     states: Integers
+    """(a, n) Number of initial states that lead to it at each value; 0 where it was not found."""
     share: Floats
+    """(a, n) states/s, for s initial states."""
     share_error: Floats
+    """(a, n) Its binomial standard error, ``sqrt(share (1 - share)/s)``."""
     mean_position: Floats
+    """(a, n) As of an `Attractor`; NaN where it was not found, or where it is not known."""
     mean_velocity: Floats
+    """(a, n) Likewise."""
     multiplier: Floats
+    """(a, n) Likewise."""
     lyapunov: Floats
+    """(a, n) Likewise."""
     verified: Booleans
+    """(a, n) Whether it is verified from every state that leads to it."""
     unresolved: Floats
+    """(n,) Share of the states whose motion is unresolved."""
     unresolved_error: Floats
+    """(n,) Standard error of this share."""
     sensitive: Floats
+    """(n,) Share of the states that are sensitive."""
 
 
 def points_along(line: Line) -> list[Point]:
@@ -180,11 +175,6 @@ def fraction_tile(
     -------
     dict of arrays of shape (n, s)
         Those of `basins.basin_tile`.
-
-    Raises
-    ------
-    ParameterError
-        A number is out of range.
     """
     check_limits(phase, max_periods, max_period)
     found, settlers = [], Settlers(Settling(max_periods, max_period))

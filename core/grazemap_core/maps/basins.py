@@ -7,8 +7,7 @@ attractors from all tiles, and which state leads to which.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +25,7 @@ from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
@@ -36,59 +36,48 @@ _OF_ATTRACTOR: Final = ("kind", "period", "impacts_right", "impacts_left", "symm
 
 
 class Coordinate(NamedTuple):
-    """One of the two coordinates of the rectangle.
-
-    Attributes
-    ----------
-    name : {"displacement", "velocity"}
-    mass : int
-        1 to N.
-    values : (n,)
-        In the oscillator's units.
-    """
+    """One of the two coordinates of the rectangle."""
 
     name: Name
+    """What varies."""
     mass: int
+    """The degree of freedom, 1 to N."""
     values: Floats
+    """(n,) Values in the oscillator's units."""
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """A motion to which initial states of the rectangle lead.
-
-    Attributes
-    ----------
-    kind : str
-        One of `motion.KINDS`. All motions of a kind that is not periodic are one entry.
-    period, impacts_right, impacts_left, symmetric, sticking
-        As in `unfolding.unfolding_map_tile`; None unless periodic.
-    mean_position, mean_velocity : float or None
-        Mean motion of mass 1 at the initial phase of the forcing, less the steady motion, in units of the clearance and
-        of omega times the clearance. They distinguish motions of the same name, such as mirror images.
-    multiplier, lyapunov : float
-        Largest modulus of the multipliers over a period; largest exponent per forcing period. For motions that are not
-        periodic: NaN, and the mean over the states that lead there.
-    verified : bool
-        Whether a periodic motion is verified, from every state that leads there.
-    states : int
-        Number of states that lead there.
-    share : float
-        Fraction of all states.
-    """
+    """A motion to which initial states of the rectangle lead."""
 
     kind: str
+    """One of `motion.KINDS`. All motions of a kind that is not periodic are one entry."""
     period: int | None
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_right: int | None
+    """Likewise."""
     impacts_left: int | None
+    """Likewise."""
     symmetric: bool | None
+    """Likewise."""
     sticking: bool | None
+    """Likewise."""
     mean_position: float | None
+    """Mean of the contact coordinate at the initial phase of the forcing, less the steady motion, in units of the
+    clearance. With `mean_velocity` it distinguishes motions of the same name, such as mirror images."""
     mean_velocity: float | None
+    """Mean of its rate there, likewise, in units of omega times the clearance."""
     multiplier: float
+    """Largest modulus of the multipliers over a period; NaN for motions that are not periodic."""
     lyapunov: float
+    """Largest exponent per forcing period; for motions that are not periodic, the mean over the states that lead
+    there."""
     verified: bool
+    """Whether a periodic motion is verified, from every state that leads there."""
     states: int
+    """Number of states that lead there."""
     share: float
+    """Fraction of all states."""
 
 
 @in_own_period

@@ -9,8 +9,8 @@ end of the record: roundings may lead the two to different motions, and the one 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
+from dataclasses import replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.motion import KINDS, REASONS, Motion
 from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import State, forced_oscillator, initial_state
@@ -43,36 +44,29 @@ IMPACT_BYTES: Final = 9
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Section and impacts at one value of the parameter.
-
-    Attributes
-    ----------
-    displacement, velocity : (k,)
-        Contact coordinate and its rate at the start of every recorded forcing period, at phase 0 of the forcing.
-    impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
-        Signed velocity before every recorded impact, and its stop.
-    motion : Motion
-        The motion that the trajectory settles to until EXPONENT_PERIODS after the recorded ones. It is verified if the
-        orbit is verified and captures the trajectory, which is not sensitive. A trajectory that ended early is
-        unresolved.
-    sensitive, transient_growth : bool, float
-        As in `unfolding.unfolding_map_tile`; sensitive too where other roundings lead to another motion. A trajectory
-        of a sweep starts with the error of the one before, unless that was captured by the end of its record.
-    start : State
-        Initial state of the trajectory.
-    figures : (count,)
-        What is read off the motion, as in maps (`map_observables`); empty if nothing is.
-    """
+    """Section and impacts at one value of the parameter."""
 
     displacement: Floats
+    """(k,) Contact coordinate at the start of every recorded forcing period, at phase 0 of the forcing."""
     velocity: Floats
+    """(k,) Its rate there."""
     impact_velocity: Floats
+    """(i,) Signed velocity before every recorded impact."""
     impact_stop: NDArray[np.int8]
+    """(i,) Its stop, +1 A or -1 C."""
     motion: Motion
+    """The motion that the trajectory settles to until EXPONENT_PERIODS after the recorded ones. It is verified if the
+    orbit is verified and captures the trajectory, which is not sensitive. A trajectory that ended early is
+    unresolved."""
     sensitive: bool
+    """As in `unfolding.unfolding_map_tile`; sensitive too where other roundings lead to another motion. A trajectory of
+    a sweep starts with the error of the one before, unless that was captured by the end of its record."""
     transient_growth: float
+    """As in `unfolding.unfolding_map_tile`."""
     start: State
+    """Initial state of the trajectory."""
     figures: Floats
+    """(count,) What is read off the motion, as in maps (`map_observables`); empty if nothing is."""
 
 
 @in_own_period
@@ -202,13 +196,18 @@ def _follow(
 
 
 class _Settled(NamedTuple):
-    """The motion that a trajectory settles to, as in `Section`, half periods until that was known, and figures."""
+    """The motion that a trajectory settles to."""
 
     motion: Motion
+    """As in `Section`."""
     sensitive: bool
+    """As in `Section`."""
     transient_growth: float
+    """As in `Section`."""
     halves: int
+    """Half periods until the motion was known."""
     figures: Floats
+    """As in `Section`."""
 
 
 def _settled(settler: Settler, omega: float, clearance: Clearance, begin: State, inherits: bool) -> _Settled:

@@ -14,7 +14,6 @@ Y.-C. Lai, T. Tél, Transient Chaos, Springer (2011), chapter 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final, Unpack
 
 import numpy as np
@@ -35,6 +34,7 @@ from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE,
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.start import forced_oscillator
 
@@ -43,30 +43,24 @@ _CHAOTIC: Final = KINDS.index("chaotic")
 
 @dataclass(frozen=True)
 class ChanceToSettle:
-    """How many chaotic motions settle if they are simulated for RUN_ON times as many forcing periods.
-
-    Attributes
-    ----------
-    watched, run_on : int
-        Forcing periods after which motions were called chaotic, and after which those of the sample were named again.
-    chaotic : int
-        Number of chaotic motions.
-    sampled, settled : int
-        Number of those that were run on, without trajectories that ended early, and of those that became periodic.
-    chance : float
-        settled/sampled; NaN for an empty sample.
-    low, high : float
-        The interval of the chance (`binomial.interval`).
-    """
+    """How many chaotic motions settle if they are simulated for RUN_ON times as many forcing periods."""
 
     watched: int
+    """Forcing periods after which motions were called chaotic."""
     run_on: int
+    """Forcing periods after which those of the sample were named again."""
     chaotic: int
+    """Number of chaotic motions."""
     sampled: int
+    """Number of those that were run on, without trajectories that ended early."""
     settled: int
+    """Number of those that became periodic."""
     chance: float
+    """settled/sampled; NaN for an empty sample."""
     low: float
+    """Lower end of the interval of the chance (`binomial.interval`)."""
     high: float
+    """Upper end of this interval."""
 
 
 def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]) -> ChanceToSettle | None:

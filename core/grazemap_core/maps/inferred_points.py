@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.refinement import UNRESOLVED, Refinement
 from grazemap_core.maps.tolerances import INFERRED_SAMPLE
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True)
@@ -19,22 +19,18 @@ class InferredWrong:
     A point is wrong if it was inferred to have a motion, or to be chaotic, and the full map has another motion there,
     or is unresolved or sensitive. The share is that before the sample was computed. Afterwards its points are computed
     ones, and so are points next to a wrong one that were inferred to have another label than it.
-
-    Attributes
-    ----------
-    inferred : int
-        Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed.
-    sampled, wrong : int
-        Number of points in the sample, and of wrong ones among them.
-    low, high : float
-        The interval of the share of wrong ones (`binomial.interval`).
     """
 
     inferred: int
+    """Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed."""
     sampled: int
+    """Number of points in the sample."""
     wrong: int
+    """Number of wrong points in the sample."""
     low: float
+    """Lower end of the interval of the share of wrong ones (`binomial.interval`)."""
     high: float
+    """Upper end of this interval."""
 
 
 def check_sample(grid: Refinement, most: int) -> InferredWrong | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -13,24 +11,19 @@ from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.settling import Conditions
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple
 
 
 class SteadyContact(NamedTuple):
-    """Where the steady motion is at k points.
-
-    Attributes
-    ----------
-    conditions : Conditions
-    place : (k,)
-        Contact coordinate at the static equilibrium, with the bias of the factor 1.
-    amplitude : (k, 2)
-        Largest displacements from there toward the right and the left stop, with forces of the factor 1; NaN where
-        there is no steady motion.
-    """
+    """Where the steady motion is at k points."""
 
     conditions: Conditions
+    """The conditions of the points."""
     place: Floats
+    """(k,) Contact coordinate at the static equilibrium, with the bias of the factor 1."""
     amplitude: Floats
+    """(k, 2) Largest displacements from there toward the right and the left stop, with forces of the factor 1; NaN
+    where there is no steady motion."""
 
     def margins(self) -> Floats:
         """Return the gaps of the right and of the left stop from the steady motion (k, 2); infinite if absent."""

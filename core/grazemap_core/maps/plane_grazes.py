@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,6 +20,7 @@ from grazemap_core.maps.margins import SteadyContact, grazing_margins, steady_on
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 _SAMPLES = 4
@@ -32,25 +32,18 @@ Side = tuple[int, int, int]
 
 
 class GrazeLine(NamedTuple):
-    """A grazing curve, (m,) each.
-
-    Attributes
-    ----------
-    stop : int
-        The stop that is touched: +1 right, -1 left.
-    plane : (str, str)
-        The two parameters that vary.
-    horizontal, vertical : (m,)
-        Their values.
-    admissible : bool (m,)
-        Whether the steady motion does not reach beyond the other stop.
-    """
+    """A grazing curve, (m,) each."""
 
     stop: int
+    """The stop that is touched: +1 right, -1 left."""
     plane: tuple[str, str]
+    """The two parameters that vary."""
     horizontal: Floats
+    """Values of the first of them."""
     vertical: Floats
+    """Values of the second one."""
     admissible: Booleans
+    """Whether the steady motion does not reach beyond the other stop."""
 
 
 @in_own_period

@@ -10,9 +10,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, RunEnd
 from grazemap_core.maps.starts import AboutMiddle, AtRest, Start
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import at_own_period, divisor_of
+from grazemap_core.records import NamedTuple, dataclass
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
@@ -50,22 +51,24 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 class Axis(NamedTuple):
-    """A parameter that varies, and its increasing values (n,).
-
-    A name that is not in `parameters.PARAMETERS` is that of a parameter of the structure (`Oscillator.variants`).
-    """
+    """A parameter that varies."""
 
     name: str
+    """One of `parameters.PARAMETERS`, or a parameter of the structure (`Oscillator.variants`)."""
     values: Floats
+    """(n,) Its values, increasing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """The values of one parameter, at fixed values of the others; attributes as of `Plane`."""
+    """The values of one parameter, at fixed values of the others."""
 
     oscillator: Oscillator
+    """As in `Plane`."""
     at: ParameterPoint
+    """As in `Plane`."""
     axis: Axis
+    """The parameter that varies."""
 
     def check(self) -> None:
         """Raise ParameterError where the values are not increasing numbers within the domain of the parameter."""
@@ -83,21 +86,16 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A rectangle of two parameters; arrays of its points are [vertical, horizontal].
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-        With the values of the structure that do not vary.
-    at : ParameterPoint
-        The values of the other parameters; those that vary count for nothing.
-    horizontal, vertical : Axis
-    """
+    """A rectangle of two parameters; arrays of its points are [vertical, horizontal]."""
 
     oscillator: Oscillator
+    """With the values of the structure that do not vary."""
     at: ParameterPoint
+    """The values of the other parameters; those that vary count for nothing."""
     horizontal: Axis
+    """The parameter along the rows."""
     vertical: Axis
+    """The parameter along the columns."""
 
     @classmethod
     def of(cls, oscillator: Oscillator, omega: Floats, clearance: Floats) -> Plane:
@@ -231,25 +229,18 @@ class Plane:
 
 
 class SweepEnd(NamedTuple):
-    """The end of a sweep, from which another one of the same column may go on.
-
-    Attributes
-    ----------
-    row : int
-    settler : RunEnd
-    state : (2, N) or None
-        Displacements and velocities; None where the trajectory ended early, or in a sweep by a kernel.
-    rests : bool
-        Whether the contact rests on a stop there.
-    inherits : bool
-        Whether the next trajectory begins with the error of this one.
-    """
+    """The end of a sweep, from which another one of the same column may go on."""
 
     row: int
+    """The row at which it ended."""
     settler: RunEnd
+    """How and where its last trajectory ended, in a sweep by a kernel."""
     state: Floats | None
+    """(2, N) Displacements and velocities; None where the trajectory ended early, or in a sweep by a kernel."""
     rests: bool
+    """Whether the contact rests on a stop there."""
     inherits: bool
+    """Whether the next trajectory begins with the error of this one."""
 
 
 class PlaneSettler:
@@ -258,7 +249,7 @@ class PlaneSettler:
     def __init__(self, plane: Plane, task: Settling) -> None:
         """Allocate scratch for one structure at a time; nothing is run."""
         self.plane, self._task = plane.at_own_period, task
-        # what is observed is of the motion itself, not of it over the factor of the forces
+        # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
         self._scaled = tuple(name for name in ("bias", "forcing") if task.observed is not None and name in plane.names)
         self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
         self._last: Settler | None = None
@@ -372,7 +363,7 @@ class PlaneSettler:
         return found._replace(**{name: np.ones(len(rows)) for name in self._scaled})
 
     def _oscillator(self, row: int, column: int) -> Oscillator:
-        """Return the oscillator of a point with what its conditions do not say."""
+        """Return the oscillator of a point, without the parameters that its conditions have."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
     def _structure(self, row: int, column: int) -> tuple[Settler, dict[float, Complexes]]:

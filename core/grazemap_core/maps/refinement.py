@@ -11,7 +11,7 @@ label differs from a neighbour's is computed too, and so on for its neighbours (
 grid itself, no inferred motion is next to another label. Hence:
 
     Take a part of the grid that is connected (by the eight neighbours of a point), has one true label, and has a
-    computed point. No point of it has another motion as its inferred label.
+    computed point. Then no motion with another label is inferred at any point of the part.
 
 Otherwise the first such point on a path from the computed one would be next to a point without that motion. Wrong
 motions are inferred only for whole connected parts that lie between the computed points.

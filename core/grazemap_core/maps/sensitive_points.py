@@ -8,7 +8,7 @@ precision, starts a trajectory of a map. The first of these that an orbit captur
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from grazemap_core.maps.planes import Plane, start_at
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.multiprecision import MultiprecisionRun, known_bits, same_impacts
 from grazemap_core.simulation.multiprecision_modes import RunError
 
@@ -56,22 +57,16 @@ Restart = Callable[[Floats], tuple[Integers, Floats]]
 
 
 class Resolution(NamedTuple):
-    """The motion of a sensitive point, or why it is undecided.
-
-    Attributes
-    ----------
-    reason : str
-        Why it is undecided; empty if it is decided.
-    bits : int
-        Precision of the more precise run.
-    codes, figures : (CODES,), (FIGURES,)
-        As `lane_state.TrajectoryResults`; empty if undecided.
-    """
+    """The motion of a sensitive point, or why it is undecided."""
 
     reason: str
+    """Why it is undecided; empty if it is decided."""
     bits: int
+    """Precision of the more precise run."""
     codes: Integers
+    """(CODES,) As in `lane_state.TrajectoryResults`; empty if undecided."""
     figures: Floats
+    """(FIGURES,) As in `lane_state.TrajectoryResults`; empty if undecided."""
 
 
 class Resolver:

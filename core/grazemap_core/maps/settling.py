@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -48,57 +48,46 @@ from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.compiled import compile_for
 from grazemap_core.numerics.jit.inlining import PART_COMPILER
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import OUTSIDE, State, touched_stop
 
 
 class Settling(NamedTuple):
-    """Settings of a run.
-
-    Attributes
-    ----------
-    max_periods, max_period : int
-        As in `unfolding.unfolding_map_tile`.
-    early : bool
-        Whether a trajectory stops once its motion is verified, or named by its returns where it cannot be verified.
-        Otherwise all run for `max_periods` and are named by their returns alone.
-    linearised : bool
-        Whether exponents of motions that are not periodic are computed, and multipliers of those that are not verified.
-    follow : bool
-        Whether a trajectory starts at the final state of the trajectory at the previous clearance.
-    starts : (s, 2, N) or None
-        Of a map: the random states of `AboutMiddle`, velocities in clearances times omega; at rest when None.
-    observed : Observables or None
-        What is read off the motions, in further columns of the figures.
-    """
+    """Settings of a run."""
 
     max_periods: int
+    """As in `unfolding.unfolding_map_tile`."""
     max_period: int
+    """As in `unfolding.unfolding_map_tile`."""
     early: bool = True
+    """Whether a trajectory stops once its motion is verified, or named by its returns where it cannot be verified.
+    Otherwise all run for `max_periods` and are named by their returns alone."""
     linearised: bool = True
+    """Whether exponents of motions that are not periodic are computed, and multipliers of those that are not
+    verified."""
     follow: bool = False
+    """Whether a trajectory starts at the final state of the trajectory at the previous clearance."""
     starts: Floats | None = None
+    """(s, 2, N) Of a map: the random states of `AboutMiddle`, velocities in clearances times omega; at rest when
+    None."""
     observed: Observables | None = None
+    """What is read off the motions, in further columns of the figures."""
 
 
 class Conditions(NamedTuple):
-    """In what k trajectories may differ that share the structure and the forcing frequency.
-
-    Attributes
-    ----------
-    clearance : (k, 2)
-        Of the right and of the left stop, from q = 0; infinite for an absent one.
-    restitution : (k, 2)
-    bias, forcing : (k,)
-        Factors of the oscillator's bias and forces. Motions under a multiple of all forces, between stops at the same
-        multiple of their distances, are that multiple of the motions, so the kernels need no other forces.
-    """
+    """Stops and factors of the forces of k trajectories of one structure at one forcing frequency."""
 
     clearance: Floats
+    """(k, 2) Clearances of the right and of the left stop, from q = 0; infinite for an absent one."""
     restitution: Floats
+    """(k, 2) Restitutions of these stops."""
     bias: Floats
+    """(k,) Factors of the oscillator's bias."""
     forcing: Floats
+    """(k,) Factors of the oscillator's forces. If all forces and the distances of the stops are multiplied by a factor,
+    so are the motions; the kernels therefore need no other forces."""
 
     @classmethod
     def of(cls, oscillator: Oscillator, clearances: Floats) -> Conditions:
@@ -115,56 +104,52 @@ class Conditions(NamedTuple):
 
 
 class _Begun(NamedTuple):
-    """Trajectories where they begin: the fields of `ColumnTask`, their model and what their results need.
-
-    `forcing` (n,) are the factors of the forces, and `steady_bound` (n,) bounds of the steady motions.
-    """
+    """Trajectories where they begin, their model and what their results need."""
 
     model: LaneModel
+    """The model at their forcing frequency."""
     stops: Floats
+    """As in `ColumnTask`."""
     base: Floats
+    """As in `ColumnTask`."""
     directions: Floats
+    """As in `ColumnTask`."""
     offset: Floats
+    """As in `ColumnTask`."""
     aside: Floats
+    """As in `ColumnTask`."""
     on_stop: Integers
+    """As in `ColumnTask`."""
     forcing: Floats
+    """(n,) Factors of the forces."""
     steady_bound: Floats
+    """(n,) Bounds of the steady motions."""
 
 
 class Apart(NamedTuple):
-    """Trajectories from rest of one structure, each at a frequency of its own.
-
-    Attributes
-    ----------
-    settler : Settler
-    omega : (k,)
-    steady : complex (k, H, 2, N + 1)
-        `Settler.steady` at omega.
-    conditions : Conditions
-    """
+    """Trajectories from rest of one structure, each at a frequency of its own."""
 
     settler: Settler
+    """The structure and the settings."""
     omega: Floats
+    """(k,) The frequencies."""
     steady: Complexes
+    """(k, H, 2, N + 1) `Settler.steady` at omega."""
     conditions: Conditions
+    """The conditions of the trajectories."""
 
 
 class RunEnd(NamedTuple):
-    """How and where the last trajectory of a sweep ended, in the arrays of the kernels.
-
-    Attributes
-    ----------
-    ended : int
-        ENDED_EARLY, MOVES or RESTS.
-    state : (N, 2)
-    square, sensitive : float, int
-        Its error, as of `LaneErrors`.
-    """
+    """How and where the last trajectory of a sweep ended, in the arrays of the kernels."""
 
     ended: int
+    """ENDED_EARLY, MOVES or RESTS."""
     state: Floats
+    """(N, 2) The state at the end."""
     square: float
+    """Square of its error, as of `LaneErrors`."""
     sensitive: int
+    """1 if a decision may be wrong, as of `LaneErrors`."""
 
 
 class Settler:

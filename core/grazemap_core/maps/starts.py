@@ -6,9 +6,8 @@ the equilibrium, or of a point on a stop, by chance.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from grazemap_core.arrays import Floats
+from grazemap_core.records import NamedTuple
 
 
 class AtRest(NamedTuple):
@@ -16,29 +15,20 @@ class AtRest(NamedTuple):
 
 
 class FromState(NamedTuple):
-    """A single trajectory from a state, which may be on a stop; if it moves into the stop, this is an impact.
-
-    Attributes
-    ----------
-    state : (2, N)
-        Displacements and velocities.
-    """
+    """A single trajectory from a state, which may be on a stop; if it moves into the stop, this is an impact."""
 
     state: Floats
+    """(2, N) Displacements and velocities."""
 
 
 class BetweenStops(NamedTuple):
-    """Trajectories from s states between the stops, under conditions of equal factors of bias and forcing.
-
-    Attributes
-    ----------
-    origin : (2, N)
-        The states are ``origin + b scaled``, where b is the unit of the stops (`Stops.unit`). It may lie anywhere.
-    scaled : (s, 2, N)
-    """
+    """Trajectories from s states between the stops, under conditions of equal factors of bias and forcing."""
 
     origin: Floats
+    """(2, N) A state, which may lie anywhere; the trajectories start at ``origin + b scaled``, where b is the unit of
+    the stops (`Stops.unit`)."""
     scaled: Floats
+    """(s, 2, N) Displacements and velocities in units of the stops, from there."""
 
 
 class AboutMiddle(NamedTuple):
@@ -46,14 +36,10 @@ class AboutMiddle(NamedTuple):
 
     The range of the contact coordinate is as wide as two units of the stops. Its middle is that between two stops; of a
     single stop it is q = 0, unless the range would reach beyond the stop.
-
-    Attributes
-    ----------
-    scaled : (s, 2, N)
-        Displacements and velocities in units of the stops.
     """
 
     scaled: Floats
+    """(s, 2, N) Displacements and velocities in units of the stops."""
 
 
 Start = AtRest | FromState | BetweenStops | AboutMiddle

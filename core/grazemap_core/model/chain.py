@@ -6,7 +6,7 @@ stop, whose first mass is linked to a wall.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,27 +16,25 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.model.kernels.chain_residual import invariance_residual
 from grazemap_core.model.kernels.tridiagonal import RESONANT, Links, steady_amplitudes
 from grazemap_core.model.structure import Response, Structure
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class Chain(Structure):
-    """n masses in a row; link i joins mass i to mass i + 1, or the last mass to ground.
-
-    Attributes
-    ----------
-    masses, stiffnesses, link_damping : ndarray of shape (n,)
-    gamma : float or None
-        The coefficient of proportional damping, ``C = 2 gamma K``; None when the links were given one by one.
-    wall_stiffness, wall_damping : float
-        Coefficients of the link from a wall to the first mass; both 0 if the first mass is free.
-    """
+    """n masses in a row; link i joins mass i to mass i + 1, or the last mass to ground."""
 
     masses: Floats
+    """(n,) Masses."""
     stiffnesses: Floats
+    """(n,) Stiffnesses of the links."""
     link_damping: Floats
+    """(n,) Damping coefficients of the links."""
     gamma: float | None
+    """The coefficient of proportional damping, ``C = 2 gamma K``; None when the links were given one by one."""
     wall_stiffness: float = 0.0
+    """Stiffness of the link from a wall to the first mass; 0 if the first mass is free."""
     wall_damping: float = 0.0
+    """Damping coefficient of this link; 0 likewise."""
 
     @property
     def size(self) -> int:

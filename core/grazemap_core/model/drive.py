@@ -10,22 +10,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonic:
-    """One harmonic of the forces; `constant`, `rate` and `quadratic` are complex, of shape (N,)."""
+    """One harmonic of the forces, with the amplitudes ``constant + i s rate + s^2 quadratic`` at s = order omega."""
 
     order: int
+    """Frequency of the harmonic over that of the forcing."""
     constant: Complexes
+    """(N,) As above."""
     rate: Complexes
+    """(N,) As above."""
     quadratic: Complexes
+    """(N,) As above."""
 
     def amplitudes(self, omega: Floats) -> Complexes:
         """Return the amplitudes of the forces at forcing frequencies (n,), shape (n, N)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.structure import Structure
 from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,33 +22,24 @@ class HeldStructure:
 
     Displacements from the static equilibrium are ``y = q profile + Z w``, where the n = N - 1 columns of Z have
     ``h^T Z = 0``. The rows w are the displacements of all coordinates but one.
-
-    Attributes
-    ----------
-    structure : Structure or None
-        That of w: matrices ``Z^T M Z`` and so on. None for one degree of freedom.
-    basis : ndarray of shape (N, n)
-        Z.
-    others : ndarray of int, shape (n,)
-        The coordinates that w names.
-    profile : ndarray of shape (N,)
-        Displacements at the equilibrium with q = 1.
-    static_stiffness : float
-        ``a^T K profile``: the force on the held contact, per unit of q, with a the direction of the jump.
-    stiffness_row, damping_row : ndarray of shape (n,)
-        ``a^T K Z`` and ``a^T C Z``: forces on the held contact by w and its velocity.
-    viscous_term : float
-        ``h^T M^-1 C a``.
     """
 
     structure: Structure | None
+    """The structure of w: matrices ``Z^T M Z`` and so on. None for one degree of freedom."""
     basis: Floats
+    """(N, n) Z."""
     others: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+    """(n,) The coordinates that w names."""
     profile: Floats
+    """(N,) Displacements at the equilibrium with q = 1."""
     static_stiffness: float
+    """``a^T K profile``: the force on the held contact, per unit of q, with a the direction of the jump."""
     stiffness_row: Floats
+    """(n,) ``a^T K Z``: force on the held contact by w."""
     damping_row: Floats
+    """(n,) ``a^T C Z``: force on the held contact by the velocity of w."""
     viscous_term: float
+    """``h^T M^-1 C a``."""
 
 
 def held_structure(oscillator: Oscillator) -> HeldStructure:

@@ -5,43 +5,35 @@ The zeros of g and of its periodic sums are the codimension-two points of the gr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.model.kernels.response_sums import IMPULSE, ResponseBlocks, response_sum
 from grazemap_core.model.modal import ModalModel
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class ImpulseResponse:
-    """``g(s) = sum_j y_j(s)``, each term the solution of one second-order block.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared : ndarray of shape (N,)
-        As in `ModalModel`.
-    value, slope : ndarray of shape (N,)
-        ``y_j(0)`` and ``y_j'(0)``; their sums are 0 and 1. With proportional damping they are 0 and
-        ``m_c (h^T phi_j)^2``.
-    seen : ndarray of bool, shape (M,)
-        Which blocks of the modal model these are: those that an impulse excites and contact sees.
-    slowest : float
-        The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows.
-    conditioning : float
-        Condition number of the modal model.
-    """
+    """``g(s) = sum_j y_j(s)``, each term the solution of one second-order block."""
 
     decay: Floats
+    """(N,) As in `ModalModel`."""
     discriminant: Floats
+    """(N,) As in `ModalModel`."""
     frequency_squared: Floats
+    """(N,) As in `ModalModel`."""
     value: Floats
+    """(N,) ``y_j(0)``; the sum is 0. With proportional damping each is 0."""
     slope: Floats
+    """(N,) ``y_j'(0)``; the sum is 1. With proportional damping each is ``m_c (h^T phi_j)^2``."""
     seen: Booleans
+    """(M,) Which blocks of the modal model these are: those that an impulse excites and contact sees."""
     slowest: float
+    """The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows."""
     conditioning: float
+    """Condition number of the modal model."""
 
     @property
     def blocks(self) -> ResponseBlocks:

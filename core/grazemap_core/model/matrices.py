@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from grazemap_core.model.dense_response import dense_response
 from grazemap_core.model.structure import Response, Structure
 from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS
 from grazemap_core.numerics.double_double_arrays import Pair, add, exact, negative, product, transformed
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 Matrix = Sequence[Sequence[float]] | Floats
@@ -22,22 +23,16 @@ Matrix = Sequence[Sequence[float]] | Floats
 
 @dataclass(frozen=True, eq=False)
 class Matrices(Structure):
-    """A structure with dense matrices of shape (N, N); use `create`, which validates them.
-
-    Attributes
-    ----------
-    mass : ndarray
-        M, symmetric and positive definite.
-    damping, stiffness : ndarray
-        C and K, of any kind: a gyroscopic C and a K of follower forces are not symmetric.
-    ratios : ndarray of shape (N,) or None
-        The damping ratios of the modes, where C was given by them.
-    """
+    """A structure with dense matrices of shape (N, N); use `create`, which validates them."""
 
     mass: Floats
+    """M, symmetric and positive definite."""
     damping: Floats
+    """C, of any kind: a gyroscopic one is not symmetric."""
     stiffness: Floats
+    """K, of any kind: that of follower forces is not symmetric."""
     ratios: Floats | None = None
+    """(N,) The damping ratios of the modes, where C was given by them."""
 
     @classmethod
     def create(

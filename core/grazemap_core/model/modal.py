@@ -8,7 +8,7 @@ classical modes (theory, section 2); any other gives blocks whose shapes also de
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -29,6 +29,7 @@ from grazemap_core.model.tolerances import (
     VANISHING_WEIGHT,
 )
 from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
 KEPT_MODELS = 16
@@ -39,44 +40,30 @@ _NO_CONTACT = np.zeros((0, 2))
 
 @dataclass(frozen=True, eq=False)
 class ModalModel:
-    """The free motion of an oscillator in block coordinates; blocks in order of increasing frequency.
-
-    Attributes
-    ----------
-    frequency_squared : ndarray of shape (N,)
-        Product of the block's two exponents, ``w_j^2``.
-    decay : ndarray of shape (N,)
-        ``eta_j``, minus the mean of the block's two exponents.
-    discriminant : ndarray of shape (N,)
-        ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
-        It is computed without cancellation; do not recompute it from the other two.
-    shape : ndarray of shape (N, N, 2)
-        Displacement i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With classical modes ``shape[:, :, 0]``
-        holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero.
-    contact_row : ndarray of shape (N, 2)
-        The contact coordinate ``h^T x`` in (u, u'); empty for a structure without a contact.
-    unit_impulse : ndarray of shape (N, 2)
-        Change of (u_j, u_j') by an impulse that changes the velocity of the contact coordinate by 1; or empty.
-    to_modal : ndarray of shape (2N, 2N)
-        Maps (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...).
-    from_modal : ndarray of shape (2N, 2N)
-        Inverse of `to_modal`.
-    conditioning : float
-        Condition number of `from_modal` with unit columns in the energy norm; 1 for classical modes.
-    undamped : ndarray of bool, shape (N,)
-        True where the block's decay is zero to round-off.
-    """
+    """The free motion of an oscillator in block coordinates; blocks in order of increasing frequency."""
 
     frequency_squared: Floats
+    """(N,) Product of the block's two exponents, ``w_j^2``."""
     decay: Floats
+    """(N,) ``eta_j``, minus the mean of the block's two exponents."""
     discriminant: Floats
+    """(N,) ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
+    It is computed without cancellation; do not recompute it from the other two."""
     shape: Floats
+    """(N, N, 2) Displacement i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With classical modes ``shape[:,
+    :, 0]`` holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero."""
     contact_row: Floats
+    """(N, 2) The contact coordinate ``h^T x`` in (u, u'); empty for a structure without a contact."""
     unit_impulse: Floats
+    """(N, 2) Change of (u_j, u_j') by an impulse that changes the velocity of the contact coordinate by 1; or empty."""
     to_modal: Floats
+    """(2N, 2N) Maps (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...)."""
     from_modal: Floats
+    """(2N, 2N) Inverse of `to_modal`."""
     conditioning: float
+    """Condition number of `from_modal` with unit columns in the energy norm; 1 for classical modes."""
     undamped: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    """(N,) True where the block's decay is zero to round-off."""
 
     @property
     def size(self) -> int:
@@ -93,10 +80,12 @@ class ModalModel:
 
 @dataclass(frozen=True, eq=False)
 class _Decomposition:
-    """A modal model without a contact, and its columns in the coordinates of the structure, (2N, 2N)."""
+    """A modal model without a contact."""
 
     model: ModalModel
+    """The modal model."""
     columns: Floats
+    """(2N, 2N) Its columns, in the coordinates of the structure."""
 
 
 @lru_cache(maxsize=KEPT_MODELS)

@@ -9,7 +9,6 @@ Ogita & Aishima, Japan J. Indust. Appl. Math. 35 (2018) 1007-1035, for the symme
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -17,27 +16,23 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.model import tolerances
 from grazemap_core.model.structure import Structure
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Second-order blocks in no particular order: the state is ``sum_j a_j u_j + b_j u_j'``.
-
-    Attributes
-    ----------
-    frequency_squared, decay, discriminant : ndarray of shape (N,)
-        As in `grazemap_core.model.modal.ModalModel`.
-    columns : ndarray of shape (2N, 2N)
-        (a_1, b_1, a_2, b_2, ...); rows are the coordinates of the structure.
-    conditioning : float
-        Condition number of `columns` with unit columns in the energy norm; infinite when refinement did not converge.
-    """
+    """Second-order blocks in no particular order: the state is ``sum_j a_j u_j + b_j u_j'``."""
 
     frequency_squared: Floats
+    """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     decay: Floats
+    """(N,) Likewise."""
     discriminant: Floats
+    """(N,) Likewise."""
     columns: Floats
+    """(2N, 2N) (a_1, b_1, a_2, b_2, ...); rows are the coordinates of the structure."""
     conditioning: float
+    """Condition number of `columns` with unit columns in the energy norm; infinite when refinement did not converge."""
 
 
 def refine(structure: Structure, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:

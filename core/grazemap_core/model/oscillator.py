@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.drive import Harmonic, force, fundamental, harmonics
 from grazemap_core.model.structure import Structure
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 UNITS = ("nondimensional", "SI")
@@ -25,18 +26,12 @@ UNITS = ("nondimensional", "SI")
 
 @dataclass(frozen=True, eq=False)
 class Variants:
-    """The parameters of the structure of an oscillator that may vary.
-
-    Attributes
-    ----------
-    values : mapping of str to float
-        Their names and values.
-    create : callable
-        Returns the oscillator with other values of all of them.
-    """
+    """The parameters of the structure of an oscillator that may vary."""
 
     values: Mapping[str, float]
+    """Their names and values."""
     create: Callable[[Mapping[str, float]], Oscillator]
+    """Returns the oscillator with other values of all of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,34 +40,24 @@ class Oscillator:
 
     ``M x'' + C x' + K x = forces + bias`` while ``-c_L < q < c_R``, and ``q' -> -restitution q'`` at a stop (theory,
     "Any linear structure"). Use `create` for a chain of masses, `of_structure` for others; both validate parameters.
-
-    Attributes
-    ----------
-    structure : Structure
-    contact : ndarray of shape (N,)
-        The contact row h.
-    drive : tuple of Harmonic
-        The harmonic forces, by increasing order.
-    restitution : float
-        R in [0, 1], of the right stop, or of both.
-    bias : ndarray of shape (N,)
-        Static forces.
-    units : {"nondimensional", "SI"}
-        Used by `create` only; the stored numbers do not depend on it.
-    restitution_left : float or None
-        R of the left stop, where it is another one.
-    variants : Variants or None
-        The parameters of the structure that may vary.
     """
 
     structure: Structure
+    """Masses, damping and stiffness."""
     contact: Floats
+    """(N,) The contact row h."""
     drive: tuple[Harmonic, ...]
+    """The harmonic forces, by increasing order."""
     restitution: float
+    """R in [0, 1], of the right stop, or of both."""
     bias: Floats
+    """(N,) Static forces."""
     units: str = "nondimensional"
+    """Either "nondimensional" or "SI". Used by `create` only; the stored numbers do not depend on it."""
     restitution_left: float | None = None
+    """R of the left stop, where it is another one."""
     variants: Variants | None = None
+    """The parameters of the structure that may vary."""
 
     @classmethod
     def create(

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import field, fields, is_dataclass, replace
 from functools import wraps
 from typing import Any, Final, ParamSpec, TypeVar
 
 import numpy as np
 
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 
 _FREQUENCIES: Final = frozenset({"omega", "omega_start", "omega_stop", "omega_error"})
 _PHASES: Final = frozenset({"phase", "phases", "excess_phase"})
@@ -69,10 +70,12 @@ def divisor_of(value: Any) -> int:
 
 @dataclass
 class _Rescaling:
-    """Records with other frequencies and phases; `known` are frequencies at omega by those at the own one."""
+    """Gives records other frequencies and phases."""
 
     times: int
+    """The own frequency over omega."""
     known: dict[float, float] = field(default_factory=dict)
+    """Frequencies at omega, by those at the own one."""
 
     def frequency(self, value: Any) -> Any:
         raise NotImplementedError

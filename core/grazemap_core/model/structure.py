@@ -7,30 +7,23 @@ decomposition into blocks is refined in these.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import NamedTuple
+from abc import abstractmethod
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
+from grazemap_core.records import ABC, NamedTuple
 
 
 class Response(NamedTuple):
-    """The steady motion at n frequencies.
-
-    Attributes
-    ----------
-    amplitudes : ndarray of complex, shape (n, N)
-        Of the displacements, x(t) = Im(amplitude e^{i w t}).
-    coordinate : ndarray of complex, shape (n,)
-        Of one coordinate.
-    exists : ndarray of bool, shape (n,)
-        False at a resonance with no damping or too little.
-    """
+    """The steady motion at n frequencies."""
 
     amplitudes: Complexes
+    """(n, N) Of the displacements, x(t) = Im(amplitude e^{i w t})."""
     coordinate: Complexes
+    """(n,) Amplitudes of one coordinate."""
     exists: Booleans
+    """(n,) False at a resonance with no damping or too little."""
 
 
 class Structure(ABC):

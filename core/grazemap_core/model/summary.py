@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,57 +17,49 @@ from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class HarmonicResponse:
-    """The steady motion of the contact coordinate in one harmonic; arrays of shape (n,), NaN at a resonance.
+    """The steady motion of the contact coordinate in one harmonic, ``q = amplitude sin(order omega t + phase)``.
 
-    ``q = amplitude sin(order omega t + phase)``; `amplitude_slope` is d amplitude / d omega.
+    Arrays have the shape (n,), with NaN at a resonance.
     """
 
     order: int
+    """Order of the harmonic."""
     amplitude: Floats
+    """Amplitude of q."""
     phase: Floats
+    """Phase of q."""
     amplitude_slope: Floats
+    """d amplitude / d omega."""
 
 
 @dataclass(frozen=True, eq=False)
 class StructureSummary:
-    """Linear properties of an oscillator (theory, "Any linear structure").
-
-    Attributes
-    ----------
-    effective_mass : float
-        ``m_c = 1/(h^T M^-1 h)``.
-    kappa : float
-        ``m_c h^T M^-1 C M^-1 h``, the rate at which damping alone would slow the contact coordinate after an impulse.
-    equilibrium : ndarray of shape (N,)
-        Displacements under the bias.
-    contact_equilibrium : float
-        The contact coordinate there, q_e.
-    natural_frequencies : ndarray of shape (N,)
-        Of the structure without damping, in increasing order; 0 for a free mode.
-    damping_ratios : ndarray of shape (N,)
-        Of the damped modes, by increasing frequency; NaN of a free mode, and where several modes do not oscillate and
-        the damping is not diagonal in the modes, as their exponents form no pairs.
-    contact_weights : ndarray of shape (N,) or None
-        ``h^T phi_j`` of the mass-normalised modes without damping, not negative; None where K is not symmetric.
-    harmonics : tuple of HarmonicResponse
-        The steady motion, by increasing order.
-    impulse_response : ndarray of shape (m,)
-        g at the times: the contact coordinate after a unit jump of its velocity.
-    """
+    """Linear properties of an oscillator (theory, "Any linear structure")."""
 
     effective_mass: float
+    """``m_c = 1/(h^T M^-1 h)``."""
     kappa: float
+    """``m_c h^T M^-1 C M^-1 h``, the rate at which damping alone would slow the contact coordinate after an impulse."""
     equilibrium: Floats
+    """(N,) Displacements under the bias."""
     contact_equilibrium: float
+    """The contact coordinate there, q_e."""
     natural_frequencies: Floats
+    """(N,) Frequencies of the structure without damping, in increasing order; 0 for a free mode."""
     damping_ratios: Floats
+    """(N,) Damping ratios of the damped modes, by increasing frequency; NaN of a free mode, and where several modes do
+    not oscillate and the damping is not diagonal in the modes, as their exponents form no pairs."""
     contact_weights: Floats | None
+    """(N,) ``h^T phi_j`` of the mass-normalised modes without damping, not negative; None where K is not symmetric."""
     harmonics: tuple[HarmonicResponse, ...]
+    """The steady motion, by increasing order."""
     impulse_response: Floats
+    """(m,) g at the times: the contact coordinate after a unit jump of its velocity."""
 
 
 def summary(oscillator: Oscillator, omega: ArrayLike, times: ArrayLike) -> StructureSummary:

@@ -59,7 +59,7 @@ STEADY_REFINEMENT_STEPS: Final = 10
 more."""
 
 STEADY_ACCURACY: Final = EPSILON / 16.0
-"""Remaining relative error of x_1 at which refinement stops: it vanishes when x_1 is rounded to a double."""
+"""Remaining relative error of a coordinate at which refinement stops: rounding to a double hides it."""
 
 STEADY_DIVERGED: Final = 1.0e-13
 """Remaining error, relative to the solution, above which refinement has not converged: a resonance without damping."""

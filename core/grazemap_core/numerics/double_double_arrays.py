@@ -5,19 +5,20 @@ As `grazemap_core.numerics.kernels.double_double`, for code that is not compiled
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.kernels.double_double import dd_add, two_prod, two_sum
+from grazemap_core.records import NamedTuple
 
 
 class Pair(NamedTuple):
     """The sum ``high + low`` of two arrays of one shape, ``|low| <= ulp(high)/2``."""
 
     high: Floats
+    """The sum, rounded."""
     low: Floats
+    """The rest."""
 
     @property
     def rounded(self) -> Floats:

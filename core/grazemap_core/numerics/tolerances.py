@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 TAYLOR_DEGREE: Final = 18
-"""Degree of the Taylor series of x1 on a cell. With cells of at most CELL_REACH / |lambda| the first omitted term is
+"""Degree of the Taylor series of q on a cell. With cells of at most CELL_REACH / |lambda| the first omitted term is
 below 1/19! = 8e-18 of the amplitude of a mode; the contact test adds a bound of it nevertheless."""
 
 QR_STEPS: Final = 60

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,27 +27,23 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
     contacts_begin,
 )
 from grazemap_core.orbits.tolerances import FROM_THE_GRAZE, GRAZE_PHASES, ORBIT_FLOOR, SAME_CURVE_PHASE
+from grazemap_core.records import NamedTuple, dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class OneImpactCurve:
-    """One type of special point over all frequencies; NaN, and False, where there is none.
-
-    Attributes
-    ----------
-    clearance : ndarray of shape (n,)
-        Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its values.
-    impact_velocity : ndarray of shape (n,)
-    admissible : ndarray of bool, shape (n,)
-        The orbit has no contact with a stop other than its impacts.
-    stop : ndarray of int, shape (n,)
-        GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other one.
-    """
+    """One type of special point over all frequencies; NaN, and False, where there is none."""
 
     clearance: Floats
+    """(n,) Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its
+    values."""
     impact_velocity: Floats
+    """(n,) Velocity before the impact."""
     admissible: Booleans
+    """(n,) The orbit has no contact with a stop other than its impacts."""
     stop: Integers
+    """(n,) GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other
+    one."""
 
     def moved(self, offset: float) -> OneImpactCurve:
         """Return the curve with clearances that are larger by an offset."""
@@ -56,29 +51,27 @@ class OneImpactCurve:
 
 
 class SpecialOrbit(NamedTuple):
-    """A special orbit at one frequency.
-
-    Attributes
-    ----------
-    phase, speed, gap : float
-        Of the impact and of its stop; in closed form the phase is the angle on the branch.
-    admissible : bool
-    stop : int
-        Of the further contact of a GR, +1 or -1; else 0.
-    """
+    """A special orbit at one frequency."""
 
     phase: float
+    """Phase of the impact; in closed form the angle on the branch."""
     speed: float
+    """Speed of the impact."""
     gap: float
+    """Gap of the stop of the impact."""
     admissible: bool
+    """Whether the orbit has no contact with a stop other than its impacts."""
     stop: int
+    """Of the further contact of a GR, +1 or -1; else 0."""
 
 
 class SecondStop(NamedTuple):
     """The gap ``fixed + by_gap gap`` of the stop without an impact; infinite if it is absent."""
 
     fixed: float
+    """The gap where `by_gap` is 0; infinite for an absent stop."""
     by_gap: float = 0.0
+    """Change of the gap by that of the other stop."""
 
 
 ABSENT = SecondStop(math.inf)
@@ -86,18 +79,14 @@ ABSENT = SecondStop(math.inf)
 
 @dataclass(frozen=True, eq=False)
 class StopFamily:
-    """Orbits with one impact on a stop in n periods; of symmetric ones, the impact on the other stop is its image.
-
-    Attributes
-    ----------
-    family : OrbitFamily
-    stop : {+1, -1}
-    other : SecondStop
-    """
+    """Orbits with one impact on a stop in n periods; symmetric orbits have its mirror image on the other stop."""
 
     family: OrbitFamily
+    """All motions of the pattern."""
     stop: int
+    """+1 or -1."""
     other: SecondStop
+    """The gap of the other stop."""
 
     def at(self, omega: float, steady: Complexes) -> StopMotions:
         """Return the orbits at a frequency; `steady` are the amplitudes there."""

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -28,24 +27,20 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import rebound_of
 from grazemap_core.orbits.tolerances import LAG_ACCURACY, LAG_STEPS, ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """A trigonometric polynomial of the phase: a constant and the sum of Im(amplitude exp(i order phase)).
-
-    Attributes
-    ----------
-    orders : (H,)
-        Whole numbers > 0, increasing.
-    amplitudes : complex (H,)
-    constant : float
-    """
+    """A trigonometric polynomial of the phase: a constant and the sum of Im(amplitude exp(i order phase))."""
 
     orders: Floats
+    """(H,) Whole numbers > 0, increasing."""
     amplitudes: Complexes
+    """(H,) Amplitudes by order."""
     constant: float = 0.0
+    """The constant."""
 
     def derivative(self) -> Harmonics:
         """Return the derivative."""
@@ -115,25 +110,20 @@ class OneImpactOrbits:
     """All orbits with one impact in n forcing periods on one stop, at one frequency, for all gaps of that stop.
 
     Symmetric ones have an impact on the other stop, too, half of n periods later.
-
-    Attributes
-    ----------
-    omega : float
-    pattern : Pattern
-    stop : {+1, -1}
-    toward : Harmonics
-        The steady motion toward the stop.
-    rebound : float
-        1 + R of the stop.
-    sums : PeriodicSums
     """
 
     omega: float
+    """Forcing frequency."""
     pattern: Pattern
+    """The pattern of impacts."""
     stop: int
+    """+1 or -1."""
     toward: Harmonics
+    """The steady motion toward the stop."""
     rebound: float
+    """1 + R of the stop."""
     sums: PeriodicSums
+    """Response to unit impulses at all earlier impacts."""
 
     @classmethod
     def of(

@@ -7,7 +7,6 @@ orbit").
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,24 +25,21 @@ from grazemap_core.model.impulse_response import ImpulseResponse, impulse_respon
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitFamily:
-    """All motions of an oscillator that repeat after n forcing periods, or are mirrored after half of them.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    pattern : Pattern
-    model : ModalModel
-    response : ImpulseResponse
-    """
+    """All motions of an oscillator that repeat after n forcing periods, or are mirrored after half of them."""
 
     oscillator: Oscillator
+    """The oscillator."""
     pattern: Pattern
+    """The number of periods, and whether the motions are mirrored."""
     model: ModalModel
+    """Modal model of the free motion."""
     response: ImpulseResponse
+    """Response of the contact to an impulse."""
 
     @classmethod
     def of(cls, oscillator: Oscillator, period: int, symmetric: bool) -> OrbitFamily:

@@ -7,7 +7,7 @@ fixed stop, are lines of constant frequency. They are those of a motion as long 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -29,41 +29,36 @@ from grazemap_core.orbits.explicit_curves import (
     nearest_special,
     turning_frame,
 )
+from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
 
 @dataclass(frozen=True, eq=False)
 class FixedStop:
-    """Orbits with one impact on a stop that is fixed at a gap; the other stop is absent in `of`."""
+    """Orbits with one impact on a stop that is fixed."""
 
     of: StopFamily
+    """All orbits with one impact on this stop; the other stop is absent."""
     gap: float
+    """The gap at which it is fixed."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of constant frequency.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "GR"}
-    omega : float
-    speed : float
-        Of the impact on the fixed stop; 0 for its graze by the steady motion.
-    admissible : bool
-        There is no further contact with the fixed stop.
-    stop : int
-        GR only, else 0: the fixed stop.
-    reach : float
-        Clearance of the other stop above which it is not touched.
-    """
+    """A line of constant frequency."""
 
     type: str
+    """One of "SN", "PD" or "GR"."""
     omega: float
+    """The frequency."""
     speed: float
+    """Speed of the impact on the fixed stop; 0 for its graze by the steady motion."""
     admissible: bool
+    """There is no further contact with the fixed stop."""
     stop: int
+    """GR only, else 0: the fixed stop."""
     reach: float
+    """Clearance of the other stop above which it is not touched."""
 
     def moved(self, offset: float) -> Line:
         """Return the line with `reach` changed from a gap to a clearance."""

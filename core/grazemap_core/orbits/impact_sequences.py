@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,35 +17,27 @@ from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.tolerances import SAME_ORBIT
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.trajectories import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
 class ImpactSequence:
-    """The impacts of one period of a motion, in order. Build it with `create`, which checks the numbers.
-
-    Attributes
-    ----------
-    period : int
-        n, forcing periods.
-    stops : ndarray of int, shape (k,)
-        +1 (stop A) or -1 (C).
-    phases : ndarray of shape (k,)
-        ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n).
-    velocities : ndarray of shape (k,)
-        Velocity of the contact before the impact. It has the sign of the stop; for a virtual impact, the opposite sign.
-    symmetric : bool
-        Whether these are the impacts of half the period; those of the other half are their mirror images.
-    divisor : int
-        p: a period is ``2 pi/p`` in the phases.
-    """
+    """The impacts of one period of a motion, in order. Build it with `create`, which checks the numbers."""
 
     period: int
+    """n, forcing periods."""
     stops: Integers
+    """(k,) +1 (stop A) or -1 (C)."""
     phases: Floats
+    """(k,) ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n)."""
     velocities: Floats
+    """(k,) Velocity of the contact before the impact. It has the sign of the stop; for a virtual impact, the opposite
+    sign."""
     symmetric: bool = False
+    """Whether these are the impacts of half the period; those of the other half are their mirror images."""
     divisor: int = 1
+    """p: a period is ``2 pi/p`` in the phases."""
 
     @classmethod
     def create(

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -25,6 +24,7 @@ from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_d
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 
 Special = Literal["SN", "PD", "SB", "GR"]
 Admissibility = Literal["decided", "undecided"]
@@ -32,31 +32,22 @@ Admissibility = Literal["decided", "undecided"]
 
 @dataclass(frozen=True)
 class BranchPoint:
-    """A special point of a branch.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "GR"}
-        Saddle-node, period doubling, symmetry breaking; or a graze, at which the branch ends.
-    angle : float
-        Angle on the branch, radians, decreasing from pi/2 (grazing).
-    clearance, impact_velocity : float
-        Clearance, and velocity before an impact, >= 0.
-    admissible : bool
-        The orbit has no other contact with a stop; for a GR, the orbits on one side of it have none.
-    stop : int or None
-        GR only: +1 when the further contact is with the stop that is struck (first), -1 when with the other one.
-    time : float or None
-        GR only: time of the contact after the impact; 0 where the impact itself is the graze.
-    """
+    """A special point of a branch."""
 
     type: Special
+    """Saddle-node, period doubling, symmetry breaking; or a graze, at which the branch ends."""
     angle: float
+    """Angle on the branch, radians, decreasing from pi/2 (grazing)."""
     clearance: float
+    """Clearance there."""
     impact_velocity: float
+    """Velocity before an impact, >= 0."""
     admissible: bool
+    """The orbit has no other contact with a stop; for a GR, the orbits on one side of it have none."""
     stop: int | None = None
+    """GR only: +1 when the further contact is with the stop that is struck (first), -1 when with the other one."""
     time: float | None = None
+    """GR only: time of the contact after the impact; 0 where the impact itself is the graze."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,49 +56,36 @@ class OneImpactBranch:
 
     They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the gap of the stop, which
     is the clearance without a bias. Build it with `one_impact_branch`.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    omega : float
-    pattern : Pattern
-    stop : {+1, -1}
-        The stop of the impact; of symmetric motions, of the first one.
-    amplitude : float
-        A, the gap of the grazing curve.
-    phase : float
-        Of the steady motion of the contact, which is A sin(omega t + phase).
-    steady : ndarray of complex, shape (N,)
-        The steady motion, at phase 0.
-    position_coefficient : float
-        ``c = (1 + R) H``, a time.
-    velocity_coefficient : float
-        ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
-    lowest : float
-        Angle at which the clearance is 0; the branch ends there, or before.
-    admissible_above : float
-        Orbits with an angle above this, and below pi/2, have no contacts other than their impacts; pi/2 if there are
-        none.
-    admissibility : {"decided", "undecided"}
-        "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
-        `admissible_above` is pi/2 then too.
-    special_points : tuple of BranchPoint
-        In the order of the branch, by decreasing angle. The first is the graze at which it begins.
     """
 
     oscillator: Oscillator
+    """The oscillator."""
     omega: float
+    """Forcing frequency."""
     pattern: Pattern
+    """The pattern of impacts."""
     stop: int
+    """The stop of the impact, +1 or -1; of symmetric motions, of the first one."""
     amplitude: float
+    """A, the gap of the grazing curve."""
     phase: float
+    """Phase of the steady motion of the contact, which is A sin(omega t + phase)."""
     steady: Complexes
+    """(N,) The steady motion, at phase 0."""
     position_coefficient: float
+    """``c = (1 + R) H``, a time."""
     velocity_coefficient: float
+    """``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``."""
     lowest: float
+    """Angle at which the clearance is 0; the branch ends there, or before."""
     admissible_above: float
+    """Orbits with an angle above this, and below pi/2, have no contacts other than their impacts; pi/2 if there are
+    none."""
     admissibility: Admissibility
+    """It is "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
+    `admissible_above` is pi/2 then too."""
     special_points: tuple[BranchPoint, ...]
+    """In the order of the branch, by decreasing angle. The first is the graze at which it begins."""
 
     def clearance(self, angle: float) -> float:
         """Return b at an angle."""
@@ -233,12 +211,16 @@ def _branch(
 
 @dataclass(frozen=True)
 class _Contact:
-    """A further contact of an orbit: where on the branch, on which stop, when."""
+    """A further contact of an orbit."""
 
     sine: float
+    """Sine of the angle on the branch."""
     cosine: float
+    """Cosine of this angle."""
     stop: int
+    """Stop of the contact."""
     time: float
+    """Time of the contact after the impact."""
 
     @property
     def angle(self) -> float:

@@ -9,7 +9,6 @@ points are decided one by one (`explicit_curves`).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,26 +18,21 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_curves import OneImpactCurve, SecondStop, SpecialOrbit, StopFamily
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact_branches
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class OneImpactCurves:
-    """The curves of one pattern of impacts.
-
-    Attributes
-    ----------
-    omega : ndarray of shape (n,)
-    saddle_node : OneImpactCurve
-    doubling : OneImpactCurve
-        Period doubling (PD), or symmetry breaking (SB) for symmetric motions.
-    contact : OneImpactCurve
-        GR: where the branch stops being admissible.
-    """
+    """The curves of one pattern of impacts."""
 
     omega: Floats
+    """(n,) Forcing frequencies."""
     saddle_node: OneImpactCurve
+    """SN: saddle-nodes."""
     doubling: OneImpactCurve
+    """Period doubling (PD), or symmetry breaking (SB) for symmetric motions."""
     contact: OneImpactCurve
+    """GR: where the branch stops being admissible."""
 
 
 def one_impact_curves(

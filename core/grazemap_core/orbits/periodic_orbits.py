@@ -8,7 +8,6 @@ motion, and not admissible (theory, "Any impacting orbit").
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,85 +25,65 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.states import multipliers_of, states_at, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.start import State
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbit:
-    """A periodic orbit with impacts or, where `converged` is false, the last iterate of Newton's method.
-
-    Attributes
-    ----------
-    omega : float
-    clearance : Clearance
-    impacts : ImpactSequence
-        As solved for: for a symmetric motion, half the period. `impacts.whole` has all impacts.
-    converged : bool
-        The residual is round-off. Otherwise the numbers below are NaN.
-    reason : str
-        Why Newton's method has not converged; empty if it has.
-    residual : float
-        Largest residual, in units of the larger of `Stops.unit` and the steady amplitude.
-    steps : int
-        Newton steps used.
-    kantorovich : float
-        The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
-        lies within `radius`, as certainly as floating-point numbers allow.
-    radius : float
-        For phases p omega t in radians, and for velocities in units of p omega times the unit of `residual`.
-    displacement, velocity : ndarray of shape (N,)
-        Physical state just before the first impact; a trajectory started there begins with the impact.
-    phase : float
-        Forcing phase there, in (-pi/p, pi/p].
-    start : State
-        State at forcing phase 0, on the stroboscopic section.
-    multipliers : ndarray of complex, shape (2N,)
-        Floquet multipliers over the period, by decreasing modulus.
-    half_multipliers : ndarray of complex, shape (2N,), or None
-        Symmetric motions only: those of half the period and the mirror image; their squares are the multipliers.
-    stable : bool
-        Every multiplier lies inside the unit circle.
-    physical : bool
-        No impact is virtual.
-    contacts : {"none", "some", "undecided", "not searched"}
-        Contacts with a stop other than the impacts; "some" too where an impact is virtual.
-    excess : float
-        Largest excess of the contact over a stop at a maximum between impacts, in units of length; negative where it
-        stays inside, minus infinity where there is no such maximum.
-    excess_phase : float
-        Phase of that maximum, radians; NaN without one.
-    excess_stop : int
-        Stop of that maximum; 0 without one.
-    least_period : int
-        Forcing periods after which the motion repeats: `impacts.period`, or less if that is a multiple of it.
-    symmetric : bool
-        It is its own mirror image half a period later.
-    """
+    """A periodic orbit with impacts or, where `converged` is false, the last iterate of Newton's method."""
 
     omega: float
+    """Forcing frequency."""
     clearance: Clearance
+    """Clearances of the stops."""
     impacts: ImpactSequence
+    """As solved for: for a symmetric motion, half the period. `impacts.whole` has all impacts."""
     converged: bool
+    """The residual is round-off. Otherwise the numbers below are NaN."""
     reason: str
+    """Why Newton's method has not converged; empty if it has."""
     residual: float
+    """Largest residual, in units of the larger of `Stops.unit` and the steady amplitude."""
     steps: int
+    """Newton steps used."""
     kantorovich: float
+    """The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
+    lies within `radius`, as certainly as floating-point numbers allow."""
     radius: float
+    """For phases p omega t in radians, and for velocities in units of p omega times the unit of `residual`."""
     displacement: Floats
+    """(N,) Displacements just before the first impact; a trajectory started there begins with the impact."""
     velocity: Floats
+    """(N,) Velocities there."""
     phase: float
+    """Forcing phase just before the first impact, in (-pi/p, pi/p]."""
     start: State
+    """State at forcing phase 0, on the stroboscopic section."""
     multipliers: Complexes
+    """(2N,) Floquet multipliers over the period, by decreasing modulus."""
     half_multipliers: Complexes | None
+    """(2N,) Symmetric motions only: those of half the period and the mirror image; their squares are the
+    multipliers."""
     stable: bool
+    """Every multiplier lies inside the unit circle."""
     physical: bool
+    """No impact is virtual."""
     contacts: str
+    """Contacts with a stop other than the impacts: "none", "some" (also where an impact is virtual), "undecided" or
+    "not searched"."""
     excess: float
+    """Largest excess of the contact over a stop at a maximum between impacts, in units of length; negative where it
+    stays inside, minus infinity where there is no such maximum."""
     excess_phase: float
+    """Phase of that maximum, radians; NaN without one."""
     excess_stop: int
+    """Stop of that maximum; 0 without one."""
     least_period: int
+    """Forcing periods after which the motion repeats: `impacts.period`, or less if that is a multiple of it."""
     symmetric: bool
+    """It is its own mirror image half a period later."""
 
     @property
     def isolated(self) -> bool:

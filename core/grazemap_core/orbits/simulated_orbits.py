@@ -8,7 +8,7 @@ tangent flow are returned. The orbit is not verified.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.record import Impacts, Record, Sticking
@@ -34,38 +35,28 @@ REASON = (
 
 @dataclass(frozen=True, eq=False)
 class SimulatedOrbit:
-    """A periodic motion that rests on a stop, found by simulation.
-
-    Attributes
-    ----------
-    omega : float
-    clearance : Clearance
-    motion : Motion
-        Its name; not verified, and `reason` says why.
-    start : State
-        State at forcing phase 0.
-    impacts : Impacts
-        Impacts of one period from `start`. A complete chatter has only the impacts that were computed one by one, the
-        last with `kind` "chatter"; their number is not a property of the motion.
-    sticking : Sticking
-        Rests of one period from `start`; a rest that continues beyond its end is two intervals.
-    multipliers : complex (2 N,)
-        Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
-    closing : float
-        Largest displacement, in units of the stops, between the start and the state a period later.
-    record : Record
-        The events of one period from `start`.
-    """
+    """A periodic motion that rests on a stop, found by simulation."""
 
     omega: float
+    """Forcing frequency."""
     clearance: Clearance
+    """Clearances of the stops."""
     motion: Motion
+    """Its name; not verified, and `reason` says why."""
     start: State
+    """State at forcing phase 0."""
     impacts: Impacts
+    """Impacts of one period from `start`. A complete chatter has only the impacts that were computed one by one, the
+    last with `kind` "chatter"; their number is not a property of the motion."""
     sticking: Sticking
+    """Rests of one period from `start`; a rest that continues beyond its end is two intervals."""
     multipliers: Complexes
+    """(2 N,) Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to
+    round-off."""
     closing: float
+    """Largest displacement, in units of the stops, between the start and the state a period later."""
     record: Record
+    """The events of one period from `start`."""
 
     isolated: ClassVar[bool] = False
     """There are no equations of impact to which the Newton-Kantorovich theorem could be applied."""

@@ -7,8 +7,7 @@ The motions under forces of the factor F are F times those under the factor 1, w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -18,22 +17,19 @@ from grazemap_core.grazing.one_stop import VariedStop
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop
+from grazemap_core.records import NamedTuple, dataclass
 
 
 @dataclass(frozen=True)
 class VariedFactor:
-    """The factor of the forces, or of the bias, varies.
-
-    Attributes
-    ----------
-    name : {"forcing", "bias"}
-    right, left : float
-        The clearances of the stops; infinite for an absent one.
-    """
+    """The factor of the forces, or of the bias, varies."""
 
     name: Literal["forcing", "bias"]
+    """Which factor."""
     right: float
+    """Clearance of the right stop; infinite for an absent one."""
     left: float
+    """Clearance of the left stop, likewise."""
 
     def clearance(self, stop: int) -> float:
         """Return the clearance of a stop."""
@@ -44,21 +40,14 @@ Varied = VariedStop | VariedFactor
 
 
 class Gaps(NamedTuple):
-    """The gaps of the stops as functions of that of one of them, under forces of the factor 1.
-
-    Attributes
-    ----------
-    other : SecondStop
-        The gap of the other stop.
-    value : callable
-        Returns the values (m,) of the parameter at gaps (m,) of the stop.
-    forces : bool
-        Whether it is the factor of the forces: speeds are proportional to it.
-    """
+    """The gaps of the stops as functions of that of one of them, under forces of the factor 1."""
 
     other: SecondStop
+    """The gap of the other stop."""
     value: Callable[[Floats], Floats]
+    """Returns the values (m,) of the parameter at gaps (m,) of the stop."""
     forces: bool = False
+    """Whether it is the factor of the forces: speeds are proportional to it."""
 
 
 def varied_gaps(oscillator: Oscillator, varied: Varied, stop: int) -> Gaps | None:

@@ -11,7 +11,7 @@ fixed, and its own bifurcations are then lines of constant frequency.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from grazemap_core.orbits.fixed_stop_curves import (
 )
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
 from grazemap_core.orbits.varied_gaps import Gaps, Varied, VariedFactor, varied_gaps
+from grazemap_core.records import dataclass
 
 NEXT_STEP = 1.2
 """Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
@@ -46,40 +47,33 @@ BOTH = VariedStop(1, together=True)
 
 @dataclass(frozen=True, eq=False)
 class CurvePiece:
-    """A piece of a curve.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "GR"}
-    period : int
-        n of the motions, forcing periods.
-    impacts_right, impacts_left : int
-        For one impact a period 1 and -1 (not touched), or -1 and 1; between symmetric stops the mirror images, -1 and
-        1, have the same curves and are not listed. 1 and 1 for symmetric motions. -1 and -1 for the grazing curve of a
-        stop, which is listed where the stops are not symmetric.
-    symmetric : bool
-    admissible : bool
-        The orbits have no contact with a stop other than their impacts; otherwise the piece is no border of motions.
-    stop : int
-        GR only, else 0: the stop of the further contact, +1 right and -1 left.
-    omega, value, impact_velocity : ndarray of shape (m,), m >= 2
-        `value` is that of the parameter that varies.
-    ends : (str, str)
-        "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece continues the curve
-        there), or "none" (there are no such motions beyond).
-    """
+    """A piece of a curve."""
 
     type: str
+    """One of "SN", "PD", "SB" or "GR"."""
     period: int
+    """n of the motions, forcing periods."""
     impacts_right: int
+    """Impacts on the right stop; -1: it is not touched. For one impact a period they are 1 and -1, or -1 and 1; between
+    symmetric stops the mirror images, -1 and 1, have the same curves and are not listed. 1 and 1 for symmetric motions.
+    -1 and -1 for the grazing curve of a stop, which is listed where the stops are not symmetric."""
     impacts_left: int
+    """Impacts on the left stop, likewise."""
     symmetric: bool
+    """Whether the motions are their own mirror images."""
     admissible: bool
+    """The orbits have no contact with a stop other than their impacts; otherwise the piece is no border of motions."""
     stop: int
+    """GR only, else 0: the stop of the further contact, +1 right and -1 left."""
     omega: Floats
+    """(m,) Forcing frequencies, m >= 2."""
     value: Floats
+    """(m,) Values of the parameter that varies."""
     impact_velocity: Floats
+    """(m,) Velocities before an impact."""
     ends: tuple[str, str]
+    """For either end "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece
+    continues the curve there), or "none" (there are no such motions beyond)."""
 
 
 @dataclass(frozen=True)
@@ -87,18 +81,25 @@ class _Motion:
     """What a piece says of its motion."""
 
     period: int
+    """As in `CurvePiece`."""
     impacts_right: int
+    """As in `CurvePiece`."""
     impacts_left: int
+    """As in `CurvePiece`."""
     symmetric: bool = False
+    """As in `CurvePiece`."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Window:
-    """Frequencies across a window, and the interval of the parameter that varies."""
+    """A window of frequencies and of the parameter that varies."""
 
     omega: Floats
+    """Frequencies across the window."""
     start: float
+    """Start of the interval of the parameter."""
     stop: float
+    """End of this interval."""
 
     def contains(self, values: Floats) -> Booleans:
         with np.errstate(invalid="ignore"):

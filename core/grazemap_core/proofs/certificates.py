@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from flint import arb
@@ -16,6 +15,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple, dataclass
 
 Document = dict[str, Any]
 
@@ -26,11 +26,14 @@ class Undecided(Exception):
 
 @dataclass(frozen=True)
 class Search:
-    """Inputs of a search: the oscillator, exactly too, and the digits of the enclosures."""
+    """Inputs of a search."""
 
     oscillator: Oscillator
+    """The oscillator."""
     machine: Machine
+    """The same, exactly."""
     digits: int
+    """Digits of the enclosures."""
 
     @property
     def bits(self) -> int:
@@ -39,12 +42,16 @@ class Search:
 
 
 class Attempt(NamedTuple):
-    """A statement, the verdict on it, and the theorem that is to show the verdict, with the precision that it needs."""
+    """What a search found."""
 
     statement: Document
+    """The statement."""
     verdict: str
+    """The verdict on it."""
     theorem: Document
+    """The theorem that is to show the verdict."""
     bits: int = 0
+    """The precision that it needs."""
 
 
 def text(number: float | str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 from flint import ctx
 
@@ -18,6 +17,7 @@ from grazemap_core.proofs.bifurcations import prove_bifurcation
 from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, exact_oscillator
 from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
+from grazemap_core.records import NamedTuple
 
 KINDS: dict[str, Callable[[Search, Document], Iterator[Attempt]]] = {
     "orbit": prove_orbit,
@@ -30,14 +30,14 @@ DOUBLINGS = 3
 
 
 class Proof(NamedTuple):
-    """A certificate, why it is undecided ("" if it is not), and what the checker shows besides its statement.
-
-    The certificate's `verdict` is "proven", "disproven" or "undecided"; its `theorem` is what the checker verifies.
-    """
+    """A certificate, or why there is none."""
 
     certificate: Document
+    """Its `verdict` is "proven", "disproven" or "undecided"; its `theorem` is what the checker verifies."""
     reason: str
+    """Why it is undecided; empty if it is not."""
     enclosures: Document
+    """What the checker shows besides the statement."""
 
 
 def prove(oscillator: Oscillator, request: Document, digits: int = 30) -> Proof:

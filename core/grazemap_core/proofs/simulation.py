@@ -6,7 +6,7 @@ missed.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, ctx
@@ -16,6 +16,7 @@ from grazemap.checker.arithmetic import column
 from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Undecided
+from grazemap_core.records import NamedTuple
 
 TERMS = 30
 STEP = 2.0
@@ -29,12 +30,16 @@ BISECTIONS = 40
 
 
 class Impact(NamedTuple):
-    """An impact: its stop and time, the velocity before it, and the state after it."""
+    """An impact."""
 
     stop: int
+    """Its stop."""
     time: arb
+    """Its time."""
     velocity: arb
+    """Velocity before it."""
     after: arb_mat
+    """State after it."""
 
 
 class Simulation:

@@ -5,8 +5,6 @@ A run advances by half periods. It owns the arrays of the kernels and enlarges t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -18,6 +16,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, Workspace
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
 from grazemap_core.simulation.kernels.tangent import GRAZED, run_half_linearised
 from grazemap_core.simulation.motion import REASONS
@@ -26,31 +25,25 @@ from grazemap_core.simulation.start import forced_oscillator, initial_state, lon
 
 @dataclass(eq=False)
 class LinearisedRun:
-    """A trajectory in progress; `advance` changes `state` and the arrays of the kernels.
-
-    Attributes
-    ----------
-    problem, held : CellProblem, HeldProblem
-        Arguments of the kernels that describe the oscillator.
-    state : (N, 2)
-        Current state, in block coordinates and minus the reference motion.
-    steady : (2 N,)
-        Displacements, then velocities, of the reference motion at the phase of the start, about the equilibrium.
-    stops : Stops
-    halves : int
-        Number of half periods completed.
-    work : Workspace
-    began : HalfPeriod
-    """
+    """A trajectory in progress; `advance` changes `state` and the arrays of the kernels."""
 
     problem: CellProblem
+    """The oscillator, for the kernels."""
     held: HeldProblem
+    """The oscillator with the contact at rest, for the kernels."""
     state: Floats
+    """(N, 2) Current state, in block coordinates and minus the reference motion."""
     steady: Floats
+    """(2 N,) Displacements, then velocities, of the reference motion at the phase of the start, about the
+    equilibrium."""
     stops: Stops
+    """The stops."""
     halves: int
+    """Number of half periods completed."""
     work: Workspace
+    """Regime and scratch of the trajectory."""
     began: HalfPeriod
+    """The start of the half period."""
 
     @property
     def period(self) -> float:

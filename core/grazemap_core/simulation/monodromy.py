@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
 from grazemap_core.simulation.motion import REASONS
@@ -25,36 +25,27 @@ from grazemap_core.simulation.tolerances import CLOSING_FLOOR, ROUND_OFF_RETURNS
 
 @dataclass(frozen=True, eq=False)
 class Monodromy:
-    """The linearised flow over n forcing periods, at one point of a motion.
-
-    Attributes
-    ----------
-    matrix : (2 N, 2 N)
-        Maps a perturbation of (x_1 .. x_N, v_1 .. v_N) to that n periods later. The phase of the forcing is not
-        perturbed, so no multiplier is 1 because of a shift in time.
-    multipliers : complex (2 N,)
-        Its eigenvalues, by decreasing modulus. Those below about 1e-15 of the norm of the matrix are round-off.
-    period : int
-        Number n of forcing periods.
-    time : float
-        Duration of n forcing periods.
-    phase : float
-        Forcing phase at which the matrix is taken, radians.
-    displacement, velocity : (N,)
-        State at which the matrix is taken.
-    closing : float
-        Largest displacement, in units of the stops, between that state and the state n periods later. The
-        eigenvalues are Floquet multipliers if this is round-off.
-    """
+    """The linearised flow over n forcing periods, at one point of a motion."""
 
     matrix: Floats
+    """(2 N, 2 N) Maps a perturbation of (x_1 .. x_N, v_1 .. v_N) to that n periods later. The phase of the forcing is
+    not perturbed, so no multiplier is 1 because of a shift in time."""
     multipliers: Complexes
+    """(2 N,) Its eigenvalues, by decreasing modulus. Those below about 1e-15 of the norm of the matrix are
+    round-off."""
     period: int
+    """Number n of forcing periods."""
     time: float
+    """Duration of n forcing periods."""
     phase: float
+    """Forcing phase at which the matrix is taken, radians."""
     displacement: Floats
+    """(N,) Displacements at which the matrix is taken."""
     velocity: Floats
+    """(N,) Velocities there."""
     closing: float
+    """Largest displacement, in units of the stops, between that state and the state n periods later. The eigenvalues
+    are Floquet multipliers if this is round-off."""
 
     @property
     def exponent(self) -> float:

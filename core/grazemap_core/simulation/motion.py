@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from grazemap_core import codes
 from grazemap_core.arrays import Integers
 from grazemap_core.codes import CHAOTIC, QUASI_PERIODIC
+from grazemap_core.records import dataclass
 
 KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 """Kinds of motion; the index is the code."""
@@ -61,35 +61,26 @@ REASONS: Final[dict[int, str]] = {
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion that a trajectory settled to.
-
-    Attributes
-    ----------
-    kind : one of KINDS
-    period : int or None
-        Minimal period n, in forcing periods.
-    impacts_right, impacts_left : int or None
-        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched, 0: it rests there without
-        impacts, -2 (`codes.INFINITE`): infinitely many, in complete chatter.
-    symmetric : bool or None
-        Whether the motion is its own mirror image, half a period later.
-    sticking : bool or None
-        Whether the contact rests on a stop some time in the period.
-    verified : bool
-        Whether the periodic orbit was solved for and is isolated, admissible and stable, with the minimum period. A
-        trajectory that returns to its start is not verified by that alone.
-    reason : str or None
-        Why the motion is unresolved, or periodic but not verified.
-    """
+    """The motion that a trajectory settled to."""
 
     kind: str
+    """One of KINDS."""
     period: int | None = None
+    """Minimal period n, in forcing periods."""
     impacts_right: int | None = None
+    """Impacts on stop A per n forcing periods; -1: the stop is not touched, 0: it rests there without impacts, -2
+    (`codes.INFINITE`): infinitely many, in complete chatter."""
     impacts_left: int | None = None
+    """Impacts on stop C, likewise."""
     symmetric: bool | None = None
+    """Whether the motion is its own mirror image, half a period later."""
     sticking: bool | None = None
+    """Whether the contact rests on a stop some time in the period."""
     verified: bool = False
+    """Whether the periodic orbit was solved for and is isolated, admissible and stable, with the minimum period. A
+    trajectory that returns to its start is not verified by that alone."""
     reason: str | None = None
+    """Why the motion is unresolved, or periodic but not verified."""
 
 
 def motion_from_codes(

@@ -9,7 +9,7 @@ decide. While the contact rests on a stop, the same search finds where the force
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from flint import acb, acb_mat, arb, ctx
@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.cell_problem import Clearance, both_clearances, unit_of_stops
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.multiprecision_modes import Equations, ModalMotion, RunError
 
 SAMPLES = 128
@@ -64,32 +65,38 @@ TOO_SLOW = "an impact is too close to a graze"
 
 
 class Impact(NamedTuple):
-    """The stop and the time of an impact, or of the end of a chatter or of a rest."""
+    """An impact, or the end of a chatter or of a rest."""
 
     stop: int
+    """Its stop."""
     time: arb
+    """Its time."""
 
 
 class _Contact(NamedTuple):
-    """A contact: its stop, its time since the origin, and the exponentials there."""
+    """A contact."""
 
     stop: int
+    """Its stop."""
     time: arb
+    """Its time since the origin."""
     exponentials: acb_mat
+    """The exponentials there."""
 
 
 class _Flight(NamedTuple):
-    """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held.
-
-    `terms` are those of `ModalMotion`. A bound on the acceleration and the rounding of the displacement follow from
-    them. Until `start` it moves away from the stop `left`.
-    """
+    """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held."""
 
     terms: list[Complexes]
+    """Those of `ModalMotion`."""
     bend: float
+    """Bound of the second derivative of what is observed."""
     rounding: float
+    """Rounding of what is observed."""
     left: int
+    """The stop from which it moves away until `start`, or 0."""
     start: float
+    """When the search for a contact starts."""
 
 
 class MultiprecisionRun:

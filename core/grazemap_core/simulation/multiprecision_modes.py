@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import (
     GROUP_SHIFT,
     NEAR_EXPONENTS,
@@ -151,25 +152,18 @@ class Equations:
 
 
 class _Modes(NamedTuple):
-    """The groups of exponents of the free motion of n coordinates; most have one exponent.
-
-    Attributes
-    ----------
-    groups : list of lists of int
-        The columns of every group.
-    centers : list of acb
-        Real for a group that has its own complex conjugates.
-    couplings : list of acb_mat
-        E of every group.
-    vectors, inverse : (2 n, 2 n)
-        Displacements and velocities in columns, and what gives the amplitudes.
-    """
+    """The groups of exponents of the free motion of n coordinates; most have one exponent."""
 
     groups: list[list[int]]
+    """The columns of every group."""
     centers: list[acb]
+    """Real for a group that has its own complex conjugates."""
     couplings: list[acb_mat]
+    """E of every group."""
     vectors: acb_mat
+    """(2 n, 2 n) Displacements and velocities in columns."""
     inverse: acb_mat
+    """(2 n, 2 n) What gives the amplitudes."""
 
 
 class ModalMotion:

@@ -8,7 +8,6 @@ rigid stop is infinite, so there is no peak force.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,6 +22,7 @@ from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import harmonic_amplitudes
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels.observed_motion import TOP_SPEED, ObservedOutputs, Totals, observe_rows, totals
 from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
@@ -58,16 +58,19 @@ MEANS: Final = ("rms", "mean", "peak")
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """A quantity ``displacement x + velocity x'``, with two rows of shape (N,); displacements as in trajectories."""
+    """A quantity ``displacement x + velocity x'``; displacements as in trajectories."""
 
     name: str
+    """Its name."""
     displacement: Floats
+    """(N,) As above."""
     velocity: Floats
+    """(N,) As above."""
 
 
 @dataclass(frozen=True, eq=False)
 class Observables:
-    """What is read off motions: names out of OBSERVABLES, and outputs.
+    """What is read off motions.
 
     Raises
     ------
@@ -76,7 +79,9 @@ class Observables:
     """
 
     names: tuple[str, ...] = ()
+    """Names out of OBSERVABLES."""
     outputs: tuple[Output, ...] = ()
+    """Further quantities, whose extremes are read off."""
 
     def __post_init__(self) -> None:
         if not set(self.names) <= set(OBSERVABLES):
@@ -152,17 +157,14 @@ def _of_contacts(contacts: Floats, duration: Floats, periods: Floats) -> dict[st
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """R outputs as functions of displacements from the equilibrium and velocities.
-
-    Attributes
-    ----------
-    displacement, velocity : (R, N)
-    constant : (R,)
-    """
+    """R outputs as functions of displacements from the equilibrium and velocities."""
 
     displacement: Floats
+    """(R, N) Factors of the displacements."""
     velocity: Floats
+    """(R, N) Factors of the velocities."""
     constant: Floats
+    """(R,) Constant."""
 
 
 def observed_outputs(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.errors import ParameterError
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
 from grazemap_core.simulation.start import Start
 from grazemap_core.simulation.tolerances import END_ROUNDING
@@ -22,22 +22,26 @@ from grazemap_core.simulation.tolerances import END_ROUNDING
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Impacts: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
+    """Impacts of a trajectory.
 
-    The kind is "impact"; "chatter": infinitely many impacts follow until the start of the next interval of sticking,
-    and are not listed; or "graze": the contact comes so near the stop that round-off hides whether it touches it. A
-    graze is taken as a touch at zero velocity, which changes nothing.
-
-    To avoid the rounding of long times, the time is also given as period (n,), the number of forcing periods since the
-    start of the record, and phase_time (n,), the time since the start of that period.
+    To avoid the rounding of long times, each time is also given as a number of forcing periods and a time within the
+    last one.
     """
 
     time: Floats
+    """(n,) Time since the start of the record."""
     period: Integers
+    """(n,) Number of forcing periods since the start of the record."""
     phase_time: Floats
+    """(n,) Time since the start of that period."""
     stop: NDArray[np.int8]
+    """(n,) +1 A or -1 C."""
     velocity: Floats
+    """(n,) Signed velocity before the impact."""
     kind: NDArray[np.str_]
+    """(n,) "impact"; "chatter": infinitely many impacts follow until the start of the next interval of sticking, and
+    are not listed; or "graze": the contact comes so near the stop that round-off hides whether it touches it. A graze
+    is taken as a touch at zero velocity, which changes nothing."""
 
 
 EVENT_BYTES = 4 * 8 + 1 + 4 * len("chatter")
@@ -46,48 +50,39 @@ EVENT_BYTES = 4 * 8 + 1 + 4 * len("chatter")
 
 @dataclass(frozen=True, eq=False)
 class Sticking:
-    """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).
-
-    An interval begins where the impacts of a complete chatter accumulate, at the impact itself if the restitution is 0,
-    or with the record; it ends with the release, or with the record.
-    """
+    """Intervals at rest on a stop."""
 
     start: Floats
+    """(n,) Where the impacts of a complete chatter accumulate, at the impact itself if the restitution is 0, or the
+    start of the record."""
     stop_time: Floats
+    """(n,) The release, or the end of the record."""
     stop: NDArray[np.int8]
+    """(n,) +1 A or -1 C."""
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The events of a trajectory; time counts from the start of the record.
-
-    Attributes
-    ----------
-    problem, held : CellProblem, HeldProblem
-    shape : (N, N, 2)
-        As in `ModalModel`.
-    steady : complex (H, 2, N + 1)
-        From `reference_response`, the initial phase included.
-    equilibrium : (N,)
-        Static displacements, from which the kernels measure.
-    stops : Stops
-    rows : (1 + events, EVENT_COLUMNS + 2 N)
-        The start of the record, then every event, as `kernels.sampling` takes them.
-    first_half : int
-        The half period with which the record begins, even.
-    end : float
-        Duration of the record; minus infinity if the trajectory ended before the record began.
-    """
+    """The events of a trajectory; time counts from the start of the record."""
 
     problem: CellProblem
+    """The oscillator, for the kernels."""
     held: HeldProblem
+    """The oscillator with the contact at rest, for the kernels."""
     shape: Floats
+    """(N, N, 2) As in `ModalModel`."""
     steady: Complexes
+    """(H, 2, N + 1) From `reference_response`, the initial phase included."""
     equilibrium: Floats
+    """(N,) Static displacements, from which the kernels measure."""
     stops: Stops
+    """The stops."""
     rows: Floats
+    """(1 + events, EVENT_COLUMNS + 2 N) The start of the record, then every event, as `kernels.sampling` takes them."""
     first_half: int
+    """The half period with which the record begins, even."""
     end: float
+    """Duration of the record; minus infinity if the trajectory ended before the record began."""
 
     @property
     def period(self) -> float:

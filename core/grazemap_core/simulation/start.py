@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -34,6 +34,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.tolerances import LENGTH_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
@@ -46,34 +47,30 @@ EVENTS = 64
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A state of the oscillator: displacement (N,), velocity (N,), and the phase of the forcing in radians."""
+    """A state of the oscillator."""
 
     displacement: Floats
+    """(N,) Displacements."""
     velocity: Floats
+    """(N,) Velocities."""
     phase: float = 0.0
+    """Phase of the forcing, in radians."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForcedOscillator:
-    """An oscillator at one forcing frequency, between its stops.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-        The forces' orders have no common divisor.
-    omega : float
-        The own frequency of the forces, of which their period is one.
-    clearance : Clearance
-    models : HeldModel
-    steady : complex (H, 2, N + 1)
-        From `reference_response`.
-    """
+    """An oscillator at one forcing frequency, between its stops."""
 
     oscillator: Oscillator
+    """The oscillator; the orders of its forces have no common divisor."""
     omega: float
+    """The own frequency of the forces, of which their period is one."""
     clearance: Clearance
+    """Clearances of the stops."""
     models: HeldModel
+    """Its modal models, with the contact free and at rest."""
     steady: Complexes
+    """(H, 2, N + 1) From `reference_response`."""
 
     @property
     def stops(self) -> Stops:
@@ -165,30 +162,22 @@ class ForcedOscillator:
 
 @dataclass(eq=False)
 class Start:
-    """A trajectory at its start; if it starts by moving into a stop, after this impact.
-
-    Attributes
-    ----------
-    problem, held : CellProblem, HeldProblem
-    steady : complex (H, 2, N + 1)
-        From `reference_response`, the initial phase included.
-    stops : Stops
-        From `ForcedOscillator.stops_from`.
-    u : (N, 2)
-        Free state; the kernels change it in place, as well as `held` and `work`.
-    work : Workspace
-        Its record contains the impact at the start, if there is one.
-    status : int
-        OK, or the status with which the trajectory ends at its start.
-    """
+    """A trajectory at its start; if it starts by moving into a stop, after this impact."""
 
     problem: CellProblem
+    """The oscillator, for the kernels."""
     held: HeldProblem
+    """The oscillator with the contact at rest, for the kernels; `u` is its state too while q rests."""
     steady: Complexes
+    """(H, 2, N + 1) From `reference_response`, the initial phase included."""
     stops: Stops
+    """From `ForcedOscillator.stops_from`."""
     u: Floats
+    """(N, 2) Free state; the kernels change it in place, as well as `held` and `work`."""
     work: Workspace = field(repr=False)
+    """Its record contains the impact at the start, if there is one."""
     status: int
+    """OK, or the status with which the trajectory ends at its start."""
 
 
 def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from grazemap_core.errors import RecordSizeError
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
@@ -50,39 +50,31 @@ from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES, RECORD_BLOCK,
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A recorded trajectory; time counts from the start of the recorded part.
-
-    Attributes
-    ----------
-    time : (n,)
-    displacement, velocity : (N, n)
-    impacts : Impacts
-    sticking : Sticking
-    undecided : int
-        Number of events that round-off leaves undecided, from the start of the transient on: grazes, and moments at
-        which the force on a resting contact is zero and may or may not release it (it is taken to stay).
-    motion : Motion
-        Unresolved, with the reason, if the trajectory ended early; the arrays then end there too.
-    final : State or None
-        State at the end of the record, with the phase in (-pi/p, pi/p]: a trajectory from it continues this one. During
-        the summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began,
-        or if a number is not finite.
-    record : Record
-        The events, from which all of this is derived.
-    divisor : int
-        p: phases repeat after 2 pi/p.
-    """
+    """A recorded trajectory; time counts from the start of the recorded part."""
 
     time: Floats
+    """(n,) Times of the samples."""
     displacement: Floats
+    """(N, n) Displacements at these times."""
     velocity: Floats
+    """(N, n) Velocities at these times."""
     impacts: Impacts
+    """The impacts."""
     sticking: Sticking
+    """The rests on a stop."""
     undecided: int
+    """Number of events that round-off leaves undecided, from the start of the transient on: grazes, and moments at
+    which the force on a resting contact is zero and may or may not release it (it is taken to stay)."""
     motion: Motion
+    """Unresolved, with the reason, if the trajectory ended early; the arrays then end there too."""
     final: State | None
+    """State at the end of the record, with the phase in (-pi/p, pi/p]: a trajectory from it continues this one. During
+    the summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began, or
+    if a number is not finite."""
     record: Record
+    """The events, from which all of this is derived."""
     divisor: int = 1
+    """p: phases repeat after 2 pi/p."""
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacement and velocity, each (N, n), at any times (n,) of the record, in closed form.
@@ -105,12 +97,19 @@ class Plan:
     """
 
     periods: int
+    """As in `trajectory`."""
     transient_periods: int
+    """As in `trajectory`."""
     samples_per_period: int
+    """As in `trajectory`."""
     times: Floats | None
+    """As in `trajectory`."""
     max_period: int
+    """As in `trajectory`."""
     most_bytes: int
+    """As in `trajectory`."""
     most_events: int
+    """Follows from `most_bytes`, and is that of all trajectories of a list."""
 
 
 @in_own_period

@@ -12,13 +12,18 @@ from grazemap.checker.system import Inputs, Machine, System
 
 
 class Run(NamedTuple):
-    """A set of motions: its states at the end, their derivative by the initial ones, and the impacts."""
+    """A set of motions."""
 
     system: System
+    """The system."""
     state: Any
+    """Its states at the end."""
     derivative: Any
+    """Their derivative by the initial states."""
     times: list[Any]
+    """Times of the impacts."""
     velocities: list[Any]
+    """Velocities before the impacts."""
 
 
 def carry(

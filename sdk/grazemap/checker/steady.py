@@ -18,10 +18,12 @@ MOST_PARTS = 4096
 
 
 class Maximum(NamedTuple):
-    """The largest displacement of a motion towards a stop, from the equilibrium, and its phase 2 pi t/T."""
+    """The largest displacement of a motion towards a stop, from the equilibrium."""
 
     value: arb
+    """The displacement."""
     phase: arb
+    """Its phase 2 pi t/T."""
 
 
 def harmonic_amplitudes(system: System, divisor: int) -> dict[int, acb]:

@@ -108,11 +108,14 @@ def _amplitudes(powers: Powers, s: Any) -> list[list[Any]]:
 
 
 class Inputs(NamedTuple):
-    """Frequency, clearances and restitutions of the right and the left stop; "varied" stands for what varies."""
+    """Where a statement is made; "varied" stands for what varies."""
 
     omega: Any
+    """Forcing frequency."""
     clearances: tuple[Any, Any]
+    """Clearances of the right and the left stop."""
     restitutions: tuple[Any, Any]
+    """Restitutions of the right and the left stop."""
 
     @classmethod
     def of(cls, statement: dict[str, Any]) -> Inputs:

@@ -24,23 +24,16 @@ _WORDS = {"number": "NUMBER", "integer": "INTEGER", "string": "TEXT", "boolean":
 
 @dataclass(frozen=True)
 class Flag:
-    """The flag of a field.
-
-    Attributes
-    ----------
-    place : tuple of str
-        The names that lead to the field in the request.
-    name : str
-        With its hyphens.
-    alternatives : tuple of JSON schemas
-        Those of the field's alternatives that can be written as text.
-    description : str
-    """
+    """The flag of a field."""
 
     place: tuple[str, ...]
+    """The names that lead to the field in the request."""
     name: str
+    """With its hyphens."""
     alternatives: tuple[Schema, ...]
+    """The schemas of the field's alternatives that can be written as text."""
     description: str
+    """What it is, for the help."""
 
     @property
     def pointer(self) -> str:

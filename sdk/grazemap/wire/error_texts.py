@@ -52,24 +52,18 @@ _PARSED = {"int_parsing": "an integer", "bool_parsing": "true or false"}
 
 
 class ErrorText(NamedTuple):
-    """An error in a request.
-
-    Attributes
-    ----------
-    source : str
-        "body" or "query".
-    where : list
-        The names and numbers that lead to the place; for an unknown field, to its object.
-    unknown : str
-        The name of an unknown field, else "".
-    detail, allowed : str
-    """
+    """An error in a request."""
 
     source: str
+    """Either "body" or "query"."""
     where: list[str | int]
+    """The names and numbers that lead to the place; for an unknown field, to its object."""
     unknown: str
+    """The name of an unknown field, else ""."""
     detail: str
+    """What is wrong."""
     allowed: str
+    """What is allowed, if that is said."""
 
 
 def error_text(error: Mapping[str, Any], schema: Schema, naming: bool) -> ErrorText:

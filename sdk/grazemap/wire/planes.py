@@ -106,30 +106,28 @@ def require_domain(name: str, value: float, *at: str) -> None:
 
 @dataclass(frozen=True)
 class PlanePoint:
-    """An oscillator with the values of a point, the frequency, and the clearances of the stops."""
+    """A point of a plane or of a line."""
 
     oscillator: Oscillator
+    """The oscillator, with the values of the point."""
     omega: float
+    """The forcing frequency."""
     clearance: ClearancePair
+    """The clearances of the stops."""
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The values of all parameters but those that vary.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    omega : float or None
-        None: it varies.
-    right, left : float or None
-        Clearances; None where they vary, and for an absent stop.
-    """
+    """The values of all parameters but those that vary."""
 
     oscillator: Oscillator
+    """The oscillator."""
     omega: float | None
+    """None: it varies."""
     right: float | None
+    """Clearance of the right stop; None where it varies, and for an absent stop."""
     left: float | None
+    """Clearance of the left stop, likewise."""
 
     def at(self, values: Mapping[str, float]) -> PlanePoint:
         """Return the point at which parameters have these values."""
@@ -203,7 +201,9 @@ class Line:
     """One parameter that varies, and the values of the others."""
 
     parameters: Parameters
+    """The values of the others."""
     axis: Axis
+    """What varies, and its values."""
 
     def corners(self) -> list[PlanePoint]:
         """Return the points at the ends."""
@@ -212,17 +212,14 @@ class Line:
 
 @dataclass(frozen=True)
 class Plane:
-    """Two parameters that vary, and the values of the others.
-
-    Attributes
-    ----------
-    parameters : Parameters
-    horizontal, vertical : Axis
-    """
+    """Two parameters that vary, and the values of the others."""
 
     parameters: Parameters
+    """The values of the others."""
     horizontal: Axis
+    """What varies along the rows, and its values."""
     vertical: Axis
+    """What varies along the columns, and its values."""
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -31,10 +31,12 @@ _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNOR
 
 
 class Preferences(NamedTuple):
-    """What a client prefers (RFC 7240): seconds to wait for the end of the job; its result as the answer."""
+    """What a client prefers (RFC 7240)."""
 
     wait: int | None
+    """Seconds to wait for the end of the job."""
     representation: bool
+    """Whether the answer is to be the job's result."""
 
 
 def preferences(

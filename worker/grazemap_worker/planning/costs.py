@@ -78,20 +78,14 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
 
 
 class Points(NamedTuple):
-    """Forcing frequencies, and the stops at each.
-
-    Attributes
-    ----------
-    omega : (k,)
-    nearer : (k,)
-        Distance of the nearer stop.
-    half_distance : (k,)
-        Half the distance between the stops; infinite where there is one.
-    """
+    """Forcing frequencies, and the stops at each."""
 
     omega: Floats
+    """(k,) Forcing frequencies."""
     nearer: Floats
+    """(k,) Distance of the nearer stop."""
     half_distance: Floats
+    """(k,) Half the distance between the stops; infinite where there is one."""
 
     @property
     def stops(self) -> Floats:
@@ -313,21 +307,14 @@ def _chaotic(oscillator: Oscillator) -> float:
 
 
 class Settling(NamedTuple):
-    """How trajectories settle on average.
-
-    Attributes
-    ----------
-    periods : float
-        Forcing periods that they run for.
-    unsettled : float
-        Share of those that do not settle, and are taken for chaotic: none of them where the contact comes to rest.
-    orbit_seconds : float
-        Seconds in which the orbit of a trajectory is solved for and verified, if it settles in time.
-    """
+    """How trajectories settle on average."""
 
     periods: float
+    """Forcing periods that they run for."""
     unsettled: float
+    """Share of those that do not settle, and are taken for chaotic: none of them where the contact comes to rest."""
     orbit_seconds: float
+    """Seconds in which the orbit of a trajectory is solved for and verified, if it settles in time."""
 
 
 def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settling:

@@ -21,9 +21,13 @@ class Tile(NamedTuple):
     """A rectangle of the grid [clearance, omega], stops excluded."""
 
     row_start: int
+    """First row."""
     row_stop: int
+    """The row after the last one."""
     column_start: int
+    """First column."""
     column_stop: int
+    """The column after the last one."""
 
     @property
     def rows(self) -> slice:

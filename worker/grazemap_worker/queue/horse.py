@@ -41,25 +41,29 @@ def _nothing(_now: object) -> None:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a process ended: its exit status, or why it was killed, and which limit it exceeded."""
+    """How a process ended."""
 
     status: int
+    """Its exit status."""
     kind: FailureKind | None = None
+    """Why its job fails, if it was killed."""
     limit: str = ""
+    """Which limit it exceeded; empty for none."""
 
 
 class Now(NamedTuple):
-    """What a process does: for which job, whether it computes or stores, and the limit of its processor time.
-
-    `began` is the processor time of the process when it began to compute, `seconds` what it may use from then on, and
-    `of_job` says whether that is all that is left to the job.
-    """
+    """What a process does."""
 
     job_id: str
+    """The job that it does it for."""
     computing: bool
+    """Whether it computes; otherwise it stores."""
     began: float
+    """The processor time of the process when it began to compute."""
     seconds: float
+    """The processor time that it may use from then on."""
     of_job: bool
+    """Whether that is all that is left to the job."""
 
 
 class Slate:

@@ -35,23 +35,30 @@ class ResultTooLarge(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right to compute one tile, for as long as the holder's lease is renewed.
-
-    `canonical` is the request as the store holds it, `request` the same parsed; `lane` is the job's now, and
-    `left_seconds` the processor time that it may still take.
-    """
+    """The right to compute one tile, for as long as the holder's lease is renewed."""
 
     job_id: str
+    """The job."""
     tile: int
+    """Index of the tile in the plan; ASSEMBLY: all tiles are done, and are to be joined."""
     holder: str
+    """The worker that has the claim."""
     fingerprint: str
+    """The numerics that the job is computed with."""
     process: str
+    """Name of the process."""
     canonical: dict[str, Any]
+    """The request as the store holds it."""
     request: ProcessRequest
+    """The same, parsed."""
     core_version: str
+    """Version of the core that the job is computed with."""
     plan: Plan
+    """How the job is cut into tiles."""
     lane: Lane = "short"
+    """The job's lane now."""
     left_seconds: float = math.inf
+    """Processor time that the job may still take."""
 
     @property
     def seconds(self) -> float:
@@ -71,27 +78,18 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Asker:
-    """Who asks for a job.
-
-    Attributes
-    ----------
-    name : str
-        Of the key, or of the client; those without either are one asker.
-    priority : int
-        0 to 9; each step doubles the share.
-    weight : float
-        Share of the workers, relative to other askers.
-    most_tiles : int, optional
-        Maximum unfinished tiles of all jobs of this asker.
-    group : str
-        Of jobs, in which lists show this one too; empty: none.
-    """
+    """Who asks for a job."""
 
     name: str = "anonymous"
+    """Of the key, or of the client; those without either are one asker."""
     priority: int = 5
+    """0 to 9; each step doubles the share."""
     weight: float = 1.0
+    """Share of the workers, relative to other askers."""
     most_tiles: int | None = None
+    """Maximum unfinished tiles of all jobs of this asker; None: no limit."""
     group: str = ""
+    """Of jobs, in which lists show this one too; empty: none."""
 
 
 ANYBODY = Asker()
@@ -107,10 +105,12 @@ class Submission(NamedTuple):
 
 
 class Bell(NamedTuple):
-    """The queue of the workers that may compute a new job; an empty fingerprint: none is alive."""
+    """The queue of the workers that may compute a new job."""
 
     fingerprint: str
+    """The numerics of these workers; empty: none is alive."""
     small: bool
+    """Whether the job is a small one."""
 
 
 class QuotaUsed(QueueFull):
@@ -119,9 +119,7 @@ class QuotaUsed(QueueFull):
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What was computed of a claim: the npz of a tile, or of the `whole` result of its job, and the processor time.
-
-    A result that is not `lasting` can be fetched, but is computed again when the request is made again.
+    """What was computed of a claim.
 
     Raises
     ------
@@ -130,10 +128,16 @@ class Finished:
     """
 
     claim: Claim
+    """The claim."""
     data: bytes
+    """The npz of the tile, or of the result of the whole job."""
     seconds: float
+    """Processor time that it took."""
     whole: bool = True
+    """Whether `data` is the result of the whole job."""
     lasting: bool = True
+    """Whether it is the answer whenever the request is made again; else it can be fetched, but is computed again
+    then."""
 
     def __post_init__(self) -> None:
         """Check the size."""
@@ -143,11 +147,14 @@ class Finished:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One entry of a job's stream; `id` orders them and is what a client resumes from; `text` is the data's JSON."""
+    """One entry of a job's stream."""
 
     id: str
+    """Orders the entries; a client resumes from it."""
     name: str
+    """Kind of the event."""
     text: str
+    """JSON of its data."""
 
     @property
     def data(self) -> dict[str, Any]:
@@ -158,31 +165,30 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class ResultInfo:
-    """Size in bytes of a result's npz, its strong entity tag (hex, without quotes), and the npz if it was read."""
+    """A result that is stored."""
 
     size: int
+    """Size of its npz in bytes."""
     etag: str
+    """Its strong entity tag, in hex, without quotes."""
     data: bytes | None = None
+    """The npz, if it was read."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkerInfo:
-    """A live worker.
-
-    Attributes
-    ----------
-    name, fingerprint, core_version : str
-    kernels : frozenset of str
-        The kernels that it has compiled or loaded, as `planning.Plan.kernels` names them.
-    small : bool
-        Whether it computes the tiles of small jobs only, in its own process.
-    """
+    """A live worker."""
 
     name: str
+    """Its name."""
     fingerprint: str
+    """The numerics that it computes with."""
     core_version: str = ""
+    """Version of its core."""
     kernels: frozenset[str] = frozenset()
+    """The kernels that it has compiled or loaded, as `planning.Plan.kernels` names them."""
     small: bool = False
+    """Whether it computes the tiles of small jobs only, in its own process."""
 
 
 # What is counted; metrics begin with 0.
@@ -198,41 +204,35 @@ EVENT_KINDS = (
 
 
 class Counts(BaseModel):
-    """What the store holds and what happens in it.
-
-    Attributes
-    ----------
-    jobs : dict
-        By status.
-    pending_tiles, results : int
-        Unfinished tiles, and stored results.
-    bytes, events : dict
-        Stored bytes by kind, and how often something happened.
-    budget : int, optional
-        Bytes that results and tiles may take; None until a worker has said it.
-    waiting : dict
-        By lane.
-    workers : list
-        The live ones.
-    claimed_seconds : float
-        The longest time for which a tile has been held, also by a worker that is gone.
-    """
+    """What the store holds and what happens in it."""
 
     jobs: dict[str, int]
+    """By status."""
     pending_tiles: int
+    """Number of unfinished tiles."""
     results: int
+    """Number of stored results."""
     bytes: dict[str, int]
+    """Stored bytes by kind."""
     events: dict[str, int]
+    """How often something happened."""
     budget: int | None = None
+    """Bytes that results and tiles may take; None until a worker has said it."""
     waiting: dict[str, Waiting]
+    """By lane."""
     workers: list[WorkerState]
+    """The live ones."""
     claimed_seconds: float
+    """The longest time for which a tile has been held, also by a worker that is gone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Persistence:
-    """Whether the last write of each kind to Redis' disk succeeded, and its memory; limit 0: none."""
+    """How Redis writes to its disk, and its memory."""
 
     writes_ok: dict[str, bool]
+    """Whether the last write of each kind succeeded."""
     memory_bytes: int
+    """Memory that it uses."""
     memory_limit_bytes: int
+    """Limit of this memory; 0: none."""

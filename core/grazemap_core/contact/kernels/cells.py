@@ -13,7 +13,6 @@ these responses and the steady motion of all other modes. It begins anew with ev
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.records import NamedTuple
 
 _ORDERS = np.arange(TAYLOR_DEGREE + 1)
 STEP_OF_SERIES = 1.0 / ((_ORDERS + 1.0) * (_ORDERS + 2.0))
@@ -33,97 +33,77 @@ STEP_OF_SERIES = 1.0 / ((_ORDERS + 1.0) * (_ORDERS + 2.0))
 
 
 class CellProblem(NamedTuple):
-    """One oscillator at one forcing frequency.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared, frequency : (N,)
-        The blocks, as in the modal model; frequency is the root of frequency_squared.
-    output_row : (N, 4)
-        q = sum r0 u + r1 u', q' = sum r2 u + r3 u' (without the steady motion).
-    unit_impulse, unit_impulse_low : (N, 2)
-        Change of (u, u') by an impulse on the contact that changes q' by 1, and its rounding error: with both, q'
-        changes by exactly 1 and q does not.
-    unit_displacement : (N, 2)
-        Change of (u, u') by a displacement in the direction of the jump that changes q by 1.
-    reach, fourth : (N,)
-        Bounds for all later times: |contribution to q| <= reach * e and |its 4th derivative| <= fourth * e,
-        where e = frequency |u| + |u'|.
-    displacement_scale : (N, 2)
-        Largest displacement for a unit of u, and for a unit of u', in the unit of the contact coordinate; 0 for an
-        undamped block that contact does not see.
-    cell_flow : (N, 4)
-        Flow over one cell, row by row.
-    flow_table : (n, N, 8)
-        Flow over 0, 1, .. n - 1 cells, row by row, followed by the rounding errors of the entries.
-    steady_table : (cells + 1, 2)
-        Reference motion of q at the cell boundaries, as (velocity/omega, displacement); with resonant modes at the end
-        of a half period that of this half period, not of the next. With one harmonic of the order 1, and no resonant
-        mode, it is G exp(i phase) as (real, imaginary).
-    half_start : (2, 2)
-        The same at the starts of the first and the second half period.
-    steady_bound, steady_fourth : float
-        Bounds of the reference motion of q and of its fourth derivative: |G| and omega^4 |G| with one harmonic.
-    reference_series : (cells, TAYLOR_DEGREE + 1) or (0, TAYLOR_DEGREE + 1)
-        Series of the reference motion of q over each cell, scaled to t in [0, 1]; empty with one harmonic of the order
-        1 and no resonant mode.
-    reference_rest : float
-        Bound of the remainder of these series.
-    orders : (H,)
-        Of the harmonics of the forces.
-    resonant_forcing : complex (H, N, 2) or (H, 0, 2)
-        Forcing, by each harmonic, of the equations of u and u' of the modes that are resonant with it, the phase at
-        t = 0 included; 0 for other modes.
-    half_jump : (2, N, 2) or (2, 0, 2)
-        Their response at the end of the first and of the second half period.
-    resonant_steady : (2, N, 2) or (2, 0, 2)
-        Their steady motion at the starts of these.
-    lasting_steady : (H, 2)
-        Real and imaginary part of the steady amplitudes of q at t = 0, with all modes, harmonic by harmonic; infinite
-        if a mode is resonant and undamped.
-    lasting_bound : float
-        Bound of the steady motion of q with all modes: the sum of the moduli of its amplitudes.
-    unreached : (2,)
-        By how much this motion falls short of the bound toward the right stop, and toward the left one; 0 with one
-        harmonic.
-    omega, step : float
-        Forcing frequency and length of a cell.
-    cells : int
-        Per forcing period, even.
-    damped : bool
-        Whether every block that contact sees is damped: a motion without contacts then settles to the steady motion.
-    """
+    """One oscillator at one forcing frequency."""
 
     decay: Floats
+    """(N,) Of the blocks, as in the modal model."""
     discriminant: Floats
+    """(N,) Of the blocks, as in the modal model."""
     frequency_squared: Floats
+    """(N,) Of the blocks, as in the modal model."""
     frequency: Floats
+    """(N,) The root of frequency_squared."""
     output_row: Floats
+    """(N, 4) q = sum r0 u + r1 u', q' = sum r2 u + r3 u' (without the steady motion)."""
     unit_impulse: Floats
+    """(N, 2) Change of (u, u') by an impulse on the contact that changes q' by 1."""
     unit_impulse_low: Floats
+    """(N, 2) Rounding error of `unit_impulse`: with both, q' changes by exactly 1 and q does not."""
     unit_displacement: Floats
+    """(N, 2) Change of (u, u') by a displacement in the direction of the jump that changes q by 1."""
     reach: Floats
+    """(N,) Bound for all later times: |contribution to q| <= reach * e, where e = frequency |u| + |u'|."""
     fourth: Floats
+    """(N,) Likewise, |4th derivative of the contribution to q| <= fourth * e."""
     displacement_scale: Floats
+    """(N, 2) Largest displacement for a unit of u, and for a unit of u', in the unit of the contact coordinate; 0 for
+    an undamped block that contact does not see."""
     cell_flow: Floats
+    """(N, 4) Flow over one cell, row by row."""
     flow_table: Floats
+    """(n, N, 8) Flow over 0, 1, .. n - 1 cells, row by row, followed by the rounding errors of the entries."""
     steady_table: Floats
+    """(cells + 1, 2) Reference motion of q at the cell boundaries, as (velocity/omega, displacement); with resonant
+    modes at the end of a half period that of this half period, not of the next. With one harmonic of the order 1, and
+    no resonant mode, it is G exp(i phase) as (real, imaginary)."""
     half_start: Floats
+    """(2, 2) Reference motion as in `steady_table`, at the starts of the first and the second half period."""
     steady_bound: float
+    """Bound of the reference motion of q: |G| with one harmonic."""
     steady_fourth: float
+    """Bound of its fourth derivative: omega^4 |G| with one harmonic."""
     reference_series: Floats
+    """(cells, TAYLOR_DEGREE + 1) Series of the reference motion of q over each cell, scaled to t in [0, 1]. No rows
+    with one harmonic of the order 1 and no resonant mode."""
     reference_rest: float
+    """Bound of the remainder of these series."""
     orders: Floats
+    """(H,) Orders of the harmonics of the forces."""
     resonant_forcing: Complexes
+    """(H, N, 2) Forcing, by each harmonic, of the equations of u and u' of the modes that are resonant with it, the
+    phase at t = 0 included; 0 for other modes. (H, 0, 2) without such modes."""
     half_jump: Floats
+    """(2, N, 2) Response of the resonant modes at the end of the first and of the second half period; (2, 0, 2) without
+    such modes."""
     resonant_steady: Floats
+    """(2, N, 2) Steady motion of the resonant modes at the starts of these half periods; (2, 0, 2) without such
+    modes."""
     lasting_steady: Floats
+    """(H, 2) Real and imaginary part of the steady amplitudes of q at t = 0, with all modes, harmonic by harmonic;
+    infinite if a mode is resonant and undamped."""
     lasting_bound: float
+    """Bound of the steady motion of q with all modes: the sum of the moduli of its amplitudes."""
     unreached: Floats
+    """(2,) By how much the steady motion falls short of `lasting_bound` toward the right stop, and toward the left one;
+    0 with one harmonic."""
     omega: float
+    """Forcing frequency."""
     step: float
+    """Length of a cell."""
     cells: int
+    """Number of cells in a forcing period, even."""
     damped: bool
+    """Whether every block that contact sees is damped: a motion without contacts then settles to the steady motion."""
 
 
 @kernel
@@ -290,8 +270,8 @@ def free_reach(problem: CellProblem, stops: Stops) -> float:
 def reach_from(problem: CellProblem, stops: Stops, u: Floats, half: int) -> float:
     """Return a bound of |q| until the end of the half period without impacts, from the state at its start.
 
-    A bound below `free_reach` holds for all time to come: then the state minus the steady motion of all modes shows
-    that no impact follows.
+    A bound below `free_reach` holds for all time to come, as no impact follows. It is computed from the state minus the
+    steady motion of all modes.
     """
     reach, _ = bounds(problem, u)
     if problem.half_jump.shape[1] == 0:

@@ -6,8 +6,6 @@ Only cells that may have a contact are computed here. The workspace receives the
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -28,6 +26,7 @@ from grazemap_core.contact.kernels.workspace import Workspace, record_event
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
+from grazemap_core.records import NamedTuple
 
 
 @kernel
@@ -44,13 +43,18 @@ def may_rest(restitution: float, step: float, contact_acceleration: float, leavi
 
 
 class Contact(NamedTuple):
-    """A contact with a stop: velocity before it, acceleration of the reference motion, half period and time in it."""
+    """A contact with a stop."""
 
     stop: int
+    """+1 A, -1 C."""
     velocity: float
+    """Velocity before the contact."""
     acceleration: float
+    """Acceleration of the reference motion."""
     half: int
+    """The half period of the contact."""
     time: float
+    """Time of the contact since the start of the half period."""
 
 
 @inlined

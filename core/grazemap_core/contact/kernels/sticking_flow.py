@@ -9,78 +9,62 @@ stop without the stop, is a sum of the same blocks and has a Taylor series in ev
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 
 
 class HeldProblem(NamedTuple):
-    """One oscillator at one forcing frequency, the contact at rest on a stop; forces with H harmonics.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared : (n,)
-        The blocks of the constrained structure.
-    output_row : (n, 4)
-        Acceleration of q at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
-    orders : (H,)
-        Of the harmonics.
-    steady_table : (H, cells + 1, 2)
-        Acceleration of q at rest by each harmonic, as (real, imaginary) at the cell boundaries; it is the imaginary
-        part.
-    static_acceleration : float
-        Static part of the acceleration of q at rest per unit of the gap, away from the stop.
-    viscous_term : float
-        h^T M^-1 C a, with a the direction of the jump: the rate at which damping alone slows q after an impulse.
-    profile : (N,)
-        Displacements at the equilibrium with q held, per unit of q.
-    phase_factors : (H, cells + 1, 2)
-        exp(i order phase) at the cell boundaries.
-    turn : (H, 2)
-        The same at one moment (`turn_to`); scratch.
-    steady, free_steady : (H, N, 2), (H, 2 N, 2)
-        Amplitudes of the steady motion with q held at 0, and with q free: of the latter those of the displacements,
-        then those of the velocities divided by i order omega, without resonant modes. The displacement is the imaginary
-        part of amplitude times exp(i order phase).
-    to_blocks, from_blocks : (2 n, 2 N), (2 N, 2 n)
-        Conversions between displacements and velocities, of which a motion of q is taken away in the direction of the
-        jump, and the blocks of the constrained structure.
-    to_free, from_free : (2 N, 2 N)
-        Conversions between displacements and velocities and the blocks of the free structure.
-    exists : bool
-        False if the constrained structure has no accurate closed form: an undamped resonance with the forcing, or two
-        blocks that are nearly defective together.
-    state : (n, 2)
-        The held state while q rests; changed in place. It is not a part of the workspace, because every array of the
-        workspace is an argument of the kernels of a cell, at a measurable cost.
-    since : (2,)
-        The half period and the time in it at which q came to rest; changed in place.
-    physical : (2 N,)
-        Scratch.
-    """
+    """One oscillator at one forcing frequency, the contact at rest on a stop; forces with H harmonics."""
 
     decay: Floats
+    """(n,) Of the blocks of the constrained structure."""
     discriminant: Floats
+    """(n,) Of the blocks of the constrained structure."""
     frequency_squared: Floats
+    """(n,) Of the blocks of the constrained structure."""
     output_row: Floats
+    """(n, 4) Acceleration of q at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'."""
     orders: Floats
+    """(H,) Orders of the harmonics."""
     steady_table: Floats
+    """(H, cells + 1, 2) Acceleration of q at rest by each harmonic, as (real, imaginary) at the cell boundaries; it is
+    the imaginary part."""
     static_acceleration: float
+    """Static part of the acceleration of q at rest per unit of the gap, away from the stop."""
     viscous_term: float
+    """h^T M^-1 C a, with a the direction of the jump: the rate at which damping alone slows q after an impulse."""
     profile: Floats
+    """(N,) Displacements at the equilibrium with q held, per unit of q."""
     phase_factors: Floats
+    """(H, cells + 1, 2) exp(i order phase) at the cell boundaries."""
     turn: Floats
+    """(H, 2) exp(i order phase) at one moment (`turn_to`); scratch."""
     steady: Floats
+    """(H, N, 2) Amplitudes of the displacements of the steady motion with q held at 0. The displacement is the
+    imaginary part of amplitude times exp(i order phase)."""
     free_steady: Floats
+    """(H, 2 N, 2) Amplitudes of the steady motion with q free, without resonant modes: those of the displacements, then
+    those of the velocities divided by i order omega."""
     to_blocks: Floats
+    """(2 n, 2 N) From displacements and velocities, of which a motion of q is taken away in the direction of the jump,
+    to the blocks of the constrained structure."""
     from_blocks: Floats
+    """(2 N, 2 n) The reverse of `to_blocks`."""
     to_free: Floats
+    """(2 N, 2 N) From displacements and velocities to the blocks of the free structure."""
     from_free: Floats
+    """(2 N, 2 N) The reverse of `to_free`."""
     exists: bool
+    """False if the constrained structure has no accurate closed form: an undamped resonance with the forcing, or two
+    blocks that are nearly defective together."""
     state: Floats
+    """(n, 2) The held state while q rests; changed in place."""
     since: Floats
+    """(2,) The half period and the time in it at which q came to rest; changed in place."""
     physical: Floats
+    """(2 N,) Scratch."""
 
 
 @kernel

@@ -6,43 +6,34 @@ the gaps alone.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from grazemap_core.numerics.jit.compiled import inlined_formula
+from grazemap_core.records import NamedTuple
 
 
 class Stops(NamedTuple):
-    """The stops of a trajectory: -left <= q <= right.
-
-    Attributes
-    ----------
-    right, left : float
-        Gaps of stop A and stop C from the equilibrium. An absent stop has an infinite gap, a preloaded one a gap of 0
-        or less; their sum is positive.
-    restitution_right, restitution_left : float
-        R of each stop.
-    unit : float
-        Length to which distances between states are relative: the gap of the nearer stop or the amplitude of the
-        steady motion, whichever is larger, but at most half the distance between the stops. It is the gap where both
-        are equal, and a stop out of reach is as an absent one. Where this is 0, a trajectory has the unit of
-        `ForcedOscillator.stops_from`.
-    chatter_impacts : float
-        Maximum number of impacts of complete chatter in half a period.
-    settling_chatter : float
-        Those of them that do not count toward the impacts in which a motion has to settle.
-    symmetric : bool
-        Whether the mirror image of a motion, half a period later, is a motion too: both gaps and both restitutions are
-        equal, and so are the forces.
-    """
+    """The stops of a trajectory: -left <= q <= right."""
 
     right: float
+    """Gap of stop A from the equilibrium: infinite for an absent stop, 0 or less for a preloaded one. The sum of both
+    gaps is positive."""
     left: float
+    """Gap of stop C, likewise."""
     restitution_right: float
+    """R of stop A."""
     restitution_left: float
+    """R of stop C."""
     unit: float
+    """Length to which distances between states are relative: the gap of the nearer stop or the amplitude of the steady
+    motion, whichever is larger, but at most half the distance between the stops. It is the gap where both are equal,
+    and a stop out of reach is as an absent one. Where this is 0, a trajectory has the unit of
+    `ForcedOscillator.stops_from`."""
     chatter_impacts: float
+    """Maximum number of impacts of complete chatter in half a period."""
     settling_chatter: float
+    """Number of these impacts that do not count toward the impacts in which a motion has to settle."""
     symmetric: bool
+    """Whether the mirror image of a motion, half a period later, is a motion too: both gaps and both restitutions are
+    equal, and so are the forces."""
 
 
 @inlined_formula

@@ -8,14 +8,13 @@ is the held state.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.bernstein import STACK_SHAPE
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.records import NamedTuple
 
 OK = 0
 """The trajectory continues."""
@@ -88,23 +87,31 @@ GRAZE_STOP, GRAZE_BACK = 3, 4
 
 
 class Workspace(NamedTuple):
-    """Regime, counts and record of a trajectory, and scratch of the contact search.
-
-    `near` holds the gap to the anchor, its rate, the time reached in an unfinished cell, and a graze to be recorded.
-    `events` has one row per event; further events are counted in the cursor but not written.
-    """
+    """Regime, counts and record of a trajectory, and scratch of the contact search."""
 
     taylor: Floats
+    """(TAYLOR_DEGREE + 1,) Series of the contact coordinate over the next part of a cell."""
     terms: Floats
+    """(N + 1, 4) Scratch of `cells.expand`."""
     distance: Floats
+    """(TAYLOR_DEGREE + 1,) Series of the gap to a stop, or of the contact acceleration at rest."""
     stack: Floats
+    """Scratch of `bernstein.first_negative`."""
     start: Floats
+    """Likewise."""
     width: Floats
+    """Likewise."""
     tally: Floats
+    """(TALLY_SIZE,) Counts of the current half period."""
     cursor: Integers
+    """(4,) The regime."""
     near: Floats
+    """(5,) Gap to the anchor, its rate, the time reached in an unfinished cell, and a graze to be recorded."""
     saved: Floats
+    """(N, 2) The state from which cells without contact are counted."""
     events: Floats
+    """(capacity, EVENT_COLUMNS + 2 N) One row for each event; further events are counted in `cursor` but not
+    written."""
 
 
 def workspace(blocks: int, events: int = 0) -> Workspace:

@@ -14,7 +14,6 @@ which never increase. A cell is decided when
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -32,6 +31,7 @@ from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import block_sum
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 FOUND = 0
@@ -53,44 +53,46 @@ _CLEAR, _CANDIDATE, _HALVE = 0, 1, 2
 
 
 class KickedMotion(NamedTuple):
-    """A motion with a unit impulse at every impact of a family.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared : ndarray of shape (N,)
-    state : ndarray of shape (N, 2)
-        Contribution of each block to G and G' just after an impulse.
-    level : float
-        H, the displacement of the contact at an impulse, caused by all earlier ones.
-    factor : float
-        ``(1 + R)/d``.
-    omega : float
-    """
+    """A motion with a unit impulse at every impact of a family."""
 
     decay: Floats
+    """(N,) Of the blocks."""
     discriminant: Floats
+    """(N,) Of the blocks."""
     frequency_squared: Floats
+    """(N,) Of the blocks."""
     state: Floats
+    """(N, 2) Contribution of each block to G and G' just after an impulse."""
     level: float
+    """H, the displacement of the contact at an impulse, caused by all earlier ones."""
     factor: float
+    """``(1 + R)/d``."""
     omega: float
+    """Forcing frequency."""
 
 
 class _Angle(NamedTuple):
-    """Sine and cosine of an angle on the branch."""
+    """An angle on the branch."""
 
     sine: float
+    """Its sine."""
     cosine: float
+    """Its cosine."""
 
 
 class _Cell(NamedTuple):
-    """An interval of time, whether an impact is at its start or its end, and the time `last` of the next impact."""
+    """An interval of time."""
 
     left: float
+    """Its start."""
     right: float
+    """Its end."""
     at_start: bool
+    """Whether an impact is at its start."""
     at_end: bool
+    """Whether an impact is at its end."""
     last: float
+    """Time of the next impact."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats
+from grazemap_core.records import NamedTuple
 
 
 class Line(NamedTuple):
-    """A polyline in rows and columns of a map, (m,) each."""
+    """A polyline on a map."""
 
     rows: Floats
+    """(m,) Positions between the rows."""
     columns: Floats
+    """(m,) Positions between the columns."""
 
 
 def positions(values: Floats, points: Floats) -> Floats:

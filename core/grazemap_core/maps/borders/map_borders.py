@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -38,6 +37,7 @@ from grazemap_core.maps.plane_grazes import graze_lines
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.records import dataclass
 
 EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
 """Explanations of a border; the position is the code. "curve": the motion of one point ends between the two points, on
@@ -74,68 +74,50 @@ _SHORTER = 0.1
 
 @dataclass(frozen=True, eq=False)
 class BorderCurve:
-    """A curve that explains borders.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "NS", "GR"}
-    name : Name
-        Name of the motion that ends there.
-    plane : (str, str)
-        The two parameters of the map.
-    horizontal, vertical : (m,)
-        Their values.
-    admissible : bool (m,)
-        Whether the orbits are motions.
-    orbits : BifurcationCurve or None
-        None for a grazing curve, on which the steady motion touches a stop.
-    """
+    """A curve that explains borders."""
 
     type: str
+    """One of "SN", "PD", "SB", "NS" or "GR"."""
     name: Name
+    """Name of the motion that ends there."""
     plane: tuple[str, str]
+    """The two parameters of the map."""
     horizontal: Floats
+    """(m,) Values of the first of them."""
     vertical: Floats
+    """(m,) Values of the second one."""
     admissible: Booleans
+    """(m,) Whether the orbits are motions."""
     orbits: BifurcationCurve | None
+    """None for a grazing curve, on which the steady motion touches a stop."""
 
 
 @dataclass(frozen=True, eq=False)
 class MapBorders:
-    """The borders of a map: p pairs of neighbouring points.
-
-    Attributes
-    ----------
-    row, column : int (p,)
-        The first point; the other one is in the next row, or column.
-    along : int (p,)
-        0: the pair differs in its row, 1: in its column.
-    regular : bool (p,)
-        Whether both motions are periodic; otherwise one is chaotic, quasi-periodic or unresolved.
-    explanation, reason : int (p,)
-        Positions in EXPLANATIONS and REASONS.
-    curve : int (p,)
-        Position in `curves`; -1 without one.
-    distance : (p,)
-        From the middle between the points to the curve, in steps of the map; NaN without one.
-    curves : tuple of BorderCurve
-    without_orbit : bool (n, m)
-        Points with a periodic motion with impacts whose orbit was not found, except those that rest on a stop.
-    irregular_pairs : int
-        Pairs of two points that are not periodic, of different kinds; not among the p.
-    """
+    """The borders of a map: p pairs of neighbouring points."""
 
     row: Integers
+    """(p,) Row of the first point; that of the other one is the next, or the same."""
     column: Integers
+    """(p,) Column of the first point; that of the other one is the same, or the next."""
     along: Integers
+    """(p,) 0: the pair differs in its row, 1: in its column."""
     regular: Booleans
+    """(p,) Whether both motions are periodic; otherwise one is chaotic, quasi-periodic or unresolved."""
     explanation: Integers
+    """(p,) Position in EXPLANATIONS."""
     reason: Integers
+    """(p,) Position in REASONS."""
     curve: Integers
+    """(p,) Position in `curves`; -1 without one."""
     distance: Floats
+    """(p,) From the middle between the points to the curve, in steps of the map; NaN without one."""
     curves: tuple[BorderCurve, ...]
+    """The curves that explain borders."""
     without_orbit: Booleans
+    """(n, m) Points with a periodic motion with impacts whose orbit was not found, except those that rest on a stop."""
     irregular_pairs: int
+    """Pairs of two points that are not periodic, of different kinds; not among the p."""
 
 
 @in_own_period

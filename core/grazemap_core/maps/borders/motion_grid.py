@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.motion import KINDS
 
 Point = tuple[int, int]
@@ -24,24 +25,19 @@ NO_NAME = -1
 
 
 class Name(NamedTuple):
-    """The name of a periodic motion in a map.
-
-    Attributes
-    ----------
-    period : int
-    right, left : int
-        Impacts on each stop; codes as in a map. Between symmetric stops mirror images have the same name, with more
-        impacts on the right.
-    symmetric : bool
-        It is its own mirror image; false where the stops are not symmetric.
-    sticking : bool
-    """
+    """The name of a periodic motion in a map."""
 
     period: int
+    """Code of the period, as in a map."""
     right: int
+    """Impacts on the right stop; a code as in a map. Between symmetric stops mirror images have the same name, with
+    more impacts on the right."""
     left: int
+    """Impacts on the left stop, likewise."""
     symmetric: bool
+    """It is its own mirror image; false where the stops are not symmetric."""
     sticking: bool
+    """Whether the contact rests on a stop."""
 
     @property
     def impacts(self) -> int:
@@ -61,25 +57,18 @@ class Name(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """The part of a map on which its borders depend.
-
-    Attributes
-    ----------
-    plane : Plane
-        Of n vertical and m horizontal values.
-    names : tuple of Name
-    name : int (n, m)
-        Index in `names`; NO_NAME where the map has no periodic motion.
-    slowest : (n, m)
-        Speed of the slowest impact, which distinguishes orbits of one name.
-    settled_after : int (n, m)
-    """
+    """The part of a map on which its borders depend."""
 
     plane: Plane
+    """The plane of the map, with n vertical and m horizontal values."""
     names: tuple[Name, ...]
+    """All names of motions in the map."""
     name: Integers
+    """(n, m) Index in `names`; NO_NAME where the map has no periodic motion."""
     slowest: Floats
+    """(n, m) Speed of the slowest impact, which distinguishes orbits of one name."""
     settled_after: Integers
+    """(n, m) Forcing periods after which the motion was known, as in a map."""
 
     @classmethod
     def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> Grid:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.records import NamedTuple, dataclass
 
 Structure = tuple[tuple[str, float], ...]
 _OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
@@ -82,34 +83,34 @@ class Equations:
 
 
 class Solved(NamedTuple):
-    """Orbits at several points of a column: phases and velocities (p, k), and whether each is accepted (p,)."""
+    """Orbits at several points of a column."""
 
     phases: Floats
+    """(p, k) Phases of the impacts."""
     velocities: Floats
+    """(p, k) Velocities before the impacts."""
     fine: Booleans
+    """(p,) Whether the orbit is accepted."""
 
 
 @dataclass(eq=False)
 class Region:
-    """A connected set of points with one family of orbits.
-
-    Attributes
-    ----------
-    name : Name
-    period : int
-    stops : int (k,)
-        For symmetric motions, those of half the period.
-    symmetric : bool
-    orbits : dict of Point to (phases, velocities), (k,) each
-    """
+    """A connected set of points with one family of orbits."""
 
     name: Name
+    """The name of its motion."""
     period: int
+    """Forcing periods after which the orbits repeat."""
     stops: Integers
+    """(k,) Stops of the impacts; for symmetric motions, those of half the period."""
     symmetric: bool
+    """Whether the impacts are those of half the period."""
     grid: Grid
+    """The map."""
     equations: Equations
+    """The equations of the orbits at the points of the map."""
     orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
+    """Phases and velocities of the impacts, (k,) each, by point."""
 
     def speed_unit(self, point: Point) -> float:
         """Return the unit of speeds at a point: omega times the size of a motion between the stops."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -14,46 +12,37 @@ from grazemap_core.maps.kernels.lane_tangents import LaneTangents
 from grazemap_core.maps.kernels.lockstep import Lanes
 from grazemap_core.maps.kernels.own_tables import LaneModels
 from grazemap_core.orbits.kernels.verification import VerificationScratch
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory
 
 
 class Column(NamedTuple):
-    """A column of a map.
-
-    Attributes
-    ----------
-    models : LaneModels
-    task : ColumnTask
-    results : TrajectoryResults
-        Receives the motions.
-    group : Lanes
-        Current states of all lanes.
-    history : StroboscopicHistory
-        Every lane's states at the ends of the last half periods.
-    tangents : LaneTangents
-        Small changes of the state along every lane, with the capacity for task.growth_halves.
-    records : LaneRecords
-        Progress of every lane's trajectory.
-    returns : ReturnSearch
-    work : Workspace
-        Scratch, with the capacity of the lanes for events.
-    verification : VerificationScratch
-    u, final_state : (N, 2)
-        Scratch, and the state in which the last trajectory of a sweep ended.
-    """
+    """A column of a map."""
 
     models: LaneModels
+    """The models of the trajectories."""
     task: ColumnTask
+    """What is computed."""
     results: TrajectoryResults
+    """Receives the motions."""
     group: Lanes
+    """Current states of all lanes."""
     history: StroboscopicHistory
+    """Every lane's states at the ends of the last half periods."""
     tangents: LaneTangents
+    """Small changes of the state along every lane, with the capacity for task.growth_halves."""
     records: LaneRecords
+    """Progress of every lane's trajectory."""
     returns: ReturnSearch
+    """Scratch of the search for returns."""
     work: Workspace
+    """Scratch, with the capacity of the lanes for events."""
     verification: VerificationScratch
+    """Scratch of verifications."""
     u: Floats
+    """(N, 2) Scratch."""
     final_state: Floats
+    """(N, 2) The state in which the last trajectory of a sweep ended."""
 
 
 def return_search() -> ReturnSearch:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,32 +15,25 @@ from grazemap_core.maps.kernels.lockstep import RESTING, Lanes
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.orbits.kernels.verification import Verification, VerificationScratch, unit_of_speeds
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
+from grazemap_core.records import NamedTuple
 
 MOST_IMPACTS = 2 * MAX_VERIFIED_IMPACTS
 """Maximum number of impacts of a verified orbit; of a symmetric one, those of half the period are solved for."""
 
 
 class FinalStates(NamedTuple):
-    """Of n trajectories; without trajectories they are not wanted.
-
-    Attributes
-    ----------
-    states : (n, 2 N)
-        State at phase 0 of the forcing. It is mirrored where the motion is symmetric and the trajectory ended half a
-        period later.
-    rests : (n,)
-        The stop on which the contact rests there, or 0.
-    impacts : (n, 3, MOST_IMPACTS)
-        Stops, phases and signed velocities of the impacts in one period of the last orbit that was verified near the
-        trajectory.
-    counts : (n,)
-        Their number.
-    """
+    """Final states of n trajectories; without trajectories they are not wanted."""
 
     states: Floats
+    """(n, 2 N) State at phase 0 of the forcing. It is mirrored where the motion is symmetric and the trajectory ended
+    half a period later."""
     rests: Floats
+    """(n,) The stop on which the contact rests there, or 0."""
     impacts: Floats
+    """(n, 3, MOST_IMPACTS) Stops, phases and signed velocities of the impacts in one period of the last orbit that was
+    verified near the trajectory."""
     counts: Floats
+    """(n,) Number of these impacts."""
 
 
 def final_states(count: int, blocks: int) -> FinalStates:

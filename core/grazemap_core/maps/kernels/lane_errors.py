@@ -5,16 +5,15 @@ half period and e its round-off, the width W of the error becomes ``sqrt(g^2 (W^
 along, which soon has the direction that grows most. W is in displacement of the contact. Where it is as large as the
 motion, nothing more is carried.
 
-A decision is an impact that happens, with speed v and acceleration a, where it could have been missed: it cannot if
-v^2/(2 |a|) exceeds the error, in the share of W that the change has in the displacement there. Or it is a passage
-without contact, whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
+A decision is an impact, with speed v and acceleration a, that the error might have made a miss: it cannot if
+v^2/(2 |a|) exceeds the share of W that the change has in the displacement there. Or it is a passage without contact,
+whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
 passage at a small distance becomes an impact, it jumps.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,36 +31,28 @@ from grazemap_core.maps.tolerances import (
     HALF_PERIOD_ERROR,
 )
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.lyapunov import begin_first
 
 
 class LaneErrors(NamedTuple):
-    """Of every lane.
-
-    Attributes
-    ----------
-    carried : (LANES,)
-        1 if its error is carried.
-    changes : (LANES, 2 N, 2)
-        Small changes of the state (u, u'), orthonormal in the energy norm after every half period. The first one gives
-        the error; both may be those whose growth is measured (`lane_tangents`).
-    elapsed : (LANES,)
-        Time since the last impact, to which the changes belong.
-    square : (LANES,)
-        W^2.
-    since, growth : (LANES,)
-        Squares of the largest growth up to now from any earlier time, and of the largest growth between any two times.
-    sensitive : (LANES,)
-        1 if a decision may be wrong.
-    """
+    """The error of every lane."""
 
     carried: Integers
+    """(LANES,) 1 if its error is carried."""
     changes: Floats
+    """(LANES, 2 N, 2) Small changes of the state (u, u'), orthonormal in the energy norm after every half period. The
+    first one gives the error; both may be those whose growth is measured (`lane_tangents`)."""
     elapsed: Floats
+    """(LANES,) Time since the last impact, to which the changes belong."""
     square: Floats
+    """(LANES,) W^2."""
     since: Floats
+    """(LANES,) Square of the largest growth up to now from any earlier time."""
     growth: Floats
+    """(LANES,) Square of the largest growth between any two times."""
     sensitive: Integers
+    """(LANES,) 1 if a decision may be wrong."""
 
 
 def lane_errors(masses: int) -> LaneErrors:

@@ -5,8 +5,6 @@ The arrays that `lane_scheduler` and `classification` share, and the meaning of 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
@@ -15,6 +13,7 @@ from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.tolerances import APPROACH
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
 # columns of `TrajectoryResults.codes`
@@ -70,88 +69,66 @@ SIZES = 3
 
 
 class LaneRecords(NamedTuple):
-    """Records of the trajectories in all lanes.
-
-    Attributes
-    ----------
-    counts : (LANES, COUNTS)
-        Times are half periods since the column began.
-    sizes : (LANES, SIZES)
-    """
+    """Records of the trajectories in all lanes."""
 
     counts: Integers
+    """(LANES, COUNTS) Whole numbers, by the columns above; times are half periods since the column began."""
     sizes: Floats
+    """(LANES, SIZES) Other numbers, by the columns above."""
 
 
 class ColumnTask(NamedTuple):
-    """Trajectories of a column, and how long they run.
-
-    Attributes
-    ----------
-    stops : (n, fields of Stops)
-    base, directions : (n, N, 2), (s, N, 2)
-        Trajectory i has the stops number i // s, with the unit b, and starts at base + b * directions[i % s], from
-        where it is moved by `offset`.
-    offset, aside : (n,), (n, N, 2)
-        A multiple of `aside` that is added to the start, for every stops.
-    on_stop : (n s,)
-        Stop on which each trajectory starts without moving into it, +1 A or -1 C; 0: it starts between the stops.
-    max_periods, max_period : int
-    early : bool
-        Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
-    follow : bool
-        Whether every trajectory but the first starts at the final state of the one before it. Where that is outside the
-        stops, the contact is put on the stop that it is beyond, with its velocity.
-    growth_halves : int
-        Half periods at the end in which the growth of small changes is measured; with 0 there are no exponents of
-        motions that are not periodic, nor multipliers of those that are not verified.
-    growth_skipped : int
-        Number of these half periods, at the beginning, that do not count.
-    inherits : bool
-        Whether the first trajectory starts with the error that the last one of the previous run had at its end.
-    ended : int
-        Of a sweep that goes on: how the last trajectory of the previous run ended, ENDED_EARLY, MOVES or RESTS, which
-        the first one follows; otherwise ENDED_EARLY.
-    """
+    """Trajectories of a column, and how long they run."""
 
     stops: Floats
+    """(n, fields of Stops) The stops; trajectory i has those number i // s, with the unit b."""
     base: Floats
+    """(n, N, 2) Trajectory i starts at base[i // s] + b * directions[i % s], from where it is moved by `offset`."""
     directions: Floats
+    """(s, N, 2) Directions of the starts, in units of the stops."""
     offset: Floats
+    """(n,) A multiple of `aside` that is added to the start, for every stops."""
     aside: Floats
+    """(n, N, 2) Direction of `offset`."""
     on_stop: Integers
+    """(n s,) Stop on which each trajectory starts without moving into it, +1 A or -1 C; 0: it starts between the
+    stops."""
     max_periods: int
+    """Forcing periods that a trajectory runs at most."""
     max_period: int
+    """Longest period that is looked for."""
     early: bool
+    """Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`."""
     follow: bool
+    """Whether every trajectory but the first starts at the final state of the one before it. Where that is outside the
+    stops, the contact is put on the stop that it is beyond, with its velocity."""
     growth_halves: int
+    """Half periods at the end in which the growth of small changes is measured; with 0 there are no exponents of
+    motions that are not periodic, nor multipliers of those that are not verified."""
     growth_skipped: int
+    """Number of these half periods, at the beginning, that do not count."""
     inherits: bool
+    """Whether the first trajectory starts with the error that the last one of the previous run had at its end."""
     ended: int
+    """Of a sweep that goes on: how the last trajectory of the previous run ended, ENDED_EARLY, MOVES or RESTS, which
+    the first one follows; otherwise ENDED_EARLY."""
 
 
 class TrajectoryResults(NamedTuple):
-    """Motions of all trajectories of a column.
-
-    Attributes
-    ----------
-    codes : (n s, CODES)
-        Reason (a code of `codes`), period, impacts_right, impacts_left, symmetric, settled_after (forcing periods
-        after which the orbit had closed, or was solved for, or after which no contact was possible any more; -1 unless
-        named), sticking, growth, half periods run, impacts followed, why the motion is not verified, and whether
-        round-off may have decided it.
-    figures : (n s, FIGURES)
-        Minimum impact velocity, NaN without impacts; largest modulus of the multipliers over one motion period and
-        largest Lyapunov exponent per forcing period, NaN where they are not known; mean position and velocity of a
-        periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN;
-        largest growth of a change before capture, NaN unless captured.
-    final : FinalStates
-        Of n s trajectories, or of none where they are not wanted.
-    """
+    """Motions of all trajectories of a column."""
 
     codes: Integers
+    """(n s, CODES) Reason (a code of `codes`), period, impacts_right, impacts_left, symmetric, settled_after (forcing
+    periods after which the orbit had closed, or was solved for, or after which no contact was possible any more; -1
+    unless named), sticking, growth, half periods run, impacts followed, why the motion is not verified, and whether
+    round-off may have decided it."""
     figures: Floats
+    """(n s, FIGURES) Minimum impact velocity, NaN without impacts; largest modulus of the multipliers over one motion
+    period and largest Lyapunov exponent per forcing period, NaN where they are not known; mean position and velocity of
+    a periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN; largest
+    growth of a change before capture, NaN unless captured."""
     final: FinalStates
+    """Of n s trajectories, or of none where they are not wanted."""
 
 
 def lane_records() -> LaneRecords:

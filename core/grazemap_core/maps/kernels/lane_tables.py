@@ -8,8 +8,6 @@ block's amplitude.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -20,6 +18,7 @@ from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks
+from grazemap_core.records import NamedTuple
 
 TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
@@ -49,59 +48,51 @@ SCALARS = 6
 
 
 class LaneTables(NamedTuple):
-    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`by_lane`).
-
-    Attributes
-    ----------
-    flow, output_row : (N * 4,)
-        As in `cells.CellProblem`.
-    steady_table : ((cells + 1) * 2,)
-        Reference motion of q at the cell boundaries, at the ends of cells: position and velocity.
-    bound : (N * 3,)
-        Frequency of a block, and contributions of a unit of its envelope to the bounds of |q| and of h^4/384 |q''''|.
-    series : (TERMS * 2 N,)
-        Coefficients in z of q over a cell, per component of the state at the start of the cell.
-    forcing : (cells * TERMS,)
-        Coefficients in z of the reference motion of q over each cell.
-    unit_impulse : (2 N * TERMS,)
-        Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to q at z.
-    response : (TERMS,)
-        Coefficients of q in s, the time in half cells since a unit of velocity was given to it.
-    block_response : (RESPONSE_PARTS * cells + 1, 2 N)
-        (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where
-        `CellProblem.flow_table` has not all cells of a period, or every lane has its own.
-    change_series : (2 * N * FLOW_DEGREE,)
-        Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
-        the derivative, from the constant on.
-    block : (N * BLOCK,)
-        Of every block decay, frequency_squared, and both numbers of `CellProblem.unit_impulse`.
-    displacement_scale : (N * 2,)
-        As in `cells.CellProblem`.
-    scalars : (SCALARS,)
-    """
+    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`by_lane`)."""
 
     flow: Floats
+    """(N * 4,) As `cells.CellProblem.cell_flow`."""
     output_row: Floats
+    """(N * 4,) As in `cells.CellProblem`."""
     steady_table: Floats
+    """((cells + 1) * 2,) Reference motion of q at the cell boundaries, at the ends of cells: position and velocity."""
     bound: Floats
+    """(N * 3,) Frequency of a block, and contributions of a unit of its envelope to the bounds of |q| and of h^4/384
+    |q''''|."""
     series: Floats
+    """(TERMS * 2 N,) Coefficients in z of q over a cell, per component of the state at the start of the cell."""
     forcing: Floats
+    """(cells * TERMS,) Coefficients in z of the reference motion of q over each cell."""
     unit_impulse: Floats
+    """(2 N * TERMS,) Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to
+    q at z."""
     response: Floats
+    """(TERMS,) Coefficients of q in s, the time in half cells since a unit of velocity was given to it."""
     block_response: Floats
+    """(RESPONSE_PARTS * cells + 1, 2 N) (u, u') of every block, row by row a part of a cell later, after a start with
+    (0, 1); no rows where `CellProblem.flow_table` has not all cells of a period, or every lane has its own."""
     change_series: Floats
+    """(2 * N * FLOW_DEGREE,) Each block's response to a unit velocity over a short time: coefficients from the linear
+    one on, and those of the derivative, from the constant on."""
     block: Floats
+    """(N * BLOCK,) Of every block decay, frequency_squared, and both numbers of `CellProblem.unit_impulse`."""
     displacement_scale: Floats
+    """(N * 2,) As in `cells.CellProblem`."""
     scalars: Floats
+    """(SCALARS,) Single numbers, by the positions above."""
 
 
 class LaneModel(NamedTuple):
-    """One oscillator at one forcing frequency: free, with the contact at rest on a stop, in lanes, and in orbits."""
+    """One oscillator at one forcing frequency."""
 
     problem: CellProblem
+    """With the contact free."""
     held: HeldProblem
+    """With the contact at rest on a stop."""
     tables: LaneTables
+    """In lanes."""
     blocks: ImpulseBlocks
+    """In orbits."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

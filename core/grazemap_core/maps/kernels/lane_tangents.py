@@ -14,7 +14,6 @@ lanes (`lane_errors`) are carried along; the change that gives them is the first
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -61,6 +60,7 @@ from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
 from grazemap_core.numerics.jit.by_lane import record_of
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels import lyapunov
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
 from grazemap_core.simulation.tolerances import GROWTH_SURE
@@ -82,52 +82,48 @@ MOST_SORTED = 16
 
 
 class LaneTangents(NamedTuple):
-    """Small changes of the state along every lane.
-
-    Attributes
-    ----------
-    carried, grown, paired : (LANES,)
-        NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured, and those before the second
-        change.
-    full : (LANES, 2 N, 2 N)
-        A basis of all changes, as columns.
-    growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
-        As in `lyapunov.Tangents`.
-    errors : LaneErrors
-    wanted, impacts, sorted : (LANES,)
-        Number of changes that are carried along; number of impacts of every lane in the half period, NOT_ALL with
-        others or with a rest; lanes, sorted by it.
-    places : (MOST_SORTED + 2,)
-        Scratch.
-    even, cursor, near, resting, since
-        State and regime of every lane at the start of the half period, as in `lockstep.Lanes`.
-    batch : TangentBatch
-    state : (N, 2)
-    scratch : Tangents
-    work : Workspace
-        Scratch for a lane alone.
-    """
+    """Small changes of the state along every lane."""
 
     carried: Integers
+    """(LANES,) NOTHING, ALL, FIRST, PAIR or LOST."""
     grown: Integers
+    """(LANES,) Half periods over which growth was measured."""
     paired: Integers
+    """(LANES,) Half periods of these before the second change."""
     full: Floats
+    """(LANES, 2 N, 2 N) A basis of all changes, as columns."""
     growth: Floats
+    """(LANES, halves, 2) As in `lyapunov.Tangents`."""
     moments: Floats
+    """(LANES, 2, 2 N, 2) As in `lyapunov.Tangents`."""
     errors: LaneErrors
+    """The errors of the lanes."""
     wanted: Integers
+    """(LANES,) Number of changes that are carried along."""
     impacts: Integers
+    """(LANES,) Number of impacts in the half period; NOT_ALL with others or with a rest."""
     sorted: Integers
+    """(LANES,) Lanes, sorted by `impacts`."""
     places: Integers
+    """(MOST_SORTED + 2,) Scratch."""
     even: Floats
+    """State of every lane at the start of the half period, as in `lockstep.Lanes`."""
     cursor: Integers
+    """Likewise."""
     near: Floats
+    """Likewise."""
     resting: Floats
+    """Likewise."""
     since: Floats
+    """Likewise."""
     batch: TangentBatch
+    """Scratch of a batch of lanes."""
     state: Floats
+    """(N, 2) Scratch."""
     scratch: lyapunov.Tangents
+    """Scratch for the changes along a lane alone."""
     work: Workspace
+    """Scratch for a lane alone."""
 
 
 def lane_tangents(masses: int, halves: int) -> LaneTangents:
@@ -488,9 +484,9 @@ def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
 
 @kernel
 def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
-    """Start measuring the growth of two changes along a lane; of one where the error is as large as the motion.
+    """Start measuring the growth of two changes along a lane, or of one where the error is as large as the motion.
 
-    There the second one follows in the middle, unless the first has grown until then as only chaos makes it.
+    In the latter case the second change follows in the middle, unless the first has grown by then as only in chaos.
     """
     errors = tangents.errors
     tangents.carried[lane], tangents.grown[lane] = FIRST, 0

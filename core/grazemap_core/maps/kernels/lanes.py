@@ -11,8 +11,6 @@ others to the last bit.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba.core.registry import cpu_target
 
@@ -23,6 +21,7 @@ from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, TERMS, LaneTables
 from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
+from grazemap_core.records import NamedTuple
 
 Masses = tuple[int, ...]
 
@@ -51,8 +50,8 @@ GAP, RESTITUTION = 17, 18
 """Of the stop that q is closer to."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
-impact; lower bound of the gap where q turns back in the cell, and of that on either side of an impact, times the
-length of the cell over the time from it."""
+impact; lower bound of the gap where q turns back in the cell and, on either side of an impact, of the gap times the
+length of the cell over the time from the impact."""
 BATCH_ROWS = 23
 
 UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
@@ -69,22 +68,16 @@ the cell anyway."""
 
 
 class LaneBatch(NamedTuple):
-    """Lanes side by side for one cell; `pitch` is the distance of two rows of an array.
-
-    Attributes
-    ----------
-    start, end : (2 N * pitch,)
-        (u, u') of every block at the start of the cell, and at its end.
-    series : (TERMS * pitch,)
-        Coefficients of q in z; in a second pass, of the gap in s.
-    rows : (number of rows * pitch,)
-        BATCH_ROWS rows; in a second pass, those of `multi_impact_cell`.
-    """
+    """Lanes side by side for one cell; `pitch` is the distance of two rows of an array."""
 
     start: Floats
+    """(2 N * pitch,) (u, u') of every block at the start of the cell."""
     end: Floats
+    """(2 N * pitch,) (u, u') of every block at its end."""
     series: Floats
+    """(TERMS * pitch,) Coefficients of q in z; in a second pass, of the gap in s."""
     rows: Floats
+    """(number of rows * pitch,) BATCH_ROWS rows; in a second pass, those of `multi_impact_cell`."""
 
 
 def lane_batch(masses: int, pitch: int = PITCH, rows: int = BATCH_ROWS) -> LaneBatch:

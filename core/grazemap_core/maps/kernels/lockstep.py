@@ -15,8 +15,6 @@ The result of a lane does not depend on the others, to the last bit.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
@@ -65,6 +63,7 @@ from grazemap_core.numerics.jit.by_lane import at as of_lane
 from grazemap_core.numerics.jit.by_lane import of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
+from grazemap_core.records import NamedTuple
 
 OUT_OF_REACH = 1e300
 """Gap of a lane that is out of use; finite, so that differences are finite too."""
@@ -80,96 +79,97 @@ LANE_EVENT_COLUMNS = workspace.KIND + 2
 
 
 class Lanes(NamedTuple):
-    """States and regimes of all lanes.
-
-    Attributes
-    ----------
-    even, odd : ((2 N + 2) * LANES,)
-        State: (u, u') of every block, q and q'. The arrays alternate as the start and the end of a cell; a half period
-        starts and ends in `even`.
-    gap, restitution : (2 * LANES,)
-        Of the right stop of every lane, then of the left one.
-    unit, chatter_impacts, settling_chatter, symmetric : (LANES,)
-        As in `stops.Stops`.
-    close : (LANES,)
-        Distance from the stops up to which passages without a contact are bounded.
-    limit, reach : (2 * LANES,), (LANES,)
-        Limit of `lanes.advance`; bound of |q| for all time to come without impacts.
-    tally : (TALLY_SIZE, LANES)
-        As in `workspace.Workspace`.
-    regime : (LANES,)
-        FREE between the stops, NEAR a stop that the contact has just left, RESTING on one.
-    cursor, near, resting, since : (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
-        Used for a lane that is not FREE, as in `workspace.Workspace` and `sticking_flow.HeldProblem`.
-    status : (LANES,)
-        OK, or why the trajectory ended.
-    events : (LANES, capacity, LANE_EVENT_COLUMNS)
-        Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start of the trajectory, or since the
-        caller emptied them (`cursor`); those beyond the capacity are counted only.
-    mixed : (LANES,)
-        1 if the events of the last half period are not all impacts with a speed, or if the contact rested in it.
-    deferred, deferred_state, deferred_offset : (LANES,), (LANES, 2 N), (LANES,)
-        Lanes that go through the present cell one by one; (u, u') and time in the cell at which they start.
-    flags, flagged, not_free, lane_of, active, first_pass, second_pass
-        Scratch.
-    """
+    """States and regimes of all lanes."""
 
     even: Floats
+    """((2 N + 2) * LANES,) State: (u, u') of every block, q and q'. `even` and `odd` alternate as the start and the end
+    of a cell; a half period starts and ends in `even`."""
     odd: Floats
+    """((2 N + 2) * LANES,) The other one of them."""
     gap: Floats
+    """(2 * LANES,) Gap of the right stop of every lane, then of the left one."""
     restitution: Floats
+    """(2 * LANES,) Restitution of the right stop of every lane, then of the left one."""
     unit: Floats
+    """(LANES,) As in `stops.Stops`."""
     chatter_impacts: Floats
+    """(LANES,) As in `stops.Stops`."""
     settling_chatter: Floats
+    """(LANES,) As in `stops.Stops`."""
     symmetric: Integers
+    """(LANES,) As in `stops.Stops`."""
     close: Floats
+    """(LANES,) Distance from the stops up to which passages without a contact are bounded."""
     limit: Floats
+    """(2 * LANES,) Limit of `lanes.advance`."""
     reach: Floats
+    """(LANES,) Bound of |q| for all time to come without impacts."""
     tally: Floats
+    """(TALLY_SIZE, LANES) As in `workspace.Workspace`."""
     regime: Integers
+    """(LANES,) FREE between the stops, NEAR a stop that the contact has just left, RESTING on one."""
     cursor: Integers
+    """(LANES, 4) Used for a lane that is not FREE, as in `workspace.Workspace`."""
     near: Floats
+    """(LANES, 3) Likewise."""
     resting: Floats
+    """(LANES, N - 1, 2) Likewise, as `sticking_flow.HeldProblem.state`."""
     since: Floats
+    """(LANES, 2) Likewise, as in `sticking_flow.HeldProblem`."""
     status: Integers
+    """(LANES,) OK, or why the trajectory ended."""
     events: Floats
+    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start
+    of the trajectory, or since the caller emptied them (`cursor`); those beyond the capacity are counted only."""
     mixed: Integers
+    """(LANES,) 1 if the events of the last half period are not all impacts with a speed, or if the contact rested in
+    it."""
     deferred: Integers
+    """(LANES,) Lanes that go through the present cell one by one."""
     deferred_state: Floats
+    """(LANES, 2 N) (u, u') at which they start."""
     deferred_offset: Floats
+    """(LANES,) Time in the cell at which they start."""
     flags: Integers
+    """Scratch."""
     flagged: Integers
+    """Scratch."""
     not_free: Integers
+    """Scratch."""
     lane_of: Integers
+    """Scratch."""
     active: Integers
+    """Scratch."""
     first_pass: LaneBatch
+    """Scratch."""
     second_pass: LaneBatch
+    """Scratch."""
 
 
 class CellStep(NamedTuple):
-    """One cell of one half period.
-
-    Attributes
-    ----------
-    cell, half : int
-        Index of the cell in the forcing period, and of the half period.
-    here, there : ((2 N + 2) * LANES,)
-        States of all lanes at its start and at its end.
-    """
+    """One cell of one half period."""
 
     cell: int
+    """Index of the cell in the forcing period."""
     half: int
+    """Index of the half period."""
     here: Floats
+    """((2 N + 2) * LANES,) States of all lanes at its start."""
     there: Floats
+    """((2 N + 2) * LANES,) States of all lanes at its end."""
 
 
 class Impact(NamedTuple):
-    """One impact: time since the start of the half period, stop, speed before it and contact acceleration after it."""
+    """One impact."""
 
     time: float
+    """Time since the start of the half period."""
     side: float
+    """Stop."""
     speed: float
+    """Speed before it."""
     contact_acceleration: float
+    """Acceleration of the contact after it."""
 
 
 def lanes(masses: int, events: int = 0) -> Lanes:

@@ -6,8 +6,6 @@ trajectory until they close; others are averaged from there.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, contact_motion, reference_at_half
@@ -19,6 +17,7 @@ from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lane_state import stops_in_row
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.observed_motion import (
     ObservedOutputs,
     Totals,
@@ -36,35 +35,30 @@ UNKNOWN, OF_ORBIT, STEADY, CLOSING, AVERAGED = 0, 1, 2, 3, 4
 
 
 class ObservedColumn(NamedTuple):
-    """Trajectories of a column whose motions are known.
-
-    Attributes
-    ----------
-    kinds, periods : (n,)
-        What is read off, and over how many forcing periods.
-    stops : (m, fields of Stops)
-        Trajectory i has the row ``i m // n``.
-    final : FinalStates
-    contacts, outputs : (n, 5, 2) and (n, R, 4)
-        Receive the totals.
-    totals : Totals
-    scratch : OutputScratch
-    rows : (MOST_IMPACTS, EVENT_COLUMNS + 2 N)
-    u, before : (N, 2)
-        Scratch.
-    """
+    """Trajectories of a column whose motions are known."""
 
     kinds: Integers
+    """(n,) What is read off."""
     periods: Integers
+    """(n,) Over how many forcing periods."""
     stops: Floats
+    """(m, fields of Stops) Trajectory i has the row ``i m // n``."""
     final: FinalStates
+    """The states from which they go on."""
     contacts: Floats
+    """(n, 5, 2) Receives the totals of the contacts."""
     outputs: Floats
+    """(n, R, 4) Receives the totals of the outputs."""
     totals: Totals
+    """Scratch for the totals of a trajectory."""
     scratch: OutputScratch
+    """Scratch for its outputs."""
     rows: Floats
+    """(MOST_IMPACTS, EVENT_COLUMNS + 2 N) Scratch for its events."""
     u: Floats
+    """(N, 2) Scratch."""
     before: Floats
+    """(N, 2) Scratch."""
 
 
 @kernel

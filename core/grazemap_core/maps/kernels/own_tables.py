@@ -1,13 +1,12 @@
 """Models and tables of lanes: those that all lanes share, or every lane's own.
 
-A lane that has its own gets the tables of a trajectory when that starts in it (`begin_own`), and batches of lanes in a
-cell get what they need of them (`put_in_pass`, `put_in_changes`). Where lanes share them nothing is copied.
+Where every lane has its own tables, those of a trajectory are copied into its lane when it starts (`begin_own`), and
+from there into batches of lanes in a cell (`put_in_pass`, `put_in_changes`). Shared tables are not copied.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, SCALARS, TERMS, LaneModel, LaneTables
 from grazemap_core.numerics.jit.by_lane import put, record_of, store, table_of
 from grazemap_core.numerics.jit.compiled import inlined, kernel
+from grazemap_core.records import NamedTuple
 
 OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
 """Tables of the lanes of a group, of a batch in the first and in the second pass over a cell, and in a batch of
@@ -22,28 +22,23 @@ OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
 
 
 class LaneModels(NamedTuple):
-    """The model that all trajectories share, or that each of them has for itself (`by_lane.record_of`).
-
-    Attributes
-    ----------
-    shared : LaneModel
-        Of all, or of one of them; all have the same number of cells in a period.
-    addresses : (LANES,)
-        Where the model of every lane is in memory; 0 where it is shared.
-    of_trajectories : (n,) or (0,)
-        Where the model of every trajectory is in memory.
-    """
+    """The model that all trajectories share, or that each of them has for itself (`by_lane.record_of`)."""
 
     shared: LaneModel
+    """The model of all, or of one of them; all have the same number of cells in a period."""
     addresses: Integers
+    """(LANES,) Where the model of every lane is in memory; 0 where it is shared."""
     of_trajectories: Integers
+    """(n,) Where the model of every trajectory is in memory; (0,) where it is shared."""
 
 
 class OwnTables(NamedTuple):
-    """Tables of lanes that have their own: OF_GROUP to OF_CHANGES, or none where they are shared; and their number."""
+    """Tables of lanes that have their own, or none where they are shared."""
 
     number: int
+    """Their number."""
     tables: tuple[LaneTables, ...]
+    """OF_GROUP to OF_CHANGES."""
 
 
 SHARED_TABLES = OwnTables(0, ())

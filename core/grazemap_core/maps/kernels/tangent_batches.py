@@ -1,10 +1,9 @@
 """Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
 
 As in `multi_impact_cell`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
-arithmetic over whole vectors; their number is not a constant to the compiler, which would write out short loops one by
-one instead of vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In
-each step all lanes advance to their next impact; a lane without a further one stays at its last, and a lane without any
-advances to the end of the half period. A lane has one change, or two.
+arithmetic over whole vectors. The number of lanes is not a constant to the compiler: it would unroll short loops
+instead of vectorising them. In each step all lanes advance to their next impact; a lane without a further one stays at
+its last, and a lane without any advances to the end of the half period. A lane has one change, or two.
 
 The flow between impacts is a flow over whole parts of a cell, from a table, followed by one over at most half a part
 forward or backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that
@@ -13,8 +12,6 @@ energy norm.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +24,7 @@ from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.own_tables import OF_CHANGES, LaneModels, OwnTables, put_in_changes
 from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
 from grazemap_core.simulation.tolerances import RANK_ROUNDING
 
@@ -62,25 +60,20 @@ Numbers = tuple[float, float, float, float]
 
 
 class TangentBatch(NamedTuple):
-    """WIDTH lanes.
-
-    Attributes
-    ----------
-    lanes, first, impacts : (WIDTH,)
-        Index of a lane, row of the half period's first impact in its events, and number of impacts.
-    changes : (4 N * WIDTH,)
-        For every block, u of every change, then u' of every change.
-    flow : (2 N * WIDTH,)
-        Of every block, u and u' after whole parts of a cell from a unit velocity.
-    rows : (ROWS * WIDTH,)
-    """
+    """WIDTH lanes."""
 
     lanes: Integers
+    """(WIDTH,) Index of a lane."""
     first: Integers
+    """(WIDTH,) Row of the half period's first impact in its events."""
     impacts: Integers
+    """(WIDTH,) Number of impacts."""
     changes: Floats
+    """(4 N * WIDTH,) For every block, u of every change, then u' of every change."""
     flow: Floats
+    """(2 N * WIDTH,) Of every block, u and u' after whole parts of a cell from a unit velocity."""
     rows: Floats
+    """(ROWS * WIDTH,) Scratch, by the rows above."""
 
 
 def tangent_batch(masses: int) -> TangentBatch:

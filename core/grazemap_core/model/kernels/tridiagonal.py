@@ -11,8 +11,6 @@ Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), chapters
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -20,6 +18,7 @@ from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.model.tolerances import STEADY_ACCURACY, STEADY_DIVERGED, STEADY_REFINEMENT_STEPS
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
+from grazemap_core.records import NamedTuple
 
 CONVERGED = 0
 """The amplitudes are accurate to round-off."""
@@ -28,26 +27,33 @@ RESONANT = 1
 
 
 class Links(NamedTuple):
-    """Masses and links of a chain; arrays of shape (N,).
-
-    `wall_stiffness` and `wall_damping` are those of the link from the first mass to a wall; 0 if there is none.
-    """
+    """Masses and links of a chain."""
 
     masses: Floats
+    """(N,) Masses."""
     stiffnesses: Floats
+    """(N,) Stiffnesses of the links."""
     link_damping: Floats
+    """(N,) Damping coefficients of the links."""
     wall_stiffness: float
+    """Stiffness of the link from the first mass to a wall; 0 if there is none."""
     wall_damping: float
+    """Damping coefficient of this link; 0 likewise."""
 
 
 class Factors(NamedTuple):
     """The factors of a tridiagonal matrix, as `factor` writes them; arrays of shape (N,)."""
 
     lower: Complexes
+    """The matrix's lower diagonal, without the last entry; then the multipliers."""
     diagonal: Complexes
+    """Its diagonal; then that of the upper triangle."""
     upper: Complexes
+    """Its upper diagonal, without the last entry; then the second diagonal of the upper triangle."""
     second: Complexes
+    """Third diagonal of the upper triangle."""
     swapped: Booleans
+    """Whether rows i and i + 1 were exchanged."""
 
 
 @kernel

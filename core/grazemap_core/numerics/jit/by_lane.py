@@ -1,8 +1,8 @@
 """Numbers and records that lanes share, or that every lane has for itself, looked up in the same way.
 
-The numbers of a table are those of all lanes, (places,), or every lane's own, (places, pitch). Which it is is known
-from the type of the table, so a kernel is compiled for each, and costs nothing where they are shared. The pitch is a
-constant to the compiler, which would not use vector instructions otherwise.
+The numbers of a table are those of all lanes, (places,), or every lane's own, (places, pitch). The type of the table
+tells which, so numba compiles one kernel for either; shared tables cost nothing. The pitch is a constant to the
+compiler, which would not use vector instructions otherwise.
 
     row = of_lanes(table, place, pitch)     before a loop over lanes
     at(row, lane)                           in the loop

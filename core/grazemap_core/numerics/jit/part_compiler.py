@@ -96,9 +96,10 @@ class _PartLowering(_KernelLowering):
 
 
 class KernelCompiler(CompilerBase):
-    """Numba's compiler, with `lowering` as its last pass."""
+    """Numba's compiler with another last pass."""
 
     lowering: type[_KernelLowering] = _KernelLowering
+    """The last pass."""
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes, the last one replaced."""

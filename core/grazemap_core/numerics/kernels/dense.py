@@ -1,8 +1,4 @@
-"""Small dense matrices in given memory: products, linear systems by Gaussian elimination, Cholesky factors.
-
-Indices of inner loops are unsigned: compilers would test signed ones for being negative, and not see that neighbours
-are adjacent in memory.
-"""
+"""Small dense matrices in given memory: products, linear systems by Gaussian elimination, Cholesky factors."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ or is concave; then Newton's method finds its maximum. A cell in which none of t
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from grazemap_core.orbits.kernels.equations import (
     steady_motion,
 )
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
+from grazemap_core.records import NamedTuple
 
 CLEAR = 0
 """The contact has no contact with a stop other than its impacts."""
@@ -144,25 +145,17 @@ def third_derivative_bound(problem: OrbitProblem, steady: float, state: Floats) 
 
 
 class ContactScratch(NamedTuple):
-    """Scratch of the search for contacts, for N blocks.
-
-    Attributes
-    ----------
-    states : (4, N, 2)
-        Each block's part in displacement and velocity of q after an impact, at the beginning of a cell, in its
-        middle, and at an arbitrary time.
-    cell_flow : (N, 4)
-        Each block's flow over half a cell.
-    stack : (STACK, 2)
-        Beginnings and ends of the cells that are still to be searched.
-    values : (3, 4)
-        Results of `_evaluate` at the beginning of a cell, in its middle, and at an arbitrary time.
-    """
+    """Scratch of the search for contacts, for N blocks."""
 
     states: Floats
+    """(4, N, 2) Each block's part in displacement and velocity of q after an impact, at the beginning of a cell, in its
+    middle, and at an arbitrary time."""
     cell_flow: Floats
+    """(N, 4) Each block's flow over half a cell."""
     stack: Floats
+    """(STACK, 2) Beginnings and ends of the cells that are still to be searched."""
     values: Floats
+    """(3, 4) Results of `_evaluate` at the beginning of a cell, in its middle, and at an arbitrary time."""
 
 
 def contact_scratch(blocks: int) -> ContactScratch:
@@ -176,77 +169,57 @@ def contact_scratch(blocks: int) -> ContactScratch:
 
 
 class Interval(NamedTuple):
-    """The motion between two successive impacts.
-
-    Attributes
-    ----------
-    phase : float
-        Phase of the first impact.
-    length : float
-        Angle to the next one.
-    stop, next_stop : float
-        Stops of the two impacts, +1 or -1.
-    """
+    """The motion between two successive impacts."""
 
     phase: float
+    """Phase of the first impact."""
     length: float
+    """Angle to the next one."""
     stop: float
+    """Stop of the first impact, +1 or -1."""
     next_stop: float
+    """Stop of the next one."""
 
 
 class Sizes(NamedTuple):
-    """Numbers of an orbit that are the same in all intervals.
-
-    Attributes
-    ----------
-    steady, third_derivative : float
-        Bounds of the steady motion and of its third derivative.
-    right, left : float
-        Distances of the stops from the equilibrium; infinite for an absent stop.
-    """
+    """Numbers of an orbit that are the same in all intervals."""
 
     steady: float
+    """Bound of the steady motion."""
     third_derivative: float
+    """Bound of its third derivative."""
     right: float
+    """Distance of the right stop from the equilibrium; infinite for an absent stop."""
     left: float
+    """Distance of the left stop, likewise."""
 
 
 class Cell(NamedTuple):
-    """A part of an interval, and the motion toward one stop in its middle.
-
-    Attributes
-    ----------
-    left, right : float
-        Its ends, angles after the impact.
-    slope, second_derivative : float
-        Derivatives of the displacement toward the stop, in the middle.
-    noise : float
-        Round-off in the middle.
-    """
+    """A part of an interval, and the motion toward one stop in its middle."""
 
     left: float
+    """Its start, an angle after the impact."""
     right: float
+    """Its end, likewise."""
     slope: float
+    """First derivative of the displacement toward the stop, in the middle."""
     second_derivative: float
+    """Second derivative there."""
     noise: float
+    """Round-off in the middle."""
 
 
 class Maximum(NamedTuple):
-    """The largest excess over a stop that was found.
-
-    Attributes
-    ----------
-    excess, phase : float
-    stop : int
-        0: none was found.
-    noise : float
-        Round-off of the excess.
-    """
+    """The largest excess over a stop that was found."""
 
     excess: float
+    """The excess."""
     phase: float
+    """Phase of the maximum."""
     stop: int
+    """0: none was found."""
     noise: float
+    """Round-off of the excess."""
 
 
 @kernel

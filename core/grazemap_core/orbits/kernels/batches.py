@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,53 +14,49 @@ from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch,
 from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
 from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
+from grazemap_core.records import NamedTuple
 
 
 class OrbitResults(NamedTuple):
-    """The results for m orbits of k impacts, of a structure with N blocks.
-
-    Attributes
-    ----------
-    status, steps, contact, stop : int (m,)
-        Results of `newton.solve_orbit` and `admissibility.further_contact`.
-    residual, kantorovich, radius, excess, phase : (m,)
-    real, imaginary : (m, 2 N)
-        Multipliers, in no particular order.
-    before : (m, k, 3)
-        Displacement, velocity and acceleration of the contact before every impact.
-    """
+    """The results for m orbits of k impacts, of a structure with N blocks."""
 
     status: Integers
+    """(m,) Of `newton.solve_orbit`."""
     steps: Integers
+    """(m,) Steps of `newton.solve_orbit`."""
     contact: Integers
+    """(m,) Status of `admissibility.further_contact`."""
     stop: Integers
+    """(m,) As `PeriodicOrbit.excess_stop`."""
     residual: Floats
+    """(m,) As in `PeriodicOrbit`."""
     kantorovich: Floats
+    """(m,) As in `PeriodicOrbit`."""
     radius: Floats
+    """(m,) As in `PeriodicOrbit`."""
     excess: Floats
+    """(m,) As in `PeriodicOrbit`."""
     phase: Floats
+    """(m,) As `PeriodicOrbit.excess_phase`."""
     real: Floats
+    """(m, 2 N) Real parts of the multipliers, in no particular order."""
     imaginary: Floats
+    """(m, 2 N) Imaginary parts of these multipliers."""
     before: Floats
+    """(m, k, 3) Displacement, velocity and acceleration of the contact before every impact."""
 
 
 class OrbitScratch(NamedTuple):
-    """Scratch for k impacts and N blocks.
-
-    Attributes
-    ----------
-    newton : OrbitWork
-    flow_between : (k, N, 4)
-        Each block's flow from every impact to the next one.
-    contact : ContactScratch
-    matrix : (2 N, 2 N)
-        The Floquet matrix.
-    """
+    """Scratch for k impacts and N blocks."""
 
     newton: NewtonScratch
+    """For Newton's method."""
     flow_between: Floats
+    """(k, N, 4) Each block's flow from every impact to the next one."""
     contact: ContactScratch
+    """For the search for contacts."""
     matrix: Floats
+    """(2 N, 2 N) The Floquet matrix."""
 
 
 def orbit_results(number: int, count: int, blocks: int) -> OrbitResults:

@@ -18,7 +18,6 @@ returned: below 1 the trajectory is captured; otherwise it tells how much closer
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +39,7 @@ from grazemap_core.orbits.kernels.equations import (
 )
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting
+from grazemap_core.records import NamedTuple
 
 BORN = 3
 """Columns that every impact adds: the directions of its terms of second order."""
@@ -51,39 +51,35 @@ third order are then a few percent of those of second order, which are enlarged 
 
 
 class CaptureScratch(NamedTuple):
-    """Scratch for up to k impacts and N blocks.
-
-    Attributes
-    ----------
-    arrival : (N, 2)
-        An input: the state of the trajectory at phase 0 of the orbit, in the coordinates of `CellProblem`.
-    scales : (2 N,)
-        Units of the rows of a difference, in which the norm is expressed.
-    form, norm, power, product : (2 N, 2 N)
-        The norm's Cholesky factor; powers of the return map's derivative.
-    sums : (2 N,)
-        Of a row of a product.
-    after : (N, 2)
-        The orbit just after an impact.
-    columns : (2 N (2 N + 3 k),)
-        Differences from the orbit: the axes of the ball, and the terms of second order of every impact.
-    displacement, velocity, acceleration, size : (2 N + 3 k,)
-        Of the contact, for every column; the amplitude of a block.
-    """
+    """Scratch for up to k impacts and N blocks."""
 
     arrival: Floats
+    """(N, 2) An input: the state of the trajectory at phase 0 of the orbit, in the coordinates of `CellProblem`."""
     scales: Floats
+    """(2 N,) Units of the rows of a difference, in which the norm is expressed."""
     form: Floats
+    """(2 N, 2 N) A form over returns, whose inverse is where the norm begins."""
     norm: Floats
+    """(2 N, 2 N) The norm's Cholesky factor."""
     power: Floats
+    """(2 N, 2 N) Power of the return map's derivative."""
     product: Floats
+    """(2 N, 2 N) Product of such powers."""
     sums: Floats
+    """(2 N,) Of a row of a product."""
     after: Floats
+    """(N, 2) The orbit just after an impact."""
     columns: Floats
+    """(2 N (2 N + 3 k),) Differences from the orbit: the axes of the ball, and the terms of second order of every
+    impact."""
     displacement: Floats
+    """(2 N + 3 k,) Displacement of the contact, for every column."""
     velocity: Floats
+    """(2 N + 3 k,) Velocity of the contact, for every column."""
     acceleration: Floats
+    """(2 N + 3 k,) Acceleration of the contact, for every column."""
     size: Floats
+    """(2 N + 3 k,) Amplitude of a block, for every column."""
 
 
 def capture_scratch(count: int, blocks: int) -> CaptureScratch:
@@ -212,12 +208,16 @@ def _largest_sum(values: Floats, axes: int, born: int) -> float:
 
 
 class _Reach(NamedTuple):
-    """Bounds of the changes of the contact's displacement and of its first three derivatives, over the ball."""
+    """Bounds of the changes of the contact's motion, over the ball."""
 
     displacement: float
+    """Of the displacement."""
     velocity: float
+    """Of the first derivative."""
     acceleration: float
+    """Of the second derivative."""
     jerk: float
+    """Of the third derivative."""
 
 
 @fused_kernel
@@ -511,8 +511,8 @@ def capture_ratio(
         Largest change of q over the ball: the orbit's other extrema have to be farther from the
         stops.
     share : float
-        Part of the trajectory's distance that is the radius of that ball: 1 where it is captured, less where only a
-        smaller ball is.
+        Radius of that ball over the distance of the trajectory from the orbit: 1 where the trajectory is captured, less
+        where only a smaller ball is.
     """
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)

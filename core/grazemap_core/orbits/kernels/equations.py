@@ -12,78 +12,66 @@ static equilibrium.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import inlined, inlined_formula, kernel
+from grazemap_core.records import NamedTuple
 
 
 class OrbitProblem(NamedTuple):
-    """A structure at one forcing frequency, and the time after which its motion repeats, or is mirrored.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared, frequency : (N,)
-        Blocks that contact sees.
-    unit_impulse : (N, 2)
-        Change of each block's part in displacement and velocity of the contact by a unit impulse, which changes the
-        velocity by 1.
-    periodic_impulse, doubled_impulse : (N, 2)
-        Each block's part just after the last of infinitely many impulses, one per span, which are multiplied by `sign`,
-        or by ``-sign``, from span to span.
-    periodic_impulse_by_span : (N, 2)
-        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` with respect to the
-        span, without the factor of the blocks' generator.
-    orders : (H,)
-        Of the harmonics of the forces, increasing.
-    steady : (H, 2)
-        Real and imaginary part of the steady amplitudes: the steady motion of the contact is the sum of
-        Im(amplitude exp(i order omega t)).
-    steady_by_omega : (H, 2)
-        Derivatives of the steady amplitudes with respect to omega.
-    steady_unit : float
-        The steady amplitudes over this are in units of `length`.
-    omega, length : float
-    turn : float
-        Change of the phase over one span, the time after which the impacts repeat.
-    sign : float
-        1 if the impacts repeat on the same stop, -1 if on the other one: for symmetric stops only.
-    """
+    """A structure at one forcing frequency, and the time after which its motion repeats, or is mirrored."""
 
     decay: Floats
+    """(N,) Of the blocks that contact sees."""
     discriminant: Floats
+    """(N,) Of these blocks."""
     frequency_squared: Floats
+    """(N,) Of these blocks."""
     frequency: Floats
+    """(N,) Of these blocks."""
     unit_impulse: Floats
+    """(N, 2) Change of each block's part in displacement and velocity of the contact by a unit impulse, which changes
+    the velocity by 1."""
     periodic_impulse: Floats
+    """(N, 2) Each block's part just after the last of infinitely many impulses, one per span, which are multiplied by
+    `sign` from span to span."""
     doubled_impulse: Floats
+    """(N, 2) The same of impulses that are multiplied by ``-sign``."""
     periodic_impulse_by_span: Floats
+    """(N, 2) ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` with respect to
+    the span, without the factor of the blocks' generator."""
     orders: Floats
+    """(H,) Orders of the harmonics of the forces, increasing."""
     steady: Floats
+    """(H, 2) Real and imaginary part of the steady amplitudes: the steady motion of the contact is the sum of
+    Im(amplitude exp(i order omega t))."""
     steady_by_omega: Floats
+    """(H, 2) Derivatives of the steady amplitudes with respect to omega."""
     steady_unit: float
+    """The steady amplitudes over this are in units of `length`."""
     omega: float
+    """Forcing frequency."""
     length: float
+    """Unit of length."""
     turn: float
+    """Change of the phase over one span, the time after which the impacts repeat."""
     sign: float
+    """1 if the impacts repeat on the same stop, -1 if on the other one: for symmetric stops only."""
 
 
 class Impacts(NamedTuple):
-    """The impacts of an orbit.
-
-    Attributes
-    ----------
-    gaps : Stops
-    stops, phases, speeds : (k,)
-        Stops, +1 or -1, phases and signed speeds.
-    """
+    """The impacts of an orbit."""
 
     gaps: Stops
+    """The stops, and their distances from the equilibrium."""
     stops: Floats
+    """(k,) Stop of each impact, +1 or -1."""
     phases: Floats
+    """(k,) Phase of each impact."""
     speeds: Floats
+    """(k,) Signed speed of each impact."""
 
 
 @inlined

@@ -11,8 +11,6 @@ P. Deuflhard, *Newton Methods for Nonlinear Problems*, 2004, theorem 2.1.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -22,6 +20,7 @@ from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, second_derivative_bound
+from grazemap_core.records import NamedTuple
 
 CONVERGED = 0
 """The residual is round-off."""
@@ -35,24 +34,20 @@ near which there is no orbit."""
 
 
 class NewtonScratch(NamedTuple):
-    """Scratch for k impacts and N blocks.
-
-    Attributes
-    ----------
-    residual : (2 k,)
-    jacobian : (2 k, 2 k + 1)
-    system : (2 k, 4 k + 1)
-    step : (2, k)
-    trial : (2, k)
-    before : (k, 3)
-    """
+    """Scratch for k impacts and N blocks."""
 
     residual: Floats
+    """(2 k,) Residuals of the equations."""
     jacobian: Floats
+    """(2 k, 2 k + 1) Their derivatives."""
     system: Floats
+    """(2 k, 4 k + 1) For elimination."""
     step: Floats
+    """(2, k) Newton's step of phases and speeds."""
     trial: Floats
+    """(2, k) Phases and speeds after the step."""
     before: Floats
+    """(k, 3) Displacement, velocity and acceleration of the contact before every impact."""
 
 
 @kernel

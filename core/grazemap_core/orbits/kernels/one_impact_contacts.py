@@ -7,7 +7,6 @@ so an orbit is decided by `admissibility` without being solved for.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
@@ -16,70 +15,57 @@ from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE
+from grazemap_core.records import NamedTuple
 
 _HALVINGS = 64
 """Maximum number of bisection steps between two phases: 53 reach round-off."""
 
 
 class OneImpactMotions(NamedTuple):
-    """Orbits with one impact in a span, as functions of its phase.
-
-    Attributes
-    ----------
-    speed, gap : (H, 2)
-        Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length, and of the gap.
-    stop : float
-        The stop of the impact, +1 or -1.
-    own, own_by_gap, other, other_by_gap : float
-        Contacts are looked for with stops at the gaps ``own + own_by_gap gap`` and ``other + other_by_gap gap``, of the
-        stop of the impact and of the other one; infinite for none.
-    restitution : float
-        Of the stop of the impact.
-    """
+    """Orbits with one impact in a span, as functions of its phase."""
 
     speed: Floats
+    """(H, 2) Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length."""
     gap: Floats
+    """(H, 2) Real and imaginary parts of the amplitudes of the gap."""
     stop: float
+    """The stop of the impact, +1 or -1."""
     own: float
+    """Contacts with the stop of the impact are looked for at the gap ``own + own_by_gap gap``; infinite for none."""
     own_by_gap: float
+    """See `own`."""
     other: float
+    """Contacts with the other stop are looked for at the gap ``other + other_by_gap gap``; infinite for none."""
     other_by_gap: float
+    """See `other`."""
     restitution: float
+    """Restitution of the stop of the impact."""
 
 
 class MotionScratch(NamedTuple):
-    """Scratch for orbits with one impact and N blocks.
-
-    Attributes
-    ----------
-    stops, phases, speeds : (1,)
-    flow_between : (1, N, 4)
-    contact : ContactScratch
-    """
+    """Scratch for orbits with one impact and N blocks."""
 
     stops: Floats
+    """(1,) Stop of the impact."""
     phases: Floats
+    """(1,) Its phase."""
     speeds: Floats
+    """(1,) Its speed."""
     flow_between: Floats
+    """(1, N, 4) Each block's flow from the impact to the next one."""
     contact: ContactScratch
+    """For the search for contacts."""
 
 
 class Contacts(NamedTuple):
-    """Contacts of m orbits.
-
-    Attributes
-    ----------
-    status : int (m,)
-        As of `admissibility.further_contact`.
-    excess : (m,)
-        Largest excess over a stop at a maximum between the impacts, in units of the problem's length.
-    stop : int (m,)
-        The stop there, +1 or -1; 0 without one.
-    """
+    """Contacts of m orbits."""
 
     status: Integers
+    """(m,) Of `admissibility.further_contact`."""
     excess: Floats
+    """(m,) Largest excess over a stop at a maximum between the impacts, in units of the problem's length."""
     stop: Integers
+    """(m,) The stop there, +1 or -1; 0 without one."""
 
 
 @kernel

@@ -18,7 +18,6 @@ and acceleration of the contact, and w the frequency.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,59 +33,51 @@ from grazemap_core.orbits.kernels.equations import (
     steady_bound,
     steady_motion,
 )
+from grazemap_core.records import NamedTuple
 
 
 class Shooting(NamedTuple):
-    """Scratch for k impacts and N blocks.
-
-    Attributes
-    ----------
-    closing : (N, 2)
-        p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; an input.
-    flow : (k, N, 4)
-        Each block's flow from an impact to the next one.
-    state : (k, N, 2)
-        Each block's part in displacement and velocity of the contact just before every impact.
-    before : (k, 3)
-        Displacement, velocity and acceleration of the contact just before every impact.
-    residual, step : (k, 2)
-        Residuals of displacement and speed; steps of phase and speed.
-    turned : (2 N, 2 N + 1)
-        Effect of perturbations before the first impact, and of the residuals, after one span.
-    system : (2 N, 4 N)
-        For elimination.
-    change : (2 N, 1)
-        The change of the state that belongs to the step.
-    across : (4, 2 N + 1)
-        For each column of perturbations at an impact: displacement, velocity, and changes of phase and speed.
-    second_derivative : (N,)
-        Response of each block's part in the acceleration of the contact to a unit impulse.
-    places, speeds : (k, 2 N)
-        Effect of a unit residual of displacement, or speed, at an impact on the state after the span.
-    basis, rows, closed : (2 N, 2 N), (2 N, 2 k), (2 N, 2 k)
-    of_place, of_speed : (k, 2 k)
-    totals : (2 k,)
-    """
+    """Scratch for k impacts and N blocks."""
 
     closing: Floats
+    """(N, 2) p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; an input."""
     flow: Floats
+    """(k, N, 4) Each block's flow from an impact to the next one."""
     state: Floats
+    """(k, N, 2) Each block's part in displacement and velocity of the contact just before every impact."""
     before: Floats
+    """(k, 3) Displacement, velocity and acceleration of the contact just before every impact."""
     residual: Floats
+    """(k, 2) Residuals of displacement and speed."""
     step: Floats
+    """(k, 2) Steps of phase and speed."""
     turned: Floats
+    """(2 N, 2 N + 1) Effect of perturbations before the first impact, and of the residuals, after one span."""
     system: Floats
+    """(2 N, 4 N) For elimination."""
     change: Floats
+    """(2 N, 1) The change of the state that belongs to the step."""
     across: Floats
+    """(4, 2 N + 1) For each column of perturbations at an impact: displacement, velocity, and changes of phase and
+    speed."""
     second_derivative: Floats
+    """(N,) Response of each block's part in the acceleration of the contact to a unit impulse."""
     places: Floats
+    """(k, 2 N) Effect of a unit residual of displacement at an impact on the state after the span."""
     speeds: Floats
+    """(k, 2 N) Effect of a unit residual of speed, likewise."""
     basis: Floats
+    """(2 N, 2 N) The identity, carried back from the end of the span."""
     rows: Floats
+    """(2 N, 2 k) Rows of the inverse, carried back from their impacts."""
     closed: Floats
+    """(2 N, 2 k) Effect of the closing of the orbit on these rows."""
     of_place: Floats
+    """(k, 2 k) Entries of the inverse for residuals of displacement."""
     of_speed: Floats
+    """(k, 2 k) Entries of the inverse for residuals of speed."""
     totals: Floats
+    """(2 k,) Sums of the moduli of the rows of the inverse."""
 
 
 def shooting(count: int, blocks: int) -> Shooting:

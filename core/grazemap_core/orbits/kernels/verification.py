@@ -19,7 +19,6 @@ still touch a stop where the orbit only passes near it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -54,96 +53,82 @@ from grazemap_core.orbits.kernels.equations import (
 )
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
+from grazemap_core.records import NamedTuple
 
 
 class ImpulseBlocks(NamedTuple):
-    """The blocks of a chain, with the response of the contact to an impulse on it.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared, frequency : (N,)
-    unit_impulse : (N, 2)
-        As in `equations.OrbitProblem`.
-    verifiable : bool
-        Whether motions are to be verified and all modes are damped and well-conditioned.
-    """
+    """The blocks of a structure, with the response of the contact to an impulse on it."""
 
     decay: Floats
+    """(N,) Of the blocks."""
     discriminant: Floats
+    """(N,) Of the blocks."""
     frequency_squared: Floats
+    """(N,) Of the blocks."""
     frequency: Floats
+    """(N,) Of the blocks."""
     unit_impulse: Floats
+    """(N, 2) As in `equations.OrbitProblem`."""
     verifiable: bool
+    """Whether motions are to be verified and all modes are damped and well-conditioned."""
 
 
 class VerificationScratch(NamedTuple):
-    """Scratch of a verification, for up to MAX_VERIFIED_IMPACTS impacts and N blocks.
-
-    Attributes
-    ----------
-    start, replay : (N, 2), Workspace
-        Used by `guess_from_replay`: the state from which it starts, and the workspace of the simulation.
-    stops, guess, found : (impacts,), (2, impacts), (2, impacts)
-        Stops; phases and speeds of the guess, and of the orbit.
-    periodic_impulse, unused : (N, 2)
-        Fields of `OrbitProblem`; `unused` takes the place of fields that are not needed.
-    shooting : Shooting
-    contact : ContactScratch
-    capture : CaptureScratch
-    matrix : (2 N, 2 N)
-        The Floquet matrix.
-    real, imaginary : (2 N,)
-        Its eigenvalues.
-    """
+    """Scratch of a verification, for up to MAX_VERIFIED_IMPACTS impacts and N blocks."""
 
     start: Floats
+    """(N, 2) The state from which `guess_from_replay` starts."""
     replay: workspace.Workspace
+    """Workspace of its simulation."""
     stops: Floats
+    """(impacts,) Stops of the impacts."""
     guess: Floats
+    """(2, impacts) Phases and speeds of the guess."""
     found: Floats
+    """(2, impacts) Phases and speeds of the orbit."""
     periodic_impulse: Floats
+    """(N, 2) A field of `OrbitProblem`."""
     unused: Floats
+    """(N, 2) Takes the place of fields of `OrbitProblem` that are not needed."""
     shooting: Shooting
+    """For the solution of the orbit."""
     contact: ContactScratch
+    """For the search for contacts."""
     capture: CaptureScratch
+    """For the ball of capture."""
     matrix: Floats
+    """(2 N, 2 N) The Floquet matrix."""
     real: Floats
+    """(2 N,) Real parts of the eigenvalues of this matrix."""
     imaginary: Floats
+    """(2 N,) Imaginary parts of these eigenvalues."""
 
 
 class Verification(NamedTuple):
-    """The result of a verification.
-
-    Attributes
-    ----------
-    reason : int
-        RESOLVED where the motion is verified; otherwise the code of `codes` that says why it is not, and all other
-        fields are meaningless.
-    length : int
-        Half periods after which the motion repeats, or is mirrored: an odd m stands for a symmetric motion of m forcing
-        periods, an even m for a motion of m/2.
-    right, left : int
-        Impacts on the stops in `length` half periods.
-    min_impact_speed : float
-    multiplier : float
-        Largest modulus of the Floquet multipliers over `length` half periods.
-    mean_position, mean_velocity : float
-        Mean displacement and velocity of q, less the steady motion, at the beginnings of forcing periods, in units
-        of `Stops.unit` and of omega times it.
-    ratio : float
-        Below 1: the trajectory is captured by the orbit (`capture.capture_ratio`). Otherwise the factor by which its
-        distance from the orbit has to become smaller.
-    """
+    """The result of a verification."""
 
     reason: int
+    """RESOLVED where the motion is verified; otherwise the code of `codes` that says why it is not, and all other
+    fields are meaningless."""
     length: int
+    """Half periods after which the motion repeats, or is mirrored: an odd m stands for a symmetric motion of m forcing
+    periods, an even m for a motion of m/2."""
     right: int
+    """Impacts on stop A in `length` half periods."""
     left: int
+    """Impacts on stop C in `length` half periods."""
     min_impact_speed: float
+    """Speed of the slowest impact."""
     multiplier: float
+    """Largest modulus of the Floquet multipliers over `length` half periods."""
     mean_position: float
+    """Mean displacement of q, less the steady motion, at the beginnings of forcing periods, in units of
+    `Stops.unit`."""
     mean_velocity: float
+    """Mean velocity of q, likewise, in units of omega times `Stops.unit`."""
     ratio: float
+    """Below 1: the trajectory is captured by the orbit (`capture.capture_ratio`). Otherwise the factor by which its
+    distance from the orbit has to become smaller."""
 
 
 def verification_scratch(blocks: int) -> VerificationScratch:

@@ -21,7 +21,6 @@ S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +29,7 @@ from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation import tolerances
 from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
 
@@ -38,31 +38,27 @@ MIN_SAFE_SQUARE = 1e-280
 
 
 class Tangents(NamedTuple):
-    """Scratch for perturbations of a state.
-
-    Attributes
-    ----------
-    full, eigen : (2 N, 2 N)
-    pair : (2 N, 2)
-    real, imaginary : (2 N,)
-        Receive the multipliers.
-    growth : (halves, 2)
-        Receives the logarithms of the growth factors of the two columns over every half period.
-    series : (halves,)
-    moments : (2, 2 N, 2)
-        Sums and sums of squares over the stroboscopic orbit, in the first and in the second half of the run.
-    began : HalfPeriod
-    """
+    """Scratch for perturbations of a state."""
 
     full: Floats
+    """(2 N, 2 N) The perturbations of all coordinates, as columns."""
     eigen: Floats
+    """(2 N, 2 N) Their matrix, balanced, of which the multipliers are computed."""
     pair: Floats
+    """(2 N, 2) Two perturbations."""
     real: Floats
+    """(2 N,) Receives the real parts of the multipliers."""
     imaginary: Floats
+    """(2 N,) Receives their imaginary parts."""
     growth: Floats
+    """(halves, 2) Receives the logarithms of the growth factors of the two columns over every half period."""
     series: Floats
+    """(halves,) Growth rates by forcing period."""
     moments: Floats
+    """(2, 2 N, 2) Sums and sums of squares over the stroboscopic orbit, in the first and in the second half of the
+    run."""
     began: HalfPeriod
+    """The start of the half period."""
 
 
 def tangents(blocks: int, periods: int = 0) -> Tangents:

@@ -10,7 +10,6 @@ impact on. The error is of third order in v, as that of the time at which the co
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from grazemap_core.contact.kernels.workspace import Workspace, write_state
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import SAME_SIGN, block_sum
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
     INTEGRAL,
@@ -41,36 +41,25 @@ summed; largest speed; impulse; energy lost."""
 
 
 class ObservedOutputs(NamedTuple):
-    """R outputs of a motion.
-
-    Attributes
-    ----------
-    free, held : OutputRows
-        With the contact free, and at rest. Output 0 is the acceleration that q would have at rest, 0 where it is free.
-    jumps : (R,)
-        Change of each output by an impulse that changes q' by 1.
-    effective_mass : float
-    """
+    """R outputs of a motion."""
 
     free: OutputRows
+    """With the contact free; output 0 is then 0."""
     held: OutputRows
+    """With the contact at rest; output 0 is the acceleration that q would have if it were not held."""
     jumps: Floats
+    """(R,) Change of each output by an impulse that changes q' by 1."""
     effective_mass: float
+    """Impulse over the change of q' that it makes."""
 
 
 class Totals(NamedTuple):
-    """Sums over a part of a motion.
-
-    Attributes
-    ----------
-    contacts : (5, 2)
-        On stop A and on stop C.
-    outputs : (R, 4)
-        Columns as in `output_rows`.
-    """
+    """Sums over a part of a motion."""
 
     contacts: Floats
+    """(5, 2) Sums for stop A and for stop C."""
     outputs: Floats
+    """(R, 4) Columns as in `output_rows`."""
 
 
 def totals(outputs: int) -> Totals:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from grazemap_core.contact.kernels.cells import CellProblem, forced_part
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, HALF, TIME
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import PEAK_ACCURACY, PEAK_DEPTH
 
 PANEL_REACH = 2.0
@@ -35,63 +35,50 @@ INTEGRAL, SQUARE, HIGHEST, LOWEST = 0, 1, 2, 3
 
 
 class OutputRows(NamedTuple):
-    """R outputs in one regime of the contact, with n blocks and H harmonics.
-
-    Attributes
-    ----------
-    decay, discriminant, frequency_squared : (n,)
-        The blocks, as in `CellProblem` or `HeldProblem`.
-    values : (R, 2 n)
-        Of the blocks (u, u') in an output.
-    harmonics : complex (R, H)
-        Amplitudes of the harmonics in an output, the imaginary part of amplitude times exp(i order phase).
-    constants : (R, 2)
-        Constant, and that per unit of the contact coordinate at rest.
-    panel : float
-        Maximum length of a panel.
-    resonant : bool
-        Whether the reference motion of the half period is subtracted from the blocks, not the whole steady motion.
-    """
+    """R outputs in one regime of the contact, with n blocks and H harmonics."""
 
     decay: Floats
+    """(n,) Of the blocks, as in `CellProblem` or `HeldProblem`."""
     discriminant: Floats
+    """(n,) Likewise."""
     frequency_squared: Floats
+    """(n,) Likewise."""
     values: Floats
+    """(R, 2 n) Parts of the blocks (u, u') in an output."""
     harmonics: Complexes
+    """(R, H) Amplitudes of the harmonics in an output, the imaginary part of amplitude times exp(i order phase)."""
     constants: Floats
+    """(R, 2) Constant, and that per unit of the contact coordinate at rest."""
     panel: float
+    """Maximum length of a panel."""
     resonant: bool
+    """Whether the reference motion of the half period is subtracted from the blocks, not the whole steady motion."""
 
 
 class OutputScratch(NamedTuple):
-    """Scratch for R outputs and N blocks.
-
-    Attributes
-    ----------
-    state : (N, 2)
-        Blocks at the beginning of a panel.
-    series : (R, DEGREE + 1)
-        Outputs in a panel, scaled to t in [0, 1].
-    forcing : (2, DEGREE + 1)
-        Forcing of both equations of a resonant block, likewise.
-    last : (R,)
-        Outputs at the end of the last segment.
-    stack : (PEAK_DEPTH, 6)
-    """
+    """Scratch for R outputs and N blocks."""
 
     state: Floats
+    """(N, 2) Blocks at the beginning of a panel."""
     series: Floats
+    """(R, DEGREE + 1) Outputs in a panel, scaled to t in [0, 1]."""
     forcing: Floats
+    """(2, DEGREE + 1) Forcing of both equations of a resonant block, likewise."""
     last: Floats
+    """(R,) Outputs at the end of the last segment."""
     stack: Floats
+    """(PEAK_DEPTH, 6) Parts of a panel in which a peak is still sought."""
 
 
 class Segment(NamedTuple):
-    """A part of a motion between two events: its first row, the contact coordinate at rest, and its length."""
+    """A part of a motion between two events."""
 
     row: Floats
+    """The event at its start."""
     place: float
+    """The contact coordinate at rest."""
     length: float
+    """Its length."""
 
 
 def output_scratch(outputs: int, blocks: int) -> OutputScratch:

@@ -22,8 +22,6 @@ depends on a tolerance and is not a property of the motion.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -34,26 +32,23 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation import tolerances
 
 
 class StroboscopicHistory(NamedTuple):
-    """A ring buffer of the last half periods of one or more lanes.
-
-    Attributes
-    ----------
-    states : (ring, 2 N, lanes)
-    impacts, held : (ring, 2, lanes)
-        For each half period and stop: number of impacts, and 1 if the contact has rested.
-    min_speed, min_unpressed_speed : (ring, lanes)
-        Minimum speed of all impacts, and of those without acceleration toward the stop.
-    """
+    """A ring buffer of the last half periods of one or more lanes."""
 
     states: Floats
+    """(ring, 2 N, lanes) The states at the ends of the half periods."""
     impacts: Floats
+    """(ring, 2, lanes) For each half period and stop, the number of impacts."""
     held: Floats
+    """(ring, 2, lanes) For each half period and stop, 1 if the contact has rested."""
     min_speed: Floats
+    """(ring, lanes) Minimum speed of all impacts."""
     min_unpressed_speed: Floats
+    """(ring, lanes) Minimum speed of the impacts without acceleration toward the stop."""
 
 
 def stroboscopic_history(blocks: int, max_period: int, lanes: int = 1) -> StroboscopicHistory:
@@ -160,33 +155,22 @@ def impacts_of_two(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tupl
 
 
 class ReturnSearch(NamedTuple):
-    """Arguments and results of `nearest_returns`, one number for each lane.
-
-    Attributes
-    ----------
-    bound : (lanes,)
-        Distance that counts as a return, negative for none; overwritten.
-    relevant : (lanes,)
-        Distance above which `nearest` need not be accurate.
-    known : (lanes,)
-        Half periods of the lane in the ring. A return after m half periods needs 4 m of them.
-    mirrored : (lanes,)
-        1 if odd numbers of half periods are returns, too (`Stops.symmetric`), else 0.
-    length : (lanes,)
-        Receives the smallest number of half periods after which the lane has returned, 0 if it has not.
-    nearest : (lanes,)
-        Receives the minimum distance, if it is at most `relevant`.
-    distance : (lanes,)
-        Scratch.
-    """
+    """Arguments and results of `nearest_returns`, one number for each lane."""
 
     bound: Floats
+    """(lanes,) Distance that counts as a return, negative for none; overwritten."""
     relevant: Floats
+    """(lanes,) Distance above which `nearest` need not be accurate."""
     known: Floats
+    """(lanes,) Half periods of the lane in the ring. A return after m half periods needs 4 m of them."""
     mirrored: Floats
+    """(lanes,) 1 if odd numbers of half periods are returns, too (`Stops.symmetric`), else 0."""
     length: Floats
+    """(lanes,) Receives the smallest number of half periods after which the lane has returned, 0 if it has not."""
     nearest: Floats
+    """(lanes,) Receives the minimum distance, if it is at most `relevant`."""
     distance: Floats
+    """(lanes,) Scratch."""
 
 
 @kernel

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -14,24 +12,21 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, UNDECIDED, Workspace
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
 
 
 class HalfPeriod(NamedTuple):
-    """The state at the start of a half period, so that it can be repeated.
-
-    Attributes
-    ----------
-    state : (N, 2)
-    resting : (N - 1, 2)
-    cursor : (4,)
-    floats : (6,)
-    """
+    """The state at the start of a half period, so that it can be repeated."""
 
     state: Floats
+    """(N, 2) The free state."""
     resting: Floats
+    """(N - 1, 2) The held state."""
     cursor: Integers
+    """(4,) As in `workspace.Workspace`."""
     floats: Floats
+    """(6,) The first three entries of `near`, `HeldProblem.since`, and the number of undecided events."""
 
 
 def half_period(blocks: int) -> HalfPeriod:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -14,28 +13,23 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
+from grazemap_core.records import NamedTuple
 
 TURN_LOW = 2.4492935982947064e-16
 """2 pi minus its rounding to a double."""
 
 
 class Moments(NamedTuple):
-    """Times at which a motion is sampled, each array of shape (n,).
-
-    Attributes
-    ----------
-    row : ndarray of int
-        The last event at or before each time.
-    half : ndarray of int
-        Even half periods.
-    within, angle : ndarray
-        Time since the start of these half periods, and the corresponding angle of the forcing.
-    """
+    """Times at which a motion is sampled, each array of shape (n,)."""
 
     row: Integers
+    """The last event at or before each time."""
     half: Integers
+    """Even half periods."""
     within: Floats
+    """Time since the start of these half periods."""
     angle: Floats
+    """The corresponding angle of the forcing."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
