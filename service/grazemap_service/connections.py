@@ -1,7 +1,7 @@
 """The server and its bounds on connections, so that clients that neither send nor read do not keep others out.
 
-The bounds are options of uvicorn and of the kernel; the time in which a body arrives is one of `request_body`. What only
-a proxy can bound, connections on which no whole request head arrives, is left to one: see docs/nginx.conf.
+The bounds are options of uvicorn and of the kernel; `request_body` has the time in which a body arrives. What only a
+proxy can bound, connections on which no whole request head arrives, is left to one: see docs/nginx.conf.
 """
 
 from __future__ import annotations

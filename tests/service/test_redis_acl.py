@@ -21,7 +21,6 @@ from watching import until
 from grazemap_service.app import create_app
 from grazemap_service.redis_server import find_redis_server
 from grazemap_service.settings import Settings
-from grazemap_worker.store import Store
 from grazemap_worker.store.connection import script_text
 from grazemap_worker.store.keys import EVENTS_CHANNEL
 
