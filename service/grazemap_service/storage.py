@@ -139,7 +139,7 @@ def _write(redis: Redis, command: str, running: str, status: str) -> None:
     refused = 0
     while True:
         try:
-            redis.execute_command(command)
+            redis.execute_command(command)  # type: ignore[no-untyped-call]
             break
         except ResponseError:
             found = redis.info("persistence")
