@@ -10,17 +10,13 @@ import socket
 import sys
 
 import structlog
-import uvicorn
 from pydantic import ValidationError
 
 from grazemap_service.app import create_app
-from grazemap_service.connections import bounded
+from grazemap_service.connections import bounded_server
 from grazemap_service.settings import Settings, SettingsError
 from grazemap_worker.logs import configure
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
-
-# Seconds for answers in progress when asked to stop; event streams do not end by themselves.
-GRACE_SECONDS = 2
 
 
 def main() -> int:
@@ -36,16 +32,7 @@ def main() -> int:
         sys.stderr.write(f"grazemap_service: cannot listen: {error}\n")
         return 1
     configure(settings.log_level)
-    server = uvicorn.Server(
-        uvicorn.Config(
-            create_app(settings),
-            http=bounded(),
-            log_config=None,
-            access_log=False,
-            server_header=False,
-            timeout_graceful_shutdown=GRACE_SECONDS,
-        )
-    )
+    server = bounded_server(create_app(settings), listener)
     structlog.get_logger("grazemap_service").info("listening", address=str(listener.getsockname()))
     server.run(sockets=[listener])
     return 0 if server.started else 1

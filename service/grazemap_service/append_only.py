@@ -1,21 +1,24 @@
-"""The append-only file of a Redis server: its parts, what is damaged in them, and its repair.
+"""The append-only file of a Redis server: its parts, and the repair of a damaged end.
 
 From Redis 7 on it has several parts, which a manifest lists; before, it was one file. A power cut can leave a part with
-a tail of zeros, of garbage or of half a command. The server's own check says how much of a part is intact, and whatever
-follows that is cut off, later parts included: the data are those of an earlier moment.
+a tail of zeros, of garbage or of half a command; the server itself mends the last of these alone. Its check says how
+much of a part is intact. Whatever follows is cut off, later parts included: the data are those of an earlier moment.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import NamedTuple
 
 MANIFEST = "appendonlydir/appendonly.aof.manifest"
 SINGLE_FILE = "appendonly.aof"
+SNAPSHOTS = (b"REDIS", b"VALKEY")
+"""What a snapshot begins with, which the server's check of an append-only file does not always know."""
 KEPT = "damaged"
 """The folder, beside the file, of the originals of damaged parts."""
 MOST_KEPT = 3
@@ -25,79 +28,55 @@ class StorageError(RuntimeError):
     """The data folder cannot be used as asked; the message is for users."""
 
 
-def listed(manifest: str) -> dict[str, str]:
-    """Return the names of the parts in a manifest, in the order in which they are read, each with its line."""
-    lines = (line.split() for line in manifest.splitlines() if line.startswith("file "))
-    return {words[1]: " ".join(words) for words in lines if words[-1] != "h"}  # history, which is not read
+class Repair(NamedTuple):
+    """The first damaged part, how many bytes were cut off, and the folder with the originals."""
+
+    file: Path
+    lost_bytes: int
+    original: Path
 
 
 def parts(folder: Path) -> list[Path]:
     """Return the parts of the append-only file in a folder, in the order in which the server reads them.
 
-    Raises
-    ------
-    StorageError
-        The manifest lists none.
+    Raises StorageError where the manifest lists none.
     """
     manifest, paths = folder / MANIFEST, [folder / SINGLE_FILE]
     if manifest.is_file():
-        paths = [manifest.with_name(name) for name in listed(manifest.read_text("utf-8", "replace"))]
+        lines = [line.split() for line in manifest.read_text("utf-8", "replace").splitlines()]
+        # of type h: history, which is not read
+        paths = [manifest.with_name(words[1]) for words in lines if words[:1] == ["file"] and words[-1] != "h"]
         if not paths:
             raise StorageError(f"{manifest} is damaged, as it lists no file: restore a backup")
     return [path for path in paths if path.is_file()]
 
 
-def damage(folder: Path, program: Path) -> dict[Path, int]:
-    """Return the damaged part, with the number of its first bytes that are intact, and with 0 all parts after it.
+def repair(folder: Path, program: Path) -> Repair | None:
+    """Cut off the damaged end of the append-only file in a folder, after copying it; None: nothing is damaged.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the append-only file.
-    program : Path
-        The server, which is also the tool that checks.
-
-    Raises
-    ------
-    StorageError
-        The check fails.
+    `program` is the server, which is also the tool that checks. Raises StorageError where the file cannot be checked or
+    copied, for example on a full disk; then nothing is cut off.
     """
-    found: dict[Path, int] = {}
+    intact: dict[Path, int] = {}
     for part in parts(folder):
-        intact = 0 if found else _intact(part, program)
-        if intact < part.stat().st_size:
-            found[part] = intact
-    return found
-
-
-def cut(damaged: Mapping[Path, int]) -> int:
-    """Cut off what is damaged; return how many bytes that are."""
-    lost = 0
-    for part, intact in damaged.items():
-        lost += part.stat().st_size - intact
-        with part.open("r+b") as stream:
-            stream.truncate(intact)
-    return lost
-
-
-def keep(folder: Path, damaged: Mapping[Path, int]) -> Path:
-    """Copy damaged parts into a new folder and return it; of such folders the last `MOST_KEPT` remain.
-
-    Raises
-    ------
-    StorageError
-        The copies cannot be written, for example on a full disk.
-    """
+        length = 0 if intact else _intact(part, program)
+        if length < part.stat().st_size:
+            intact[part] = length
+    if not intact:
+        return None
     kept = folder / KEPT / f"{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}"
     try:
         kept.mkdir(parents=True)
         for old in sorted(kept.parent.iterdir())[:-MOST_KEPT]:
             shutil.rmtree(old)
-        for part in damaged:
+        for part in intact:
             shutil.copy2(part, kept)
     except OSError as error:
         raise StorageError(f"{kept} cannot have copies of the damaged files: {error.strerror}") from None
-    return kept
+    lost = sum(part.stat().st_size - length for part, length in intact.items())
+    for part, length in intact.items():
+        os.truncate(part, length)
+    return Repair(next(iter(intact)), lost, kept)
 
 
 def _intact(part: Path, program: Path) -> int:
@@ -105,6 +84,9 @@ def _intact(part: Path, program: Path) -> int:
     size = part.stat().st_size
     if not size:
         return 0  # as of a new folder; checks of some versions refuse it
+    with part.open("rb") as stream:
+        if stream.read(6).startswith(SNAPSHOTS):
+            raise StorageError(f"{part} is a snapshot, of which no end can be cut off")
     # a server is the check when it is called by this name, Valkey too
     command = ["redis-check-aof", str(part)]
     done = subprocess.run(command, executable=program, capture_output=True, text=True, errors="replace", check=False)

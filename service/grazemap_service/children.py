@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import signal
@@ -15,12 +16,14 @@ from typing import IO
 
 import structlog
 
-from grazemap_service.liveness import Liveness
+from grazemap_worker.liveness import Liveness
 from grazemap_worker.parent_death import tied
+from grazemap_worker.restarts import Restarts
+from grazemap_worker.watchdog import WatchdogSocket
 
-# A child that lived this long is not part of a crash loop; others wait 0.2, 0.4, ... s before the next start.
-HEALTHY_SECONDS = 10.0
-LONGEST_WAIT = 5.0
+# After the first message of a child, so many seconds without one. Children send one every two seconds, and wait for
+# Redis five seconds at most.
+SILENT_SECONDS = 20.0
 MOST_LOG_BYTES = 10_000_000
 _TAIL_BYTES = 4000
 
@@ -28,23 +31,33 @@ _TAIL_BYTES = 4000
 class Child(ABC):
     """A process that the stack watches.
 
-    Attributes
+    Parameters
     ----------
     name : str
+        What it is called in logs.
     log : Path
         The file to which it appends what it says; it has at most about `MOST_LOG_BYTES`, and `.1` what was before.
-    deaths : int
-        Number of recent deaths.
+    inherited : sequence of int
+        Open file descriptors that it keeps.
+    silent_seconds, first_seconds : float
+        How long it may give no sign of life, after the first one and before. A start may take long.
     """
 
-    name: str
-    log: Path
-    deaths = 0
-    _inherited: tuple[int, ...] = ()
     _process: subprocess.Popen[bytes] | None = None
-    _started = 0.0
-    _not_before = 0.0
+    _liveness: Liveness | None = None
     _up = False
+
+    def __init__(
+        self,
+        name: str,
+        log: Path,
+        inherited: Sequence[int] = (),
+        silent_seconds: float = math.inf,
+        first_seconds: float = math.inf,
+    ) -> None:
+        self.name, self.log, self.restarts = name, log, Restarts()
+        self._inherited = tuple(inherited)
+        self._silent_seconds, self._first_seconds = silent_seconds, first_seconds
 
     @property
     def running(self) -> bool:
@@ -63,8 +76,12 @@ class Child(ABC):
 
     def start(self) -> None:
         """Start it; does not wait."""
-        self._started, self._up = time.monotonic(), True
+        self._up = True
+        self.restarts.started()
         self._process = self._spawned()
+        self._liveness = Liveness(
+            self._process.pid, silent_seconds=self._silent_seconds, first_seconds=self._first_seconds
+        )
 
     def look(self) -> bool:
         """Start it again if it ended and its pause is over. Returns whether this call noticed its end."""
@@ -72,13 +89,11 @@ class Child(ABC):
         self.end_if_hung()
         if self.running:
             return False
-        now = time.monotonic()
         if self._up:
             self._up = False
-            self.deaths = 1 if now - self._started > HEALTHY_SECONDS else self.deaths + 1
-            self._not_before = now + (min(LONGEST_WAIT, 0.1 * 2**self.deaths) if self.deaths > 1 else 0.0)
+            self.restarts.ended()
             return True
-        if now >= self._not_before:
+        if self.restarts.due:
             self.start()
         return False
 
@@ -99,13 +114,15 @@ class Child(ABC):
 
     def end_if_hung(self) -> None:
         """Kill it if it lives but no longer responds; what it has started ends with it."""
-        if self._process is not None and self.running and (reason := self.hangs()):
+        if self._process is None or self._liveness is None or not self.running:
+            return
+        if reason := self._liveness.hangs(heard=self.heard()):
             structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
             self._process.kill()
 
     @abstractmethod
-    def hangs(self) -> str:
-        """Return why it counts as hung; empty if it does not. It is called several times a second while it runs."""
+    def heard(self) -> bool:
+        """Return whether it gave a sign of life since the last call; called several times a second while it runs."""
 
     @abstractmethod
     def last_words(self) -> str:
@@ -143,18 +160,14 @@ class PythonChild(Child):
 
     Parameters
     ----------
-    name : str
-        Of the child and its log file.
+    name, log, inherited
+        As `Child`; stdout and stderr are appended to the log.
     command : sequence of str
         The program and its arguments.
     environment : mapping
         The whole environment of the child.
-    log : Path
-        The file for its stdout and stderr.
-    liveness : Liveness
+    watchdog : WatchdogSocket
         Where the child says that it goes on.
-    inherited : sequence of int
-        Open file descriptors that the child keeps.
     """
 
     def __init__(
@@ -163,34 +176,31 @@ class PythonChild(Child):
         command: Sequence[str],
         environment: Mapping[str, str],
         log: Path,
-        liveness: Liveness,
+        watchdog: WatchdogSocket,
         inherited: Sequence[int] = (),
     ) -> None:
-        self.name = name
+        super().__init__(name, log, inherited, silent_seconds=SILENT_SECONDS)
         self._command = list(command)
-        self._environment = {**environment, **liveness.environment}
-        self._liveness = liveness
-        self.log = log
-        self._inherited = tuple(inherited)
+        self._environment = {**environment, **watchdog.environment}
+        self._watchdog = watchdog
 
-    def hangs(self) -> str:
-        """As `Child.hangs`: it is stopped, or no longer says that it goes on."""
-        return self._liveness.hangs()
+    def heard(self) -> bool:
+        """As `Child.heard`: it has said that it goes on."""
+        return self._watchdog.heard()
 
     def end(self, deadline: float) -> None:
         """Wait for its end until `deadline` (monotonic seconds), then kill it."""
         super().end(deadline)
-        self._liveness.close()
+        self._watchdog.close()
 
     def last_words(self) -> str:
         """Return the end of its log."""
         return tail(self.log, 15)
 
     def _spawned(self) -> subprocess.Popen[bytes]:
+        self._watchdog.heard()  # of one that was there before
         with self.log.open("ab") as output:
-            process = self._popen(self._command, output, signal.SIGKILL, self._environment)
-        self._liveness.begin(process.pid)
-        return process
+            return self._popen(self._command, output, signal.SIGKILL, self._environment)
 
 
 def bound_log(log: Path) -> None:

@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.keys import Keys
 from grazemap_service.problems import ProblemException, response_of
-from grazemap_service.request_body import BodyLimit, Draining, FramingCheck
+from grazemap_service.request_body import BodyLimit, Draining
 from grazemap_service.settings import Settings, is_loopback
 
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
@@ -48,7 +48,6 @@ def install(app: FastAPI, settings: Settings) -> None:
             expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
         )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
-    app.add_middleware(FramingCheck)
     app.add_middleware(Pieces)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(Draining)

@@ -25,7 +25,6 @@ from grazemap_service import append_only
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
-from grazemap_worker.progress import Progress
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
@@ -33,14 +32,15 @@ OLDEST_VERSION = (6, 2)
 _PARTS_SINCE = (7, 0)
 # Longer paths of unix sockets are truncated silently.
 LONGEST_SOCKET_PATH = 100
-START_SECONDS = 30.0
+SOCKET_LINK = "socket"
+"""In the data folder, where the socket of its server is."""
 STOP_SECONDS = 2.0
-# Interval and time limit of checks whether the server answers. So many checks in a row may fail, because it stops to
-# fork, and so many at the start, while it reads its data.
+# Interval and time limit of checks whether the server answers. For so long none may succeed, because it stops to fork,
+# and for so long at the start, while it reads its data.
 PING_SECONDS = 3.0
 ANSWER_SECONDS = 1.0
-MOST_UNANSWERED = 10
-MOST_UNANSWERED_AT_FIRST = 200
+SILENT_SECONDS = 30.0
+FIRST_SECONDS = 600.0
 
 
 class NoRedisError(RuntimeError):
@@ -92,8 +92,8 @@ class RedisServer(Child):
         The server's program; left out: `find_redis_server`.
     inherited : sequence of int
         File descriptors that the server keeps open, of locks that must be held as long as it runs.
-    most_unanswered : int
-        Number of failed checks in a row, after a first answer, until it is killed. It may hang for ever, for example
+    silent_seconds : float
+        How long no check may succeed, after a first answer, until it is killed. It may hang for ever, for example
         while it reports its own crash.
     most_memory : int
         Bytes of memory; over them writes are refused. 0: any number.
@@ -104,27 +104,23 @@ class RedisServer(Child):
         Whether it has answered since its start.
     """
 
-    name = "redis"
     has_answered = False
-    _unanswered = 0
     _next_ping = 0.0
-    _progress: Progress | None = None
 
     def __init__(
         self,
         data_folder: Path,
         program: Path | None = None,
         inherited: Sequence[int] = (),
-        most_unanswered: int = MOST_UNANSWERED,
+        silent_seconds: float = SILENT_SECONDS,
         most_memory: int = 0,
     ) -> None:
         self._data_folder = data_folder
-        self.log = data_folder / "redis.log"
         self._program = program or find_redis_server()
-        self._most_unanswered = most_unanswered
         self._most_memory = most_memory
         self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
-        self._inherited = (*inherited, self._folder.fileno())
+        inherited = (*inherited, self._folder.fileno())
+        super().__init__("redis", data_folder / "redis.log", inherited, silent_seconds, FIRST_SECONDS)
         self.socket = self._folder.path / "redis.sock"
 
     @property
@@ -150,9 +146,11 @@ class RedisServer(Child):
             raise NoRedisError(f"{self._data_folder} is of a Redis {oldest} or newer, and {self._program} is older.")
         if self._refused:
             self._repair()
-        self.has_answered, self._unanswered = False, 0
+        link = self._data_folder / SOCKET_LINK
+        link.unlink(missing_ok=True)
+        link.symlink_to(self.socket)
+        self.has_answered = False
         super().start()
-        self._progress = Progress(self._process.pid) if self._process is not None else None
 
     @property
     def _refused(self) -> bool:
@@ -161,14 +159,13 @@ class RedisServer(Child):
 
     def _repair(self) -> None:
         """Cut off the damaged end of the append-only file, after copying it, and log how much that was."""
-        damaged = append_only.damage(self._data_folder, self._program)
-        if damaged:
-            kept = append_only.keep(self._data_folder, damaged)
+        done = append_only.repair(self._data_folder, self._program)
+        if done is not None:
             structlog.get_logger("grazemap_service.stack").warning(
                 "the append-only file is damaged, its end is cut off",
-                file=str(next(iter(damaged))),
-                lost_bytes=append_only.cut(damaged),
-                original=str(kept),
+                file=str(done.file),
+                lost_bytes=done.lost_bytes,
+                original=str(done.original),
             )
 
     def _spawned(self) -> subprocess.Popen[bytes]:
@@ -194,7 +191,7 @@ class RedisServer(Child):
         # SIGTERM, so that it writes its data before it ends when its parent dies.
         return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM, environment)
 
-    def wait(self, timeout: float = START_SECONDS) -> None:
+    def wait(self, timeout: float = FIRST_SECONDS) -> None:
         """Wait until the server answers; a start that fails is repeated once, after a repair.
 
         Raises
@@ -232,18 +229,14 @@ class RedisServer(Child):
             except OSError:
                 return False
 
-    def hangs(self) -> str:
-        """As `Child.hangs`: it is stopped, or has not answered too many checks, which are some seconds apart."""
-        if self._progress is not None and self._progress.hangs(computing=False):
-            return "it is stopped"
-        if time.monotonic() >= self._next_ping:
-            if self.answers(ANSWER_SECONDS):
-                self.has_answered, self._unanswered = True, 0
-            else:
-                self._unanswered += 1
-            self._next_ping = time.monotonic() + PING_SECONDS
-        silent = self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST)
-        return "it does not answer" if silent else ""
+    def heard(self) -> bool:
+        """As `Child.heard`: it has answered a check, which are some seconds apart."""
+        if time.monotonic() < self._next_ping:
+            return False
+        answered = self.answers(ANSWER_SECONDS)
+        self.has_answered |= answered
+        self._next_ping = time.monotonic() + PING_SECONDS
+        return answered
 
     def ask_to_stop(self) -> None:
         """Do nothing yet: it ends last, after the processes that use it."""

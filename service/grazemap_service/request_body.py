@@ -1,4 +1,4 @@
-"""The body of a request: its end, its limit, and how it becomes JSON.
+"""The body of a request: its end, its limits of bytes and of time, and how it becomes JSON.
 
 JSON is taken as application/json only, in UTF-8, not too deep, without a name twice and with few names.
 
@@ -9,13 +9,14 @@ models refuse them with the field's name.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Coroutine
 from typing import Any
 
 import anyio
 from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -26,6 +27,8 @@ from grazemap_service.problems import BODY_MODEL, ProblemException, response_of
 _PARSED_AT_ONCE = 1 << 16
 # Objects of requests have about ten names at most; each unknown name would be reported.
 _MOST_NAMES = 100
+# Seconds for a body to arrive, from its request's head on.
+REQUEST_SECONDS = 30.0
 # What is still read of a body after its answer, in bytes and seconds.
 _MOST_DRAINED = 16 << 20
 _DRAIN_SECONDS = 5.0
@@ -35,7 +38,7 @@ class Draining:
     """Ends an answer only after the rest of the request's body, so that clients that send it first read the answer.
 
     A connection that is closed while a client sends is reset, and the client may never see the answer. Of a body that
-    goes on for long only a part is read.
+    goes on for long only a part is read; the connection is closed in any case.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -56,6 +59,8 @@ class Draining:
             return message
 
         async def after_the_body(message: Message) -> None:
+            if message["type"] == "http.response.start" and not ended:
+                MutableHeaders(scope=message)["Connection"] = "close"
             if message["type"] == "http.response.body" and not message.get("more_body", False) and not ended:
                 await send({**message, "more_body": True})
                 message, left = {"type": "http.response.body", "body": b""}, _MOST_DRAINED
@@ -67,59 +72,52 @@ class Draining:
         await self.app(scope, noted, after_the_body)
 
 
-class FramingCheck:
-    """Refuses Content-Length with Transfer-Encoding: a proxy may see another end of such a body (RFC 9112 6.3)."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self.app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it and close the connection."""
-        if scope["type"] == "http":
-            headers = Headers(scope=scope)
-            if "content-length" in headers and "transfer-encoding" in headers:
-                detail = "Content-Length and Transfer-Encoding are both given; send one of them."
-                problem = ProblemException("bad-request", detail, headers={"Connection": "close"})
-                await response_of(problem)(scope, receive, send)
-                return
-        await self.app(scope, receive, send)
-
-
 class BodyLimit:
-    """Refuses a body over the limit: by its Content-Length before reading, else as soon as it is exceeded."""
+    """Refuses a body that is over the limit, ambiguous in its end, or late.
+
+    A length is refused before the body is read, a longer body as soon as it is over the limit. Of a body with
+    Content-Length and Transfer-Encoding a proxy may see another end (RFC 9112 6.3).
+    """
 
     def __init__(self, app: ASGIApp, limit: int) -> None:
         self.app = app
         self.limit = limit
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on with its body counted, or refuse it."""
+        """Pass the request on with its body counted and timed, or refuse it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        declared = Headers(scope=scope).get("content-length", "")
+        headers = Headers(scope=scope)
+        declared = headers.get("content-length", "")
+        if declared and "transfer-encoding" in headers:
+            detail = "Content-Length and Transfer-Encoding are both given; send one of them."
+            await response_of(ProblemException("bad-request", detail))(scope, receive, send)
+            return
         # the digits are counted first: int() refuses thousands of them
         if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
-            await response_of(self._problem())(scope, receive, send)
+            await response_of(self._too_large())(scope, receive, send)
             return
-        received = 0
+        received, due = 0, anyio.current_time() + REQUEST_SECONDS
 
         async def counted() -> Message:
-            nonlocal received
-            message = await receive()
+            nonlocal received, due
+            with anyio.CancelScope(deadline=due) as waiting:
+                message = await receive()
+            if waiting.cancelled_caught:
+                raise ProblemException("bad-request", f"The body has not arrived within {REQUEST_SECONDS:g} s.")
             if message["type"] == "http.request":
                 received += len(message.get("body", b""))
                 if received > self.limit:
-                    raise self._problem()
+                    raise self._too_large()
+            if not message.get("more_body", False):
+                due = math.inf  # from now on it is the client's end that is waited for
             return message
 
         await self.app(scope, counted, send)
 
-    def _problem(self) -> ProblemException:
-        # closing the connection saves the transfer of the rest of a long body
-        return ProblemException(
-            "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
-        )
+    def _too_large(self) -> ProblemException:
+        return ProblemException("body-too-large", f"The body is over {self.limit} bytes.")
 
 
 class JsonRequest(Request):

@@ -30,7 +30,6 @@ from redis.exceptions import RedisError
 from grazemap.module_command import module_command
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
-from grazemap_service.liveness import Liveness
 from grazemap_service.redis_server import LONGEST_SOCKET_PATH, NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
@@ -38,6 +37,7 @@ from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
 from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text
 from grazemap_worker.store import Store, connect
+from grazemap_worker.watchdog import WatchdogSocket
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
@@ -120,8 +120,8 @@ class Stack:
         self._sockets = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/service"))
         for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
             inherited, own = ((listening,), environment | keys) if name == "service" else ((), environment)
-            command, liveness = module_command(module), Liveness(self._sockets.path / name)
-            self._children.append(PythonChild(name, command, own, data / f"{name}.log", liveness, inherited))
+            command, watchdog = module_command(module), WatchdogSocket(self._sockets.path / name)
+            self._children.append(PythonChild(name, command, own, data / f"{name}.log", watchdog, inherited))
 
     @property
     def missing(self) -> str:
@@ -160,9 +160,9 @@ class Stack:
                 continue
             if not self._ready:
                 refused = isinstance(child, PythonChild) and child.status == USAGE_ERROR
-                if refused or child.deaths >= _MOST_EARLY_DEATHS:
+                if refused or child.restarts.deaths >= _MOST_EARLY_DEATHS:
                     raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
-            self._log.warning("child ended, starting it again", child=child.name, deaths=child.deaths)
+            self._log.warning("child ended, starting it again", child=child.name, deaths=child.restarts.deaths)
             self._uncounted.append("ended:supervisor" if child.name == "workers" else f"ended:{child.name}")
         self._count()
 

@@ -1,34 +1,39 @@
 """`python -m grazemap_service.storage repair | backup | restore`: a stack's data folder, kept and mended.
 
-A backup is a tar archive of the append-only file. It is made of open files, so that a server which writes meanwhile, or
-replaces the file by a shorter one, does not disturb it: at most the last command in it is incomplete.
+A backup is a snapshot of the embedded Redis, which it makes at one moment, also while a stack runs on the folder.
 """
 
 from __future__ import annotations
 
 import argparse
 import fcntl
-import io
 import os
 import shutil
 import sys
-import tarfile
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import TextIO
+
+from redis import Redis
+from redis.exceptions import RedisError, ResponseError
 
 from grazemap_service import append_only
-from grazemap_service.append_only import MANIFEST, SINGLE_FILE, StorageError
-from grazemap_service.redis_server import NoRedisError, find_redis_server
+from grazemap_service.append_only import SINGLE_FILE, SNAPSHOTS, StorageError
+from grazemap_service.redis_server import SOCKET_LINK, NoRedisError, RedisServer, find_redis_server
+from grazemap_worker.store import connect
 
 REDIS = "redis"
 """The folder of the embedded Redis in a data folder."""
 _LOCK = "lock"
-# Attempts to open the parts before the server, which has made new ones, removes them.
-_ATTEMPTS = 10
+# The file in it to which Redis writes a snapshot.
+_SNAPSHOT = "dump.rdb"
+_POLL_SECONDS = 0.05
+# Refusals to write a file while no other one is written, which may just have been finished.
+_MOST_REFUSED = 20
 
 
 def opened_lock(data: Path) -> TextIO:
@@ -52,36 +57,32 @@ def locked(lock: TextIO) -> bool:
 def repair(data: Path) -> str:
     """Cut off the damaged end of the append-only file, after copying it; return a sentence that says what was done."""
     with _alone(_existing(data)):
-        redis = data / REDIS
-        damaged = append_only.damage(redis, find_redis_server())
-        if not damaged:
-            return f"{data}: nothing is damaged"
-        kept, lost = append_only.keep(redis, damaged), append_only.cut(damaged)
-        return f"{next(iter(damaged))} is damaged: {lost} bytes are cut off; the original is in {kept}"
+        done = append_only.repair(data / REDIS, find_redis_server())
+    if done is None:
+        return f"{data}: nothing is damaged"
+    return f"{done.file} is damaged: {done.lost_bytes} bytes are cut off; the original is in {done.original}"
 
 
 def backup(data: Path, output: Path) -> str:
-    """Write the data of a folder into a tar archive, also while a stack runs on it; return a sentence about it."""
+    """Write a snapshot of the data of a folder, also while a stack runs on it; return a sentence about it."""
     partial = output.with_name(f"{output.name}.part")
-    with ExitStack() as opened:
-        files = _opened_parts(_existing(data) / REDIS, opened)
+    snapshot = _existing(data) / REDIS / _SNAPSHOT
+    with _redis_of(data) as redis:
+        _write(redis, "BGSAVE", "rdb_bgsave_in_progress", "rdb_last_bgsave_status")
         try:
-            with partial.open("wb") as target, tarfile.open(fileobj=target, mode="w") as archive:
+            with snapshot.open("rb") as source, partial.open("wb") as target:
                 os.fchmod(target.fileno(), 0o600)
-                for name, stream in files.items():
-                    entry = tarfile.TarInfo(name)
-                    entry.mode, entry.size = 0o600, stream.seek(0, os.SEEK_END)
-                    stream.seek(0)
-                    archive.addfile(entry, stream)
-                archive.close()
+                shutil.copyfileobj(source, target)
+                target.flush()
                 os.fsync(target.fileno())
             partial.replace(output)
         finally:
             partial.unlink(missing_ok=True)
+            snapshot.unlink(missing_ok=True)
     return f"{output}: {output.stat().st_size} bytes"
 
 
-def restore(archive: Path, data: Path, force: bool = False) -> str:
+def restore(file: Path, data: Path, force: bool = False) -> str:
     """Make a data folder of a backup; return a sentence about it. With `force` the folder of before is renamed."""
     replaced = data.exists() and any(data.iterdir())
     if replaced and not force:
@@ -89,11 +90,8 @@ def restore(archive: Path, data: Path, force: bool = False) -> str:
     data.parent.mkdir(parents=True, exist_ok=True)
     new = Path(tempfile.mkdtemp(prefix=f"{data.name}.restored-", dir=data.parent))
     try:
-        _extract(archive, new / REDIS)
-        left_out = append_only.cut(append_only.damage(new / REDIS, find_redis_server()))
-        said = f"{data}: restored from {archive}"
-        if left_out:
-            said += f"; its last {left_out} bytes are no whole command and are left out"
+        _load(file, new / REDIS)
+        said = f"{data}: restored from {file}"
         if replaced:
             aside = data.with_name(f"{data.name}.before-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}")
             with _alone(data):
@@ -114,6 +112,18 @@ def _alone(data: Path) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def _redis_of(data: Path) -> Iterator[Redis]:
+    """Yield a client of the Redis of a data folder: of the one that runs, else of one that runs for this block."""
+    with opened_lock(data) as lock:
+        if locked(lock):
+            with RedisServer(data / REDIS, inherited=(lock.fileno(),)) as server, connect(server.url) as redis:
+                yield redis
+        else:
+            with connect(f"unix://{(data / REDIS / SOCKET_LINK).readlink()}") as redis:
+                yield redis
+
+
 def _existing(data: Path) -> Path:
     """Return a data folder that has an append-only file. Raises StorageError for another."""
     if not append_only.parts(data / REDIS):
@@ -121,44 +131,42 @@ def _existing(data: Path) -> Path:
     return data
 
 
-def _opened_parts(folder: Path, opened: ExitStack) -> dict[str, BinaryIO]:
-    """Return the files of an append-only file by their names, open.
+def _write(redis: Redis, command: str, running: str, status: str) -> None:
+    """Have Redis write a file, after another one that it writes, and wait until it has.
 
-    The server appends to the last part alone, and makes new files in place of old ones: those in one manifest belong
-    together, even if they are removed meanwhile. Raises StorageError where one is missing.
+    `running` and `status` are the fields of INFO that say so. Raises StorageError.
     """
-    manifest = folder / MANIFEST
-    for _ in range(_ATTEMPTS):
+    refused = 0
+    while True:
         try:
-            if not manifest.exists():
-                return {SINGLE_FILE: opened.enter_context((folder / SINGLE_FILE).open("rb"))}
-            read = append_only.listed(manifest.read_text("utf-8"))
-            files: dict[str, BinaryIO] = {MANIFEST: io.BytesIO("".join(f"{line}\n" for line in read.values()).encode())}
-            for name in read:
-                path = manifest.with_name(name)
-                files[str(path.relative_to(folder))] = opened.enter_context(path.open("rb"))
-            return files
-        except FileNotFoundError:  # replaced meanwhile
-            continue
-    raise StorageError(f"{manifest} lists files that are missing: restore a backup")
+            redis.execute_command(command)  # type: ignore[no-untyped-call]
+            break
+        except ResponseError:
+            found = redis.info("persistence")
+            refused += not (found["rdb_bgsave_in_progress"] or found["aof_rewrite_in_progress"])
+            if refused > _MOST_REFUSED:
+                raise
+        time.sleep(_POLL_SECONDS)
+    while (found := redis.info("persistence"))[running]:
+        time.sleep(_POLL_SECONDS)
+    if found[status] != "ok":
+        raise StorageError("Redis cannot write, for example as its disk is full: its log says why")
 
 
-def _extract(archive: Path, folder: Path) -> None:
-    """Write the files of a backup into a new folder. Raises StorageError where it is none."""
-    allowed = {Path(MANIFEST).parent, Path(SINGLE_FILE).parent}
+def _load(file: Path, folder: Path) -> None:
+    """Make the folder of a Redis of a backup, which the server checks as it reads it. Raises StorageError."""
+    with file.open("rb") as stream:
+        if not stream.read(6).startswith(SNAPSHOTS):
+            raise StorageError(f"{file} is not a backup")
+    folder.mkdir(mode=0o700)
+    # every version reads a snapshot as the beginning of its append-only file
+    shutil.copyfile(file, folder / SINGLE_FILE)
     try:
-        with tarfile.open(archive) as entries:
-            for entry in entries:
-                path, content = Path(entry.name), entries.extractfile(entry) if entry.isreg() else None
-                if content is None or path.parent not in allowed or not path.name.startswith(SINGLE_FILE):
-                    raise StorageError(f"{archive} is not a backup: it has {entry.name}")
-                (folder / path).parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-                with (folder / path).open("xb") as target:
-                    shutil.copyfileobj(content, target)
-    except (tarfile.TarError, EOFError) as error:
-        raise StorageError(f"{archive} is not a backup: {error}") from None
-    if not append_only.parts(folder):
-        raise StorageError(f"{archive} is not a backup: it has no append-only file")
+        with RedisServer(folder) as server, connect(server.url) as redis:
+            # from now on a file of commands
+            _write(redis, "BGREWRITEAOF", "aof_rewrite_in_progress", "aof_last_bgrewrite_status")
+    except (NoRedisError, StorageError) as error:
+        raise StorageError(f"{file} is not a backup that this Redis can read: {error}") from None
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -180,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 said = backup(data, given.file)
             case _:
                 said = restore(given.file, data, given.force)
-    except (StorageError, NoRedisError, OSError) as error:
+    except (StorageError, NoRedisError, RedisError, OSError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1
     sys.stdout.write(f"{said}\n")

@@ -115,7 +115,7 @@ def test_the_memory_of_its_redis_is_limited(stack: RunningStack) -> None:
 
 @pytest.mark.parametrize("answered", [True, False], ids=["once up", "before it was asked"])
 def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path, answered: bool) -> None:
-    server = RedisServer(tmp_path, most_unanswered=0)
+    server = RedisServer(tmp_path, silent_seconds=5.0)
     server.start()
     try:
         server.wait()

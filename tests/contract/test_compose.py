@@ -29,7 +29,9 @@ def test_no_container_has_more_rights_than_it_needs(name: str) -> None:
     assert service["security_opt"] == ["no-new-privileges:true"]
     assert service["read_only"] is True
     assert "start_period" in service["healthcheck"]
-    assert not any("PASSWORD" in str(value) for key, value in service["environment"].items() if key.endswith("_URL"))
+    assert not any(
+        "PASSWORD" in str(value) for key, value in service.get("environment", {}).items() if key.endswith("_URL")
+    )
     assert not any(entry.startswith("redis") for entry in service.get("ports", []))
 
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 import structlog
-import uvicorn
 from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
+from grazemap_service import request_body
 from grazemap_service.app import create_app
-from grazemap_service.connections import bounded
+from grazemap_service.connections import bounded_server
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
@@ -85,10 +85,7 @@ def described() -> dict[str, Any]:
 def running(settings: Settings, **bounds: Any) -> Iterator[str]:
     """Serve on a real socket and return the base URL."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        config = uvicorn.Config(
-            create_app(settings), http=bounded(**bounds), log_config=None, timeout_graceful_shutdown=1
-        )
-        server = uvicorn.Server(config)
+        server = bounded_server(create_app(settings), listener, **bounds)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         try:
@@ -115,10 +112,11 @@ def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
 
 
 @pytest.fixture
-def impatient_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
-    """A service that gives a request one second to arrive, and takes 20 connections."""
-    settings = Settings(redis_url=redis_server.url)
-    with running(settings, request_seconds=1.0, most_connections=20) as url:
+def impatient_url(redis_server: RedisServer, store: Store, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A service that gives a body one second to arrive, reads one second more of it, and takes 20 connections."""
+    monkeypatch.setattr(request_body, "REQUEST_SECONDS", 1.0)
+    monkeypatch.setattr(request_body, "_DRAIN_SECONDS", 1.0)
+    with running(Settings(redis_url=redis_server.url), most_connections=20) as url:
         yield url
 
 

@@ -15,11 +15,12 @@ import psutil
 import pytest
 from watching import until
 
-from grazemap_service import liveness
+from grazemap_service import children
 from grazemap_service.children import PythonChild
-from grazemap_service.liveness import Liveness
-from grazemap_worker import progress, watchdog
-from grazemap_worker.progress import Stopwatch
+from grazemap_worker import liveness, restarts, watchdog
+from grazemap_worker.liveness import Liveness, Stopwatch
+from grazemap_worker.restarts import Restarts
+from grazemap_worker.watchdog import WatchdogSocket
 
 BEATS = "import time\nfrom grazemap_worker.watchdog import beat\n"
 
@@ -29,13 +30,13 @@ Start = Callable[[str], PythonChild]
 @pytest.fixture
 def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     """Start a child that runs a program; it hangs after fewer seconds than usual."""
-    monkeypatch.setattr(liveness, "SILENT_SECONDS", 1.0)
-    monkeypatch.setattr(progress, "HUNG_SECONDS", 1.0)
+    monkeypatch.setattr(children, "SILENT_SECONDS", 1.0)
+    monkeypatch.setattr(liveness, "HUNG_SECONDS", 1.0)
     started: list[PythonChild] = []
     with tempfile.TemporaryDirectory() as folder:  # with a short name
 
         def begin(program: str) -> PythonChild:
-            watched = Liveness(Path(folder) / f"{len(started)}")
+            watched = WatchdogSocket(Path(folder) / f"{len(started)}")
             command = [sys.executable, "-c", program]
             started.append(PythonChild("child", command, os.environ, tmp_path / "log", watched))
             started[-1].start()
@@ -78,15 +79,54 @@ def test_a_child_that_goes_on_is_left_alone(start: Start) -> None:
 
 def test_a_pause_of_the_watcher_is_not_one_of_the_watched(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(liveness.time, "monotonic", lambda: now[0])
     stopwatch = Stopwatch()
     now[0] += 3600.0
-    assert stopwatch.look(reset=False) < liveness.SILENT_SECONDS / 2
+    assert stopwatch.look(reset=False) < children.SILENT_SECONDS / 2
     for _ in range(100):
         now[0] += 0.1
         seconds = stopwatch.look(reset=False)
     assert seconds == pytest.approx(13.0)
     assert stopwatch.look(reset=True) == 0.0
+
+
+def test_silence_counts_from_the_last_sign_and_is_longer_at_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(liveness.time, "monotonic", lambda: now[0])
+    watched = Liveness(os.getpid(), silent_seconds=5.0, first_seconds=20.0)
+
+    def seconds_until_it_hangs() -> float:
+        began = now[0]
+        while not watched.hangs():
+            now[0] += 0.1
+        return now[0] - began
+
+    assert seconds_until_it_hangs() == pytest.approx(20.0, abs=0.2)
+    assert not watched.hangs(heard=True)
+    assert seconds_until_it_hangs() == pytest.approx(5.0, abs=0.2)
+
+
+def test_one_that_ends_again_and_again_is_started_after_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(restarts.time, "monotonic", lambda: now[0])
+    ends = Restarts()
+
+    def pause(lived: float, *, blameless: bool = False) -> float:
+        ends.started()
+        now[0] += lived
+        ends.ended(blameless=blameless)
+        began = now[0]
+        while not ends.due:
+            now[0] += 0.01
+        return now[0] - began
+
+    assert pause(1.0) == 0.0  # the first time at once
+    assert [pause(1.0) for _ in range(6)] == pytest.approx([0.4, 0.8, 1.6, 3.2, 5.0, 5.0], abs=0.02)
+    assert ends.deaths == 7
+    assert pause(1.0, blameless=True) == 0.0
+    assert pause(1.0) == pytest.approx(0.4, abs=0.02)
+    assert pause(11.0) == 0.0
+    assert ends.deaths == 1
 
 
 @pytest.fixture

@@ -15,16 +15,14 @@ from urllib.parse import quote
 import pytest
 import redis
 import redis.exceptions
-import structlog
 from starlette.testclient import TestClient
 from watching import until
 
 from grazemap_service.app import create_app
 from grazemap_service.redis_server import find_redis_server
 from grazemap_service.settings import Settings
-from grazemap_worker.store import Store
 from grazemap_worker.store.connection import script_text
-from grazemap_worker.store.keys import EVENTS_CHANNEL, OLDER_PREFIXES
+from grazemap_worker.store.keys import EVENTS_CHANNEL
 
 ACL = Path(__file__).parents[2] / "docs" / "redis.acl"
 USERS = ("service", "worker")
@@ -50,7 +48,6 @@ CLASSES = (
     *("list", "pubsub", "read", "scripting", "set", "slow", "sortedset", "stream", "string", "transaction", "write"),
 )
 NEVER = ("admin", "bitmap", "dangerous", "geo", "hyperloglog")
-OLDER = OLDER_PREFIXES[-1]
 
 
 def script_names() -> list[str]:
@@ -193,21 +190,6 @@ def test_every_command_of_a_script_is_theirs(address: str, user: str) -> None:
         channel_or_key = ["grazemap:x"] if first or name == b"publish" else []
         arguments = [*channel_or_key, *["1"] * (abs(arity) - 1 - len(channel_or_key))]
         assert verdict(server, user, name.decode(), *arguments) == "OK", name
-
-
-def test_the_jobs_of_an_earlier_layout_are_taken_over_without_listing_keys(address: str) -> None:
-    server = client_of(address, "admin")
-    server.set(f"{OLDER}sequence", 1)
-    server.zadd(f"{OLDER}jobs", {"a": 1})
-    server.hset(f"{OLDER}job:a", mapping={"status": "accepted", "request": "{}"})
-    server.set(f"{OLDER}result:a:f", "bytes")
-    older = Store(client_of(address, "worker")).older_layouts
-    with structlog.testing.capture_logs() as logs:
-        assert older.abandoned() == [OLDER]
-        assert older.adopt(OLDER) == (1, 1)
-        assert older.abandoned() == []
-    assert [entry["prefix"] for entry in logs] == [OLDER]
-    assert server.exists(f"{OLDER}result:a:f")  # for an administrator
 
 
 def test_events_are_heard_by_the_service_alone(address: str) -> None:

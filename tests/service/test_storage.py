@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
-import io
 import os
 import random
 import subprocess
 import sys
-import tarfile
 import threading
 import time
 from collections.abc import Callable
@@ -23,10 +21,10 @@ from watching import until
 from grazemap_service import append_only, children, storage
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import PythonChild
-from grazemap_service.liveness import Liveness
 from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
 from grazemap_worker.store import connect
+from grazemap_worker.watchdog import WatchdogSocket
 
 MANIFEST = "appendonlydir/appendonly.aof.manifest"
 BASE = "appendonlydir/appendonly.aof.1.base.aof"
@@ -128,7 +126,7 @@ def test_the_stack_repairs_a_file_that_its_redis_refuses(written: Written, tmp_p
         until(lambda: server.look() or server.answers(0.5), 10)
         until(lambda: server.look() is None or server.answers(0.5), 10)
         assert connect(server.url).exists("key-39")
-        assert server.deaths == 1
+        assert server.restarts.deaths == 1
     finally:
         server.close()
 
@@ -178,7 +176,7 @@ def test_a_start_that_succeeds_checks_nothing(
     def refuse(*_: object) -> None:
         raise AssertionError("checked")
 
-    monkeypatch.setattr(append_only, "damage", refuse)
+    monkeypatch.setattr(append_only, "repair", refuse)
     written.put(tmp_path, written.part)
     with RedisServer(tmp_path) as server:
         assert connect(server.url).exists("key-39")
@@ -194,10 +192,10 @@ def test_a_manifest_that_lists_nothing_is_an_error_that_names_it(written: Writte
 def test_a_backup_of_a_folder_in_use_has_everything_until_then_and_is_restored(
     tmp_path: Path, command: Command
 ) -> None:
-    data, archive, restored = tmp_path / "data", tmp_path / "backup.tar", tmp_path / "restored"
+    data, archive, restored = tmp_path / "data", tmp_path / "backup.rdb", tmp_path / "restored"
     count, ended = 0, threading.Event()
-    with RedisServer(data / "redis") as server:
-        connect(server.url).config_set("appendfsync", "always")
+    with storage.opened_lock(data) as lock, RedisServer(data / "redis", inherited=(lock.fileno(),)) as server:
+        assert storage.locked(lock)
 
         def write() -> None:
             nonlocal count
@@ -224,52 +222,24 @@ def test_a_backup_of_a_folder_in_use_has_everything_until_then_and_is_restored(
             ended.set()
             thread.join()
     assert archive.stat().st_mode & 0o777 == 0o600
-    assert {path.name for path in tmp_path.iterdir()} == {"data", "backup.tar", "restored"}
-
-
-def test_a_part_that_is_replaced_while_it_is_opened_is_looked_for_again_and_a_lost_one_is_an_error(
-    written: Written, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    part, listed = written.put(tmp_path / "redis", written.part), append_only.listed
-    first = iter(["file replaced.aof seq 1 type b"])
-    monkeypatch.setattr(append_only, "listed", lambda text: listed(next(first, text)))
-    monkeypatch.setattr(storage, "_existing", lambda data: data)  # which reads the manifest too
-    assert command("backup", tmp_path / "a.tar", "--data", tmp_path).code == 0
-    with tarfile.open(tmp_path / "a.tar") as entries:
-        assert entries.getnames() == [MANIFEST, BASE, PART]
-    part.unlink()
-    refused = command("backup", tmp_path / "b.tar", "--data", tmp_path)
-    assert refused.code == 1
-    assert "lists files that are missing" in refused.said
-
-
-def test_a_backup_that_ends_in_half_a_command_is_restored_without_it(
-    written: Written, tmp_path: Path, command: Command
-) -> None:
-    part = written.put(tmp_path / "data" / "redis", written.part[:-10])
-    command("backup", tmp_path / "backup.tar", "--data", tmp_path / "data")
-    done = command("restore", tmp_path / "backup.tar", "--data", tmp_path / "restored")
-    left = (tmp_path / "restored" / "redis" / PART).stat().st_size
-    assert left == max(end for end in written.ends.values() if end < len(written.part))
-    assert f"its last {part.stat().st_size - left} bytes" in done.said
+    assert {path.name for path in tmp_path.iterdir()} == {"data", "backup.rdb", "restored"}
 
 
 def test_the_command_line_saves_and_restores(written: Written, tmp_path: Path) -> None:
     written.put(tmp_path / "data" / "redis", written.part)
-    for words in (["backup", "--data", "data", "-o", "a.tar"], ["restore", "a.tar", "--data", "new"]):
+    for words in (["backup", "--data", "data", "-o", "a.rdb"], ["restore", "a.rdb", "--data", "new"]):
         subprocess.run([sys.executable, "-m", "grazemap.cli", *words], cwd=tmp_path, check=True, timeout=60)
-    assert (tmp_path / "new" / "redis" / PART).read_bytes() == written.part
-    again = [sys.executable, "-m", "grazemap.cli", "restore", "a.tar", "--data", "new"]
+    with RedisServer(tmp_path / "new" / "redis") as server:
+        assert set(connect(server.url).keys("key-*")) == set(written.ends)
+    again = [sys.executable, "-m", "grazemap.cli", "restore", "a.rdb", "--data", "new"]
     assert subprocess.run(again, cwd=tmp_path, check=False, capture_output=True, timeout=60).returncode == 1
 
 
 def test_a_folder_with_data_is_renamed_by_force_and_never_lost(
     written: Written, tmp_path: Path, command: Command
 ) -> None:
-    data, other, archive = tmp_path / "data", tmp_path / "other", tmp_path / "backup.tar"
-    written.put(data / "redis", written.part)
+    archive, other = snapshot(written, tmp_path, command), tmp_path / "other"
     written.put(other / "redis", b"")
-    assert command("backup", archive, "--data", data).code == 0
     refused = command("restore", archive, "--data", other)
     assert refused.code == 1
     assert "--force" in refused.said
@@ -281,32 +251,80 @@ def test_a_folder_with_data_is_renamed_by_force_and_never_lost(
             refused = command(*words, "--data", other)
             assert refused.code == 1
             assert "a stack runs on the data folder" in refused.said
-        assert command("backup", tmp_path / "in-use.tar", "--data", other).code == 0
 
     assert command("restore", archive, "--data", other, "--force").code == 0
-    assert (other / "redis" / PART).read_bytes() == written.part
+    with RedisServer(other / "redis") as server:
+        assert set(connect(server.url).keys("key-*")) == set(written.ends)
     (before,) = tmp_path.glob("other.before-*")
     assert (before / "redis" / PART).read_bytes() == b""
-    assert len(list(tmp_path.iterdir())) == 5  # nothing of what was refused
+    assert len(list(tmp_path.iterdir())) == 4  # nothing of what was refused
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "../../../escaped", "{}/escaped", "appendonlydir/../../../../x", ""])
-def test_what_is_no_backup_is_refused_and_writes_nothing(tmp_path: Path, command: Command, name: str) -> None:
-    archive, data = tmp_path / "backup.tar", tmp_path / "below" / "data"
-    if name:
-        with tarfile.open(archive, "w") as entries:
-            for one in (append_only.SINGLE_FILE, name.format(tmp_path)):
-                entries.addfile(tarfile.TarInfo(one), io.BytesIO())
-    else:
-        archive.write_bytes(b"no archive")
-    refused = command("restore", archive, "--data", data)
+def snapshot(written: Written, folder: Path, command: Command) -> Path:
+    """A backup of what was written."""
+    written.put(folder / "before" / "redis", written.part)
+    assert command("backup", folder / "whole.rdb", "--data", folder / "before").code == 0
+    return folder / "whole.rdb"
+
+
+def test_a_backup_of_a_folder_without_a_stack_is_complete_and_leaves_no_server(
+    written: Written, tmp_path: Path, command: Command
+) -> None:
+    file = snapshot(written, tmp_path, command)
+    assert file.stat().st_mode & 0o777 == 0o600
+    assert not list((tmp_path / "before").rglob("*.rdb"))
+    with (tmp_path / "before" / "lock").open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # which a server would hold
+    assert command("restore", file, "--data", tmp_path / "new").code == 0
+    with RedisServer(tmp_path / "new" / "redis") as server:
+        assert set(connect(server.url).keys("key-*")) == set(written.ends)
+
+
+def test_what_is_restored_is_a_file_of_commands_and_repaired_as_any(
+    written: Written, tmp_path: Path, command: Command, logs: list[Any]
+) -> None:
+    file = snapshot(written, tmp_path, command)
+    assert command("restore", file, "--data", tmp_path / "new").code == 0
+    redis_folder = tmp_path / "new" / "redis"
+    assert not any(part.read_bytes().startswith(append_only.SNAPSHOTS) for part in append_only.parts(redis_folder))
+    with append_only.parts(redis_folder)[-1].open("ab") as stream:
+        stream.write(bytes(100))
+    with RedisServer(redis_folder) as server:
+        assert set(connect(server.url).keys("key-*")) == set(written.ends)
+    assert [entry["lost_bytes"] for entry in logs if "damaged" in entry["event"]] == [100]
+
+
+@pytest.mark.parametrize("content", ["nothing", "text", "half", "flipped"])
+def test_what_is_no_backup_is_refused_and_writes_nothing(
+    written: Written, tmp_path: Path, command: Command, content: str
+) -> None:
+    whole = snapshot(written, tmp_path, command).read_bytes()
+    file, data = tmp_path / "file", tmp_path / "below" / "data"
+    file.write_bytes(
+        {
+            "nothing": b"",
+            "text": b"no backup",
+            "half": whole[: len(whole) // 2],
+            "flipped": whole[:1000] + bytes([whole[1000] ^ 1]) + whole[1001:],
+        }[content]
+    )
+    refused = command("restore", file, "--data", data)
     assert refused.code == 1
-    assert f"{archive} is not a backup" in refused.said
+    assert f"{file} is not a backup" in refused.said
     assert list(data.parent.iterdir()) == []
-    assert set(tmp_path.iterdir()) == {archive, data.parent}
 
 
-@pytest.mark.parametrize("words", [("repair",), ("backup", "file.tar")])
+def test_of_a_damaged_snapshot_nothing_is_cut_off(written: Written, tmp_path: Path, command: Command) -> None:
+    whole = snapshot(written, tmp_path, command).read_bytes()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / append_only.SINGLE_FILE).write_bytes(whole[:-1])
+    with pytest.raises((StorageError, NoRedisError)), RedisServer(tmp_path / "folder"):
+        pass
+    (part,) = append_only.parts(tmp_path / "folder")
+    assert part.read_bytes() == whole[:-1]
+
+
+@pytest.mark.parametrize("words", [("repair",), ("backup", "file.rdb")])
 def test_a_folder_without_data_is_refused_by_name(tmp_path: Path, command: Command, words: tuple[str, ...]) -> None:
     refused = command(*words, "--data", tmp_path)
     assert refused.code == 1
@@ -326,7 +344,7 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
         "print('the end', flush=True)\ntime.sleep(60)"
     )
     log = tmp_path / "child.log"
-    child = PythonChild("child", [sys.executable, "-c", code], {}, log, Liveness(tmp_path / "socket"))
+    child = PythonChild("child", [sys.executable, "-c", code], {}, log, WatchdogSocket(tmp_path / "socket"))
     child.start()
     largest = 0
     try:

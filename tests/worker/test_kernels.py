@@ -16,7 +16,7 @@ from watching import until
 
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
-from grazemap_worker import progress
+from grazemap_worker import liveness
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
@@ -138,7 +138,7 @@ def test_a_process_that_is_killed_compiles_again_and_keeps_what_it_had(loaded: l
 def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
     loaded: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(progress, "HUNG_SECONDS", 0.5)
+    monkeypatch.setattr(liveness, "HUNG_SECONDS", 0.5)
     kernels = Kernels(["curves"])
     assert not kernels.advance()
     (stopped,) = kernels._compilers

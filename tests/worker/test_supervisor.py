@@ -25,8 +25,8 @@ from watching import living, until
 from grazemap.codec import decode_npz
 from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
+from grazemap_worker.liveness import HUNG_SECONDS
 from grazemap_worker.planning import Plan
-from grazemap_worker.progress import HUNG_SECONDS
 from grazemap_worker.queue import bells
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Asker, Store, connect, core_version

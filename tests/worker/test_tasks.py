@@ -18,7 +18,7 @@ from steps import commit_tile
 from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
 from grazemap_core.errors import ParameterError
-from grazemap_worker import progress, tasks
+from grazemap_worker import liveness, tasks
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
@@ -347,7 +347,7 @@ def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.Monkey
 
 
 def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(progress, "HUNG_SECONDS", 0.5)
+    worker.setattr(liveness, "HUNG_SECONDS", 0.5)
     found = large(store, lambda: os.kill(os.getpid(), signal.SIGSTOP), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-hung"
@@ -355,7 +355,7 @@ def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.Mon
 
 
 def test_a_process_that_waits_for_ever_is_hung_too(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(progress, "HUNG_SECONDS", 0.5)
+    worker.setattr(liveness, "HUNG_SECONDS", 0.5)
     found = large(store, lambda: time.sleep(60), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-hung"

@@ -1,4 +1,4 @@
-"""Tells the process that watches this one that it goes on, by the protocol of systemd's sd_notify.
+"""Tells the process that watches this one that it goes on, by the protocol of systemd's sd_notify; and hears others.
 
 The stack, or a systemd unit with `WatchdogSec`, listens on the datagram socket that NOTIFY_SOCKET names, and replaces
 a process from which it no longer hears. Without that variable nothing is sent.
@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 VARIABLE = "NOTIFY_SOCKET"
 MESSAGE = b"WATCHDOG=1"
@@ -57,3 +58,31 @@ def beating() -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
+
+
+class WatchdogSocket:
+    """The socket on which a process that is watched says that it goes on.
+
+    Parameters
+    ----------
+    path : Path
+        Of the socket, which is made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.bind(str(path))
+        self._socket.setblocking(False)
+        self.environment = {VARIABLE: str(path)}
+
+    def heard(self) -> bool:
+        """Return whether messages have arrived since the last call."""
+        heard = False
+        with suppress(BlockingIOError):
+            while True:
+                heard |= MESSAGE in self._socket.recv(4096).split(b"\n")
+        return heard
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()

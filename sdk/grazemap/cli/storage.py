@@ -18,7 +18,7 @@ def add_commands(commands: Any) -> None:
     restore = commands.add_parser("restore", help="make a data folder of a backup")
     for one in (repair, backup, restore):
         one.add_argument("--data", type=Path, metavar="FOLDER", required=True, help="folder for jobs and results")
-    backup.add_argument("-o", "--output", dest="file", type=Path, metavar="FILE", required=True, help="a tar archive")
+    backup.add_argument("-o", "--output", dest="file", type=Path, metavar="FILE", required=True, help="a snapshot")
     restore.add_argument("file", type=Path, metavar="FILE", help="the backup")
     restore.add_argument("--force", action="store_true", help="also into a folder with data, which is renamed")
     for name, one in (("repair", repair), ("backup", backup), ("restore", restore)):

@@ -15,6 +15,7 @@ import structlog
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Response
 from fastapi.responses import StreamingResponse
+from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 
 from grazemap.wire import FINISHED, Status
 from grazemap_service.context import Context, CurrentContext
@@ -113,7 +114,7 @@ async def _messages(context: Context, job_id: str, asker: str, after: str) -> As
                 yield _message("waiting", json.dumps({"waiting_for": said}))
                 sent, waiting_for = time.monotonic(), said
             elif time.monotonic() - sent > _PING_SECONDS:
-                yield b": ping\n\n"
+                yield KEEPALIVE_COMMENT
                 sent = time.monotonic()
             while True:
                 try:
@@ -139,8 +140,7 @@ def _messages_of(events: Iterable[Event]) -> bytes:
 
 def _message(name: str, text: str, event_id: str = "") -> bytes:
     """Return an event as it is sent; `text` is JSON, so it has no ends of lines."""
-    number = f"id: {event_id}\n" if event_id else ""
-    return f"event: {name}\ndata: {text}\n{number}\n".encode()
+    return format_sse_event(event=name, data_str=text, id=event_id or None)
 
 
 def _follows(event_id: str, after: str) -> bool:

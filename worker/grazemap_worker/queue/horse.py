@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from grazemap_worker.liveness import HUNG_SECONDS, Liveness
 from grazemap_worker.parent_death import die_with_parent
-from grazemap_worker.progress import HUNG_SECONDS, Progress
 from grazemap_worker.store.records import FailureKind
 
 # Below other processes, so that small questions are answered while maps are computed.
@@ -129,7 +129,7 @@ class Horse:
         An exception, such as a request to stop, kills it too.
         """
         descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
-        progress, killed = Progress(self._pid, with_children=True), Ended(0)
+        liveness, killed = Liveness(self._pid, with_children=True), Ended(0)
         ended = False
         try:
             while True:
@@ -144,8 +144,8 @@ class Horse:
                 if killed.status:
                     continue
                 now = self._slate.read()
-                hangs = progress.hangs(computing=now.computing)
-                if progress.cpu_seconds > now.began + now.seconds:
+                hangs = liveness.hangs(computing=now.computing)
+                if liveness.cpu_seconds > now.began + now.seconds:
                     verdict = Ended(_KILLED, "timeout", f"its limit is {now.seconds:.0f} s of processor time")
                 elif hangs:
                     verdict = Ended(_KILLED, "hung", f"each time none for {HUNG_SECONDS:.0f} s")

@@ -54,17 +54,6 @@ def _queues_below(redis: Any, prefix: str) -> list[str]:
     return sorted(name for name in names if name.startswith(prefix))
 
 
-def forget_queues(connection: Redis, prefix: str) -> None:
-    """Remove the queues of an earlier layout of the store, with their entries, none of which is performed.
-
-    `prefix` is that of the layout's keys; its queues have it and a fingerprint as names.
-    """
-    redis: Any = connection  # redis-py's types allow bytes and text
-    for name in _queues_below(redis, prefix):
-        if ":" not in name.removeprefix(prefix):
-            _remove_queue(redis, name)
-
-
 def _remove_queue(redis: Any, name: str) -> None:
     """Remove a queue and RQ's registries of it, with what is in them."""
     target = named_queue(redis, name)
@@ -74,8 +63,6 @@ def _remove_queue(redis: Any, name: str) -> None:
         redis.delete(key)
     for key in (rq_keys.started_key(target), rq_keys.failed_key(target), rq_keys.listeners_key(name)):
         redis.delete(key)
-    # names that earlier layouts had
-    redis.delete(f"{rq_keys.waiting_key(target)}:overtaken", f"{rq_keys.taken_key(target)}:seen")
     redis.srem(rq_keys.ALL_QUEUES, target.key)
 
 

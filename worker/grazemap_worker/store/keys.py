@@ -2,7 +2,7 @@
 
 All keys share one prefix, so that a Redis can hold other things too. The number in it is that of the layout: of these
 keys, of what they hold and of the scripts that change them. Versions of grazemap with different layouts on one Redis
-never run their scripts on the same keys. `older_layouts` takes over the jobs of an earlier layout.
+never run their scripts on the same keys.
 
     job:<id>            hash: the record (process, request, plan, status, times, problem, counters, place in the queue)
     job:<id>:tiles      hash: tile number -> bytes of the finished tile
@@ -44,8 +44,6 @@ LAYOUT = 4
 PREFIX = f"grazemap:{LAYOUT}:"
 QUEUE_PREFIX = PREFIX
 EVENTS_CHANNEL = f"{PREFIX}events"
-# Prefixes of earlier layouts. That of version 0.1.0 had no number.
-OLDER_PREFIXES = ("grazemap:", "grazemap:2:", "grazemap:3:")
 
 # The number of the step that assembles a map once its tiles are done.
 ASSEMBLY = -1

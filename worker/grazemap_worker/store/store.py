@@ -11,7 +11,6 @@ from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs
 from grazemap_worker.store.keys import PREFIX
 from grazemap_worker.store.ledger import Results, Tiles
-from grazemap_worker.store.older_layouts import OlderLayouts
 from grazemap_worker.store.records import Counts, Persistence
 from grazemap_worker.store.workers import Workers
 
@@ -44,8 +43,6 @@ class Store:
         The npz files of finished jobs.
     workers : Workers
         The leases of workers.
-    older_layouts : OlderLayouts
-        What an earlier version of grazemap stored.
 
     Raises
     ------
@@ -63,7 +60,6 @@ class Store:
         self.jobs = Jobs(scripts, self.workers)
         self.tiles = Tiles(scripts, self.jobs)
         self.results = Results(scripts, result_bytes)
-        self.older_layouts = OlderLayouts(scripts)
 
     def count(self, name: str) -> None:
         """Count something that happened, for metrics."""

@@ -25,9 +25,9 @@ import grazemap_core
 from grazemap.module_command import module_command
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
+from grazemap_worker.liveness import Liveness
 from grazemap_worker.parent_death import tied
 from grazemap_worker.planning.costs import compiling_seconds
-from grazemap_worker.progress import Progress
 from grazemap_worker.settings import available_cores
 
 # A process that compiles may be killed, as by a system without memory; what is not compiled then is left to tiles.
@@ -40,7 +40,7 @@ class _Compiler:
     """A process that compiles components one after another: those that it still has to, since when the first."""
 
     process: subprocess.Popen[bytes]
-    progress: Progress
+    liveness: Liveness
     components: list[str]
     began: float
 
@@ -74,7 +74,7 @@ class Kernels:
         for name in [name for name in self._wanted if all(map(self._has, warmup.components_of(name)))]:
             self._load(name)
         for compiler in self._compilers.values():
-            if compiler.progress.hangs(computing=True):
+            if compiler.liveness.hangs(computing=True):
                 self._log.warning("compiling hangs and is begun again", kernels=compiler.components[:1])
                 os.kill(compiler.process.pid, signal.SIGKILL)  # not Popen.kill, which may hide its end from `ended`
         self._compile()
@@ -129,7 +129,7 @@ class Kernels:
                 command = module_command("grazemap_core.warmup", *components)
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
                 self._compilers[process.pid] = _Compiler(
-                    process, Progress(process.pid), list(components), time.monotonic()
+                    process, Liveness(process.pid), list(components), time.monotonic()
                 )
 
     def _load(self, name: str) -> None:

@@ -1,8 +1,7 @@
 """Sees to it that every tile that can be claimed is claimed: the ledger decides, bells only wake workers.
 
-One supervisor per fingerprint does this every second. It takes over the jobs of an earlier layout of the store, counts
-the tiles of ended workers as lost, binds jobs that were submitted while no worker was there, and rings where tiles wait
-and no bell does.
+One supervisor per fingerprint does this every second. It counts the tiles of ended workers as lost, binds jobs that
+were submitted while no worker was there, and rings where tiles wait and no bell does.
 """
 
 from __future__ import annotations
@@ -34,7 +33,6 @@ class Reconciler:
         store, log = self._store, structlog.get_logger("grazemap_worker")
         if not store.workers.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return {kernels for _, kernels in store.tiles.waiting(self._fingerprint)}
-        self._adopt()
         for job_id, tile, holder in store.tiles.lost_claims():
             verdict = store.tiles.record_failure(job_id, tile, "lost", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
@@ -47,14 +45,3 @@ class Reconciler:
         for small in {lane == "small" for lane, _ in waiting}:
             bells.ring(store.redis, self._fingerprint, small=small)
         return {kernels for _, kernels in waiting}
-
-    def _adopt(self) -> None:
-        """Take over the jobs that an earlier version of grazemap stored, once none of its workers is alive."""
-        for prefix in self._store.older_layouts.abandoned():
-            leftovers.forget_queues(self._store.redis, prefix)
-            jobs, unfinished = self._store.older_layouts.adopt(prefix)
-            structlog.get_logger("grazemap_worker").warning(
-                "jobs of an earlier version taken over; their results are computed anew when they are asked for",
-                jobs=jobs,
-                unfinished=unfinished,
-            )

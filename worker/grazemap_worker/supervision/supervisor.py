@@ -22,11 +22,12 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap_worker import watchdog
+from grazemap_worker.liveness import Liveness
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import adopt_orphans, die_with_parent
-from grazemap_worker.progress import Progress
 from grazemap_worker.queue import leftovers
 from grazemap_worker.queue.horse import limit_memory
+from grazemap_worker.restarts import Restarts
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
@@ -42,11 +43,8 @@ MOST_SMALL_WORKERS = 4
 SMALL_TILE_PROCESSOR_SECONDS = 2.0
 SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
 # A worker that waits does something every few seconds, and longer than this only if it can never go on.
-_UNSEEN_SECONDS = 120.0
+_SILENT_SECONDS = 120.0
 _STOP_SECONDS = 2.0
-# A worker that lived this long is not part of a crash loop.
-_HEALTHY_SECONDS = 10.0
-_LONGEST_WAIT = 5.0
 # Attempts of a worker's command while Redis is unavailable: 0.05 + 0.1 + ... + 1 + 1 ... is about ten seconds.
 _WORKER_TRIES = 14
 
@@ -60,12 +58,10 @@ class _Slot:
 
     small: bool
     watched: Watched = field(default_factory=Watched.shared)
-    progress: Progress | None = None
+    restarts: Restarts = field(default_factory=Restarts)
+    liveness: Liveness | None = None
     pid: int = 0
     name: str = ""
-    started: float = 0.0
-    failures: int = 0
-    not_before: float = 0.0
     overran: bool = False
 
 
@@ -99,7 +95,7 @@ class Supervisor:
                 for slot in self._slots:
                     slot.watched.asked_to_stop = True  # those that follow have the new kernels too
             for slot in self._slots:
-                if not slot.pid and now >= slot.not_before:
+                if not slot.pid and slot.restarts.due:
                     self._spawn(slot)
                 elif slot.pid and (reason := self._hangs(slot)):
                     self._log.warning("worker killed", worker=slot.name, reason=reason)
@@ -132,30 +128,27 @@ class Supervisor:
 
     def _hangs(self, slot: _Slot) -> str:
         """Return why a worker must be killed; empty if it need not be."""
-        now = time.monotonic()
-        if slot.progress is not None and slot.progress.hangs(computing=False):
-            return "it is stopped"
+        if slot.liveness is not None and (reason := slot.liveness.hangs(heard=slot.watched.heard())):
+            return reason
         if slot.watched.computing and (
-            now - slot.watched.computing > SMALL_TILE_SECONDS
+            time.monotonic() - slot.watched.computing > SMALL_TILE_SECONDS
             or self._small_tile_seconds(slot) > SMALL_TILE_PROCESSOR_SECONDS
         ):
             slot.overran = True
             return "a small tile took too long"
-        if now - slot.watched.seen > _UNSEEN_SECONDS:
-            return "it does nothing"
         return ""
 
     @staticmethod
     def _small_tile_seconds(slot: _Slot) -> float:
         """Return the processor time of the small tile that a worker computes."""
-        return slot.progress.cpu_seconds - slot.watched.processor_seconds if slot.progress is not None else 0.0
+        return slot.liveness.cpu_seconds - slot.watched.processor_seconds if slot.liveness is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
 
     def _spawn(self, slot: _Slot) -> None:
         slot.name = f"{self._name}-{secrets.token_hex(4)}"
-        slot.started = time.monotonic()
+        slot.restarts.started()
         slot.watched.reset()
         slot.overran = False
         info = WorkerInfo(
@@ -176,7 +169,7 @@ class Supervisor:
                 self._log.exception("worker ended")
             finally:
                 os._exit(status)  # never return into the supervisor's code
-        slot.progress = Progress(slot.pid)
+        slot.liveness = Liveness(slot.pid, silent_seconds=_SILENT_SECONDS, first_seconds=_SILENT_SECONDS)
 
     def _reap(self) -> None:
         """Notice every child that ended: workers, and the work-horses that dead workers left."""
@@ -187,13 +180,10 @@ class Supervisor:
             if slot is None:
                 self._kernels.ended(pid, status)
                 continue
-            now = time.monotonic()
             slot.pid = 0
             if slot.watched.asked_to_stop and status == 0:
                 continue
-            is_sound = slot.overran or now - slot.started > _HEALTHY_SECONDS
-            slot.failures = 0 if is_sound else slot.failures + 1
-            slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
+            slot.restarts.ended(blameless=slot.overran)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
             self._forget(slot.name, return_claims=self._blame(slot))
             if not slot.overran:

@@ -12,8 +12,8 @@ class Watched(ctypes.Structure):
 
     Attributes
     ----------
-    seen : float
-        When the worker was last seen to do something, on the monotonic clock.
+    signs : int
+        How often the worker has said that it does something.
     computing : float
         Since when it has computed a small tile; 0.0: it computes none.
     processor_seconds : float
@@ -25,18 +25,19 @@ class Watched(ctypes.Structure):
     """
 
     _fields_ = (
-        ("seen", ctypes.c_double),
+        ("signs", ctypes.c_uint64),
         ("computing", ctypes.c_double),
         ("processor_seconds", ctypes.c_double),
         ("job", ctypes.c_char * 64),
         ("asked_to_stop", ctypes.c_bool),
     )
 
-    seen: float
+    signs: int
     computing: float
     processor_seconds: float
     job: bytes
     asked_to_stop: bool
+    _heard = 0
 
     @classmethod
     def shared(cls) -> Watched:
@@ -47,11 +48,16 @@ class Watched(ctypes.Structure):
 
     def reset(self) -> None:
         """Begin anew, for another worker."""
-        self.seen, self.computing, self.asked_to_stop = time.monotonic(), 0.0, False
+        self.computing, self.asked_to_stop = 0.0, False
 
     def beat(self) -> None:
         """Say that the worker does something."""
-        self.seen = time.monotonic()
+        self.signs += 1
+
+    def heard(self) -> bool:
+        """Return whether the worker has said so since the last call, in the process that watches it."""
+        before, self._heard = self._heard, self.signs
+        return self.signs != before
 
     def compute(self, job_id: str) -> None:
         """Say that the worker begins to compute the tile of a job; empty: that it has computed it."""
