@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from grazemap.codec import encode_npz
-from grazemap.schema import VERSION, Record, schema_of
-from grazemap.schema.documents import Document, add_deprecated
+from grazemap.results import VERSION, schema_of
+from grazemap.results.documents import Document, add_deprecated
+from grazemap.results.fields import RecordSchema
 from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
@@ -204,7 +205,7 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     return encode_npz({**full, **(extra or {})}, meta)
 
 
-def with_deprecated(schema: Record, document: Document) -> Document:
+def with_deprecated(schema: RecordSchema, document: Document) -> Document:
     """Return a document with the deprecated names of its fields too."""
     full = deepcopy(document)
     add_deprecated(schema, full)
