@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import field as attribute
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ from grazemap.plots.axes import LegendPlace, drawing
 from grazemap.plots.curve import plot_codimension_two_points, plot_grazing_curve, plot_stop_grazing_curves
 from grazemap.plots.resonance import plot_local_unfolding
 from grazemap.results.base import Result, counted, outside
-from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
 from grazemap.results.records import Common
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, grazing_clearance
@@ -161,7 +160,7 @@ class _WithPoints:
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         attributes: dict[str, Any] = super()._attributes(document, meta)  # type: ignore[misc]
         oscillator = meta["request"]["oscillator"]
-        return attributes | {"points": tuple(replace(point, _oscillator=oscillator) for point in attributes["points"])}
+        return attributes | {"points": tuple(changed(point, _oscillator=oscillator) for point in attributes["points"])}
 
 
 class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):

@@ -82,7 +82,8 @@ class Observed(Record):
         dims = {"dims": tuple(over.split())}
         output = Output.schema.varied(outputs, **{one.name: dims for one in MEANS})
         observed = (one.varied(type=output) if one.name == "outputs" else one.varied(**dims) for one in Observed.schema)
-        own = (one for one in cls.schema if one.name not in {one.name for one in Observed.schema})
+        names = {one.name for one in Observed.schema}
+        own = (one for one in cls.schema if one.name not in names)
         cls.schema = replace(cls.schema, fields=(*own, *observed))
 
     def output(self, name: str) -> Output:
@@ -132,7 +133,7 @@ def outputs_of(result: Any) -> Iterator[tuple[Field, Any]]:
     """Yield the fields of the outputs of a result, with names like spring_rms."""
     if not isinstance(result, Observed):
         return
-    record = cast("RecordSchema", result.schema["outputs"].type)  # type: ignore[attr-defined]
+    record = cast("RecordSchema", result.schema["outputs"].type)
     for output in result.outputs:
         for mean in MEANS:
             said = f"{mean.description.rstrip('.').partition(';')[0]} of {output.name}"

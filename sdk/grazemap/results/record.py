@@ -14,7 +14,7 @@ from functools import cache
 from inspect import Parameter, Signature, cleandoc, get_annotations
 from textwrap import fill, indent
 from types import FunctionType, GenericAlias, NoneType, UnionType
-from typing import Any, ClassVar, cast, dataclass_transform, get_args, get_origin
+from typing import Any, ClassVar, TypeVar, cast, dataclass_transform, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ _ARRAYS: Mapping[Any, Scalar] = {
     TextArray: "str",
     ComplexArray: "complex",
 }
+
+R = TypeVar("R", bound="Record")
 
 
 class _Declared:
@@ -113,6 +115,7 @@ class Record:
     """
 
     schema: ClassVar[RecordSchema]
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     _comparable: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
@@ -163,7 +166,13 @@ class Record:
 
 @cache
 def _attributes(kind: type[Record]) -> tuple[dataclasses.Field[Any], ...]:
-    return dataclasses.fields(kind)  # type: ignore[arg-type]
+    return dataclasses.fields(kind)
+
+
+def changed(record: R, **changes: Any) -> R:
+    """Return a record or a result with some attributes changed."""
+    # type checkers know `replace` for classes that are decorated as dataclasses alone
+    return cast("R", replace(cast("Any", record), **changes))
 
 
 def _fields_of(cls: type[Record]) -> tuple[Field, ...]:

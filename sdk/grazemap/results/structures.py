@@ -22,8 +22,8 @@ _ONE = "if the forces have one harmonic"
 class Gaps(Record):
     """The distances of the stops from the static equilibrium; negative: that of a preloaded stop."""
 
-    right: float | None = field("Of the right stop, null if there is none.", unit="m")
-    left: float | None = field("Of the left stop, null if there is none.", unit="m")
+    right: float = field("Of the right stop, null if there is none.", unit="m", null=True)
+    left: float = field("Of the left stop, null if there is none.", unit="m", null=True)
 
 
 class HarmonicResponse(Record):

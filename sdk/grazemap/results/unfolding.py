@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
-from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, stored
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, deprecated, field, stored
 from grazemap.results.records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
@@ -466,12 +466,12 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
             counts = (motion.impacts_right or 0, motion.impacts_left or 0)
             right, left = sorted(counts, key=lambda count: np.inf if count == INFINITE else count, reverse=True)
             label = motion_label(motion.period, right, left)
-            one = replace(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
+            one = changed(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
         pixels = one.pixels + (merged[one.label].pixels if one.label in merged else 0)
-        merged[one.label] = replace(one, pixels=pixels, share=pixels / total)
+        merged[one.label] = changed(one, pixels=pixels, share=pixels / total)
     largest = sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
     colours = colours_of_map([motion.label for motion in largest], [motion.kind for motion in largest])
-    return [replace(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
+    return [changed(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
 
 
 def _plane(meta: Mapping[str, Any]) -> Plane:
