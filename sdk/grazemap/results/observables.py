@@ -40,38 +40,44 @@ class Output(Record):
 MEANS = tuple(Output.schema[name] for name in ("rms", "mean", "peak"))
 
 
-def _observable(of: str, unit: str = "") -> Any:
-    return field(of, unit=unit, when=_ASKED_FOR, null=True)
-
-
 class Observed(Record):
     """Base of results with what was read off their motions; None where it was not asked for.
 
     A class says `over` which dimensions its observables are, and what its outputs are called in the API's document.
     """
 
-    impact_rate: Any = _observable(_RATE.format(""))
-    impact_rate_right: Any = _observable(_RATE.format(_ON_RIGHT))
-    impact_rate_left: Any = _observable(_RATE.format(_ON_LEFT))
-    peak_impact_speed: Any = _observable(_PEAK.format(""), "m/s")
-    peak_impact_speed_right: Any = _observable(_PEAK.format(_ON_RIGHT), "m/s")
-    peak_impact_speed_left: Any = _observable(_PEAK.format(_ON_LEFT), "m/s")
-    mean_impact_speed: Any = _observable(_MEAN.format(""), "m/s")
-    mean_impact_speed_right: Any = _observable(_MEAN.format(_ON_RIGHT), "m/s")
-    mean_impact_speed_left: Any = _observable(_MEAN.format(_ON_LEFT), "m/s")
-    impulse: Any = _observable(_IMPULSE.format(""), "N s")
-    impulse_right: Any = _observable(_IMPULSE.format(_ON_RIGHT), "N s")
-    impulse_left: Any = _observable(_IMPULSE.format(_ON_LEFT), "N s")
-    dissipated_power: Any = _observable(_POWER.format(""), "W")
-    dissipated_power_right: Any = _observable(_POWER.format(_ON_RIGHT), "W")
-    dissipated_power_left: Any = _observable(_POWER.format(_ON_LEFT), "W")
-    rms_displacement: Any = _observable("Root mean square of the contact coordinate about its static equilibrium.", "m")
-    peak_displacement: Any = _observable("Largest distance of the contact coordinate from its static equilibrium.", "m")
-    peak_displacement_right: Any = _observable(
-        "Largest displacement of the contact from its static equilibrium toward stop A.", "m"
+    impact_rate: Any = field(_RATE.format(""), when=_ASKED_FOR, null=True)
+    impact_rate_right: Any = field(_RATE.format(_ON_RIGHT), when=_ASKED_FOR, null=True)
+    impact_rate_left: Any = field(_RATE.format(_ON_LEFT), when=_ASKED_FOR, null=True)
+    peak_impact_speed: Any = field(_PEAK.format(""), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_right: Any = field(_PEAK.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_left: Any = field(_PEAK.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed: Any = field(_MEAN.format(""), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_right: Any = field(_MEAN.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_left: Any = field(_MEAN.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    impulse: Any = field(_IMPULSE.format(""), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_right: Any = field(_IMPULSE.format(_ON_RIGHT), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_left: Any = field(_IMPULSE.format(_ON_LEFT), unit="N s", when=_ASKED_FOR, null=True)
+    dissipated_power: Any = field(_POWER.format(""), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_right: Any = field(_POWER.format(_ON_RIGHT), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_left: Any = field(_POWER.format(_ON_LEFT), unit="W", when=_ASKED_FOR, null=True)
+    rms_displacement: Any = field(
+        "Root mean square of the contact coordinate about its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
     )
-    peak_displacement_left: Any = _observable(
-        "Largest displacement of the contact from its static equilibrium toward stop C.", "m"
+    peak_displacement: Any = field(
+        "Largest distance of the contact coordinate from its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
+    )
+    peak_displacement_right: Any = field(
+        "Largest displacement of the contact from its static equilibrium toward stop A.",
+        unit="m",
+        when=_ASKED_FOR,
+        null=True,
+    )
+    peak_displacement_left: Any = field(
+        "Largest displacement of the contact from its static equilibrium toward stop C.",
+        unit="m",
+        when=_ASKED_FOR,
+        null=True,
     )
     outputs: tuple[Output, ...] = field(
         "The outputs, by name.", "output", when="where `outputs` asks for some", variable=None

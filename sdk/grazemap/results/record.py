@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, replace
-from functools import cache
 from inspect import Parameter, Signature, cleandoc, get_annotations
 from textwrap import fill, indent
 from types import FunctionType, GenericAlias, NoneType, UnionType
@@ -130,7 +129,7 @@ class Record:
         cls.__doc__ = _Docstring(cls.__doc__ or "")  # type: ignore[assignment]
 
     def __init__(self, *given: Any, **named: Any) -> None:
-        fields = _attributes(type(self))
+        fields = dataclasses.fields(self)
         if len(given) > len(fields):
             raise TypeError(f"{type(self).__name__}() takes {len(fields)} values, not {len(given)}")
         values = {one.name: value for one, value in zip(fields, given, strict=False)}
@@ -151,22 +150,17 @@ class Record:
     def __eq__(self, other: object) -> bool:
         if not self._comparable or type(self) is not type(other):
             return NotImplemented
-        return self._compared() == cast("Record", other)._compared()
+        return self._compared() == other._compared()
 
     def __hash__(self) -> int:
         return hash(self._compared()) if self._comparable else object.__hash__(self)
 
     def __repr__(self) -> str:
-        shown = (f"{one.name}={getattr(self, one.name)!r}" for one in _attributes(type(self)) if one.repr)
+        shown = (f"{one.name}={getattr(self, one.name)!r}" for one in dataclasses.fields(self) if one.repr)
         return f"{type(self).__qualname__}({', '.join(shown)})"
 
     def _compared(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, one.name) for one in _attributes(type(self)) if one.compare)
-
-
-@cache
-def _attributes(kind: type[Record]) -> tuple[dataclasses.Field[Any], ...]:
-    return dataclasses.fields(kind)
+        return tuple(getattr(self, one.name) for one in dataclasses.fields(self) if one.compare)
 
 
 def changed(record: R, **changes: Any) -> R:
@@ -230,11 +224,11 @@ def _comparable(one: Field) -> bool:
 def _signature(cls: type[Record]) -> Signature:
     """Return how objects are made: what follows a default is shown as keyword-only."""
     parameters: list[Parameter] = []
-    kind = Parameter.POSITIONAL_OR_KEYWORD
-    for one in _attributes(cls):
+    late = False
+    for one in dataclasses.fields(cls):
         default = Parameter.empty if one.default is dataclasses.MISSING else one.default
-        if default is Parameter.empty and any(other.default is not default for other in parameters):
-            kind = Parameter.KEYWORD_ONLY
+        late |= default is Parameter.empty and any(other.default is not default for other in parameters)
+        kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
         parameters.append(Parameter(one.name, kind, default=default, annotation=one.type))
     return Signature(parameters, return_annotation=None)
 
