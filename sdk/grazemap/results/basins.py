@@ -14,7 +14,7 @@ from grazemap.results.base import Result, counted, counted_points
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named
-from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, MotionShare
+from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, Motion, MotionShare
 from grazemap.results.unfolding import UnfoldingMap
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ _ATTRACTOR_MOTION = field("The name of the attractor, or its kind.", "attractor"
 class Attractor(Record):
     """A motion that initial states lead to; those that are not periodic are distinguished by their kind only."""
 
-    kind: str = field("The kind of the motion.", values=KINDS[:-1])
-    label: str | None = field("The name n-p_r-q_l as plain text.", when=OF_PERIODIC)
-    period: int | None = field(Common, when=OF_PERIODIC)
-    impacts_right: int | None = field(Common, when=OF_PERIODIC)
-    impacts_left: int | None = field(Common, when=OF_PERIODIC)
-    symmetric: bool | None = field(Common, when=OF_PERIODIC)
-    sticking: bool | None = field(Common, when=OF_PERIODIC)
+    kind: str = field(Motion, values=KINDS[:-1])
+    label: str | None = field(Motion)
+    period: int | None = field(Motion)
+    impacts_right: int | None = field(Motion)
+    impacts_left: int | None = field(Motion)
+    symmetric: bool | None = field(Motion)
+    sticking: bool | None = field(Motion)
     mean_position: float | None = field(
         "Mean distance of the contact coordinate from the steady motion at the initial phase of the "
         "forcing, divided by the clearance.",
@@ -208,7 +208,7 @@ class BasinFractions(
         prefix="attractor_",
     )
     states: IntArray = field("Initial states that lead to the attractor; 0 where it was not found.", _ALONG)
-    share: FloatArray = field("Fraction of all initial states.", _ALONG)
+    share: FloatArray = field(Attractor, _ALONG)
     share_error: FloatArray = field("Its binomial standard error.", _ALONG)
     mean_position: FloatArray = field(Attractor, _ALONG, null=True, when="")
     mean_velocity: FloatArray = field(Attractor, _ALONG, null=True, when="")

@@ -280,9 +280,7 @@ class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="ome
         when=_IF_LEFT,
         null=False,
     )
-    points: tuple[CodimensionTwoPoint, ...] = field(
-        "The codimension-two points inside the range, in increasing omega.", "point", variable=None
-    )
+    points: tuple[CodimensionTwoPoint, ...] = field(GrazingCurve)
 
     def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
         """Return the clearance at which the steady motion touches a stop, in the shape of omega.

@@ -84,7 +84,7 @@ class Sticking(Record):
 
     start: FloatArray = field("Start of the interval.", "interval", "s")
     stop_time: FloatArray = field("End of the interval.", "interval", "s")
-    stop: IntArray = field("+1: stop A, -1: stop C.", "interval", dtype="int8", values=STOPS)
+    stop: IntArray = field(Impacts, "interval")
 
     def __len__(self) -> int:
         return len(self.start)
@@ -143,7 +143,7 @@ class MotionShare(Record):
     """One motion of an unfolding map and how much of the map it covers."""
 
     label: str = field("The name n-p_r-q_l as plain text, or the kind of a motion that is not periodic.")
-    kind: str = field("The kind of the motion.", values=KINDS)
+    kind: str = field(Motion)
     period: int | None = field(Common)
     impacts_right: int | None = field(Common)
     impacts_left: int | None = field(Common)
