@@ -17,7 +17,7 @@ from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
 from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
-from grazemap.results.record import ComplexArray, Record, named
+from grazemap.results.record import ARRAY_TYPES, ComplexArray, Record, named
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 RESULTS: dict[str, type[Result]] = {}
 """The classes of results by their names."""
-ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
 # No result has a longer list of texts, such as the reasons to which a map refers by numbers.
 _MOST_TEXTS = 1 << 16
 _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results.base import ARRAY_TYPES
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import outputs_of
+from grazemap.results.record import ARRAY_TYPES
 from grazemap.results.records import Motion
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ BoolArray = NDArray[np.bool_]
 TextArray = NDArray[np.str_]
 ComplexArray = NDArray[np.complex128]
 
+ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
 _SCALARS: Mapping[Any, Scalar] = {float: "float", int: "int", bool: "bool", str: "str"}
 _ARRAYS: Mapping[Any, Scalar] = {
     FloatArray: "float",
