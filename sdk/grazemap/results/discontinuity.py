@@ -41,8 +41,8 @@ class Returns(Record):
     """The motion with the stops closer than the steady amplitude by each overshoot, by the map (26) and by simulation.
 
     Deviations are taken from the grazing point at every return: half periods of the forces, alternately at the two
-    stops, where both are grazed at once, else whole ones. The first return is the graze. Deviations are NaN outside the
-    domain of the map, and where the motion is no longer near the graze.
+    stops, where both are grazed at once, else whole ones. The first return is the graze. There are no
+    deviations outside the domain of the map, and where the motion is no longer near the graze.
     """
 
     mapped: FloatArray = field("Deviations by the Poincare map, equation (26).", f"{_ONWARD} {_ENTRY}", null=True)
