@@ -93,7 +93,7 @@ class Result(Record):
         cls._comparable = False
         RESULTS[cls.__name__] = cls
         # results come from clients and files, so help() shows no arguments
-        cls.__signature__ = Signature()  # type: ignore[attr-defined]
+        cls.__signature__ = Signature()
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:

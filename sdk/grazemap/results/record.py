@@ -8,8 +8,10 @@ the annotation. The class is a frozen dataclass, and `Record.schema` has its fie
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError, replace
+from functools import cache, partial
 from inspect import Parameter, Signature, cleandoc, get_annotations
 from textwrap import fill, indent
 from types import FunctionType, GenericAlias, NoneType, UnionType
@@ -46,12 +48,12 @@ class _Declared:
         self.default = default
         self._of, self._changes = of, changes
 
-    def named(self, name: str) -> Field:
-        """Return the field, with the type "float" unless that is known."""
+    def attributes(self, name: str) -> dict[str, Any]:
+        """Return the attributes of the field, with the type "float" unless that is known."""
         if isinstance(self._of, str):
-            return Field(**{"name": name, "type": "float", "description": self._of} | dict(self._changes))
-        known = self._of.named(name) if isinstance(self._of, _Declared) else self._of.schema[name]
-        return replace(known, name=name, **self._changes)
+            return {"name": name, "type": "float", "description": self._of, **self._changes}
+        known = self._of.attributes(name) if isinstance(self._of, _Declared) else vars(self._of.schema[name])
+        return {**known, "name": name, **self._changes}
 
 
 class _Deprecated:
@@ -105,6 +107,28 @@ def deprecated(of: str) -> Any:
     return _Deprecated(of)
 
 
+class _Made:
+    """An attribute of a class that is made when it is read."""
+
+    def __init__(self, make: Callable[[type[Record]], object]) -> None:
+        self._make = make
+
+    def __get__(self, instance: object, cls: type[Record]) -> object:
+        return self._make(cls)
+
+
+def _signature(cls: type[Record]) -> Signature:
+    """Return how objects are made: what follows a default is shown as keyword-only."""
+    parameters: list[Parameter] = []
+    late = False
+    for one in dataclasses.fields(cls):
+        default = Parameter.empty if one.default is dataclasses.MISSING else one.default
+        late |= default is Parameter.empty and any(other.default is not default for other in parameters)
+        kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
+        parameters.append(Parameter(one.name, kind, default=default, annotation=one.type))
+    return Signature(parameters, return_annotation=None)
+
+
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field, dataclasses.field))
 class Record:
     """Base of the classes of records and results: dataclasses whose attributes are fields of documents.
@@ -116,18 +140,18 @@ class Record:
 
     schema: ClassVar[RecordSchema]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    __signature__: ClassVar[Any] = _Made(_signature)
     _comparable: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
-        annotations = get_annotations(cls, eval_str=True)
+        annotations = get_annotations(cls)
         own = _own_fields(cls, annotations)
         inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
         fields = (*(one for one in inherited if one.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
         dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
-        cls._comparable = Any not in annotations.values() and all(_comparable(one) for one in fields)
-        cls.__signature__ = _signature(cls)  # type: ignore[attr-defined]
-        cls.__doc__ = _Docstring(cls.__doc__ or "")  # type: ignore[assignment]
+        cls._comparable = "Any" not in annotations.values() and all(_comparable(one) for one in fields)
+        cls.__doc__ = _Made(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
     def __init__(self, *given: Any, **named: Any) -> None:
         fields = dataclasses.fields(self)
@@ -184,8 +208,10 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
         if isinstance(value, _Deprecated):
             fields[name] = value.named(name, fields)
             continue
-        one = value.named(name)
-        fields[name] = one = one if one.stored_only else _typed(one, annotations[name], cls)
+        given = value.attributes(name)
+        if not given.get("stored_only"):
+            given = _typed(given, _evaluated(annotations[name], cls.__module__), cls)
+        fields[name] = one = Field(**given)
         if value.default is not dataclasses.MISSING:
             setattr(cls, name, value.default)
         elif one.optional and not one.stored_only:
@@ -195,25 +221,36 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
 
 def named(name: str, declared: Any) -> Field:
     """Return a field that was declared by itself, with its name."""
-    one: Field = declared.named(name)
-    return one
+    return Field(**declared.attributes(name))
 
 
-def _typed(one: Field, annotation: Any, cls: type[Record]) -> Field:
-    """Return a field with the type of its annotation. Raises TypeError where its dimensions do not go with that."""
+def _evaluated(annotation: Any, module: str) -> Any:
+    return _of_text(annotation, module) if isinstance(annotation, str) else annotation
+
+
+@cache
+def _of_text(annotation: str, module: str) -> Any:
+    return eval(annotation, vars(sys.modules[module]))
+
+
+def _typed(given: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
+    """Return the attributes of a field with the type of its annotation.
+
+    Raises TypeError where its dimensions do not go with that type.
+    """
     without = [kind for kind in get_args(annotation) if kind is not NoneType]
     nullable = isinstance(annotation, UnionType)
     kind = without[0] if nullable else annotation
     listed = isinstance(kind, GenericAlias) and get_origin(kind) is tuple
     item = get_args(kind)[0] if listed else kind
-    null = one.null or (nullable and not one.when)
-    if item is Any or isinstance(one.type, RecordSchema | Request):
-        return replace(one, null=null)
+    null = given.get("null", False) or (nullable and not given.get("when"))
+    if item is Any or isinstance(given["type"], RecordSchema | Request):
+        return {**given, "null": null}
     is_record = isinstance(item, type) and issubclass(item, Record)
     of = item.schema if is_record else (_ARRAYS if item in _ARRAYS else _SCALARS)[item]
-    if bool(one.dims) is not (listed or item in _ARRAYS):
-        raise TypeError(f"{cls.__name__}.{one.name}: arrays and lists have dimensions, and nothing else has")
-    return replace(one, type=of, null=null, texts=listed and not is_record)
+    if bool(given.get("dims")) is not (listed or item in _ARRAYS):
+        raise TypeError(f"{cls.__name__}.{given['name']}: arrays and lists have dimensions, and nothing else has")
+    return {**given, "type": of, "null": null, "texts": listed and not is_record}
 
 
 def _comparable(one: Field) -> bool:
@@ -222,32 +259,8 @@ def _comparable(one: Field) -> bool:
     return isinstance(one.type, str) and (not one.dims or one.texts)
 
 
-def _signature(cls: type[Record]) -> Signature:
-    """Return how objects are made: what follows a default is shown as keyword-only."""
-    parameters: list[Parameter] = []
-    late = False
-    for one in dataclasses.fields(cls):
-        default = Parameter.empty if one.default is dataclasses.MISSING else one.default
-        late |= default is Parameter.empty and any(other.default is not default for other in parameters)
-        kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
-        parameters.append(Parameter(one.name, kind, default=default, annotation=one.type))
-    return Signature(parameters, return_annotation=None)
-
-
-class _Docstring:
-    """The docstring of a class with the section Attributes, and for a result its properties there and its methods.
-
-    It is made when it is read.
-    """
-
-    def __init__(self, text: str) -> None:
-        self._text = text
-
-    def __get__(self, instance: object, cls: type[Record]) -> str:
-        return _with_attributes(self._text, cls)
-
-
 def _with_attributes(docstring: str, cls: type[Record]) -> str:
+    """Return the docstring with the section Attributes, and for a result its properties there and its methods."""
     if not cls.schema.fields:
         return cleandoc(docstring)
     summary, _, rest = cleandoc(docstring).partition("\n")
