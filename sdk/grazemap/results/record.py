@@ -117,6 +117,13 @@ class _Made:
         return self._make(cls)
 
 
+def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
+    """Make a class a dataclass, and return its fields."""
+    dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
+    fields: dict[str, dataclasses.Field[Any]] = vars(cls)["__dataclass_fields__"]
+    return fields
+
+
 def _signature(cls: type[Record]) -> Signature:
     """Return how objects are made: what follows a default is shown as keyword-only."""
     parameters: list[Parameter] = []
@@ -134,8 +141,8 @@ class Record:
     """Base of the classes of records and results: dataclasses whose attributes are fields of documents.
 
     Attributes cannot be set. Objects are equal if their attributes are, unless the class has arrays or requests. The
-    methods of dataclasses are here, as dozens of classes with methods of their own would take a twentieth of a second
-    to import.
+    service and the workers need the schemas alone: all else of a class is here, or is made when it is read, as dozens
+    of whole dataclasses would take a tenth of a second to import.
     """
 
     schema: ClassVar[RecordSchema]
@@ -149,7 +156,7 @@ class Record:
         inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
         fields = (*(one for one in inherited if one.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
-        dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
+        cls.__dataclass_fields__ = _Made(_dataclass_fields)  # type: ignore[assignment]
         cls._comparable = "Any" not in annotations.values() and all(_comparable(one) for one in fields)
         cls.__doc__ = _Made(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
