@@ -128,7 +128,7 @@ def _signature(cls: type[Record]) -> Signature:
     """Return how objects are made: what follows a default is shown as keyword-only."""
     parameters: list[Parameter] = []
     late = False
-    for one in dataclasses.fields(cls):
+    for one in dataclasses.fields(cls) if cls is not Record else ():
         default = Parameter.empty if one.default is dataclasses.MISSING else one.default
         late |= default is Parameter.empty and any(other.default is not default for other in parameters)
         kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
