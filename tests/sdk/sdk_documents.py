@@ -259,6 +259,8 @@ def _mapping() -> Document:
         overshoot=np.array([1e-4, 1e-6]),
         error=np.array([1e-4, 1e-6]),
         error_of_second_order=np.array([1e-5, 1e-7]),
+        fitted_order=1.0,
+        fitted_order_of_second=1.5,
         next_contact={"order": np.array([2, 0]), "stop": np.array([-1, 0])},
         returns={"mapped_overshoot": onward, "simulated_overshoot": 2 * onward, "error": onward},
     )
