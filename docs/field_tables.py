@@ -17,9 +17,9 @@ from typing import Any
 
 from grazemap import Client, local
 from grazemap.client.methods import Method, ProcessMethods
-from grazemap.results import RESULTS
+from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
-from grazemap.schema import SCHEMAS, Field, Record, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.wire import PROCESSES
 
 FOLDER = Path(__file__).parent
@@ -39,21 +39,21 @@ def _table(name: str) -> str:
     return "\n".join(rows) + "\n"
 
 
-def _records() -> dict[str, Record]:
-    def inside(record: Record) -> Iterator[Record]:
+def _records() -> dict[str, RecordSchema]:
+    def inside(record: RecordSchema) -> Iterator[RecordSchema]:
         yield record
         for one in _all_fields(record):
-            if isinstance(one.type, Record):
+            if isinstance(one.type, RecordSchema):
                 yield from inside(one.type)
 
     return {record.name: record for schema in SCHEMAS for record in inside(schema)}
 
 
-def _all_fields(record: Record) -> tuple[Field, ...]:
+def _all_fields(record: RecordSchema) -> tuple[Field, ...]:
     return (*record, *record.in_json) if isinstance(record, ResultSchema) else record.fields
 
 
-def _fields(record: Record) -> Iterator[str]:
+def _fields(record: RecordSchema) -> Iterator[str]:
     yield "| field | type | unit in SI | |"
     yield "|---|---|---|---|"
     for one in _all_fields(record):
@@ -65,7 +65,7 @@ def _fields(record: Record) -> Iterator[str]:
 
 
 def _type(one: Field) -> str:
-    if isinstance(one.type, Record):
+    if isinstance(one.type, RecordSchema):
         name = f"{one.type.name}"
     elif isinstance(one.type, str):
         name = one.dtype or _DTYPES[one.type]
@@ -129,14 +129,14 @@ def _is_public(name: str, value: object) -> bool:
     return callable(value) or isinstance(value, property)
 
 
-def _attributes(record: Record, kind: type | None = None) -> str:
+def _attributes(record: RecordSchema, kind: type | None = None) -> str:
     parts = []
     for one in record:
-        if one.replaces or one.name == "at_computed":
+        if one.replaces or one.stored_only:
             continue
         dims = f" [{', '.join(one.dims)}]" if one.dims else ""
         inner = ""
-        if isinstance(one.type, Record) and one.type.name not in RESULTS and one.type.name != "TrajectoryRecord":
+        if isinstance(one.type, RecordSchema) and one.type.name not in RESULTS and one.type.name != "TrajectoryRecord":
             inner = f": {one.type.name}"
         parts.append(f"{one.name}{dims}{inner}")
     return "; ".join(parts)

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.schema import Field, Record, Request, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
 
 _DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
 _KINDS = {"float": float, "int": int, "bool": bool, "str": str}
 
 
-def problems(record: Record, document: Mapping[str, Any]) -> list[str]:
+def problems(record: RecordSchema, document: Mapping[str, Any]) -> list[str]:
     """Return what is wrong with a document: missing or undeclared fields, types, dimensions, values."""
     return list(_problems(record, document, record.name, {}))
 
 
-def _problems(record: Record, document: Mapping[str, Any], path: str, sizes: dict[str, int]) -> Iterator[str]:
+def _problems(record: RecordSchema, document: Mapping[str, Any], path: str, sizes: dict[str, int]) -> Iterator[str]:
     known = {one.name for one in record}
     yield from (f"{path}.{name} is not declared" for name in document if name not in known)
     for one in record:
@@ -35,7 +35,7 @@ def _problems(record: Record, document: Mapping[str, Any], path: str, sizes: dic
 
 
 def _value_problems(one: Field, value: Any, at: str, sizes: dict[str, int]) -> Iterator[str]:
-    if isinstance(one.type, Record):
+    if isinstance(one.type, RecordSchema):
         if not one.dims:
             yield from _problems(one.type, value, at, {} if isinstance(one.type, ResultSchema) else sizes)
             return

@@ -22,8 +22,7 @@ from starlette.types import Receive, Scope, Send
 
 from grazemap.codec import Document, decode_npz, iter_json
 from grazemap.npz import unpacked_size
-from grazemap.schema import schema_of
-from grazemap.schema.motions import for_json
+from grazemap.results import class_of
 from grazemap_service.problems import ProblemException
 
 NPZ_TYPE = "application/x-npz"
@@ -253,7 +252,7 @@ def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
     """Return the document and the meta of which JSON is made; those of a tile have no more fields than the npz."""
     document, meta = decode_npz(npz)
     if "tile" not in meta:
-        document = for_json(schema_of(meta["process"], document), document)
+        document = class_of(meta["process"], document).json_document(document)
     return document, meta
 
 

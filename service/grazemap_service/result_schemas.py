@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from grazemap.schema import SCHEMAS, Field, Record, Request, ResultSchema
-from grazemap.schema.maps import TILE_OF_BASINS, UNFOLDING_MAPS
+from grazemap.results import SCHEMAS, UnfoldingMap
+from grazemap.results.basins import TILE_OF_BASINS
+from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
 from grazemap.wire import PROCESSES
 
 Schema = dict[str, Any]
@@ -16,9 +17,9 @@ _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "
 _NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
 RESULT, TILE, JOB = "Result", "Tile", "Job"
 # Processes whose tiles can be fetched, with the schema of a tile; a tile of a diagram is one of its map.
-_TILES: Mapping[str, Record] = {
-    "unfolding-maps": UNFOLDING_MAPS,
-    "unfolding-diagrams": UNFOLDING_MAPS,
+_TILES: Mapping[str, RecordSchema] = {
+    "unfolding-maps": UnfoldingMap.schema,
+    "unfolding-diagrams": UnfoldingMap.schema,
     "basins": TILE_OF_BASINS,
     "basin-fractions": TILE_OF_BASINS,
 }
@@ -81,7 +82,7 @@ def _stem(process: str) -> str:
     return PROCESSES[process].__name__.removesuffix("Request")
 
 
-def _result(record: Record, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
+def _result(record: RecordSchema, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
     """Return the schema of a result in JSON, with process, schema and meta; its meta becomes a component."""
     meta = f"{_stem(process)}{'Tile' if tile else ''}Meta"
     own: dict[str, Schema] = {
@@ -106,15 +107,15 @@ def _result(record: Record, process: str, components: dict[str, Schema], tile: b
     return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
 
 
-def _in_json(record: Record) -> tuple[Field, ...]:
+def _in_json(record: RecordSchema) -> tuple[Field, ...]:
     """Return the fields that only the JSON of a result has."""
-    return tuple(one.in_result(when="") for one in record.in_json) if isinstance(record, ResultSchema) else ()
+    return tuple(one.varied(when="") for one in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
-def _records(record: Record) -> Iterator[tuple[str, Schema]]:
+def _records(record: RecordSchema) -> Iterator[tuple[str, Schema]]:
     """Yield the components of the records in a record, however deep."""
     for one in (*record, *_in_json(record)):
-        if isinstance(one.type, Record):
+        if isinstance(one.type, RecordSchema):
             yield from _records(one.type)
             fields = (*one.type, *_in_json(one.type))
             required = [inner.name for inner in fields if not inner.optional]
@@ -130,8 +131,8 @@ def _object(description: str, properties: Mapping[str, Schema], required: Sequen
 
 def _property(one: Field) -> Schema:
     schema: Schema
-    if isinstance(one.type, Record | Request):
-        name = one.type.name if isinstance(one.type, Record) else PROCESSES[one.type.process].__name__
+    if isinstance(one.type, RecordSchema | Request):
+        name = one.type.name if isinstance(one.type, RecordSchema) else PROCESSES[one.type.process].__name__
         schema = reference(name)
         nullable = (one.null or one.optional) and not one.dims
         if nullable:

@@ -13,7 +13,7 @@ import pytest
 
 from grazemap import Client, local
 from grazemap.client.methods import Method, ProcessMethods
-from grazemap.schema import SCHEMAS
+from grazemap.results import SCHEMAS
 from grazemap.wire import PROCESSES
 
 DOCS = Path(__file__).parents[2] / "docs"

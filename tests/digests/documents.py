@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from grazemap import npz
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.schema import schema_of
-from grazemap.schema.documents import add_deprecated
+from grazemap.results import schema_of
+from grazemap.results.documents import add_deprecated
 from grazemap.wire import parse_request
 from grazemap_core.numerics.jit.quick_compiler import hurry
 from grazemap_worker.processes import PROCESSES

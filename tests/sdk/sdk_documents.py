@@ -1,16 +1,22 @@
-"""Small results with every shape of field, made by hand so that each test can say what must come out."""
+"""Small results with every shape of field.
+
+Values that tests look at are written by hand; others follow from the type of their field (`example`).
+"""
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from grazemap.codec import encode_npz
-from grazemap.schema import VERSION, Record, schema_of
-from grazemap.schema.documents import Document, add_deprecated
+from grazemap.results import VERSION, DiscontinuityMapping, PeriodicOrbit, Structure, schema_of
+from grazemap.results.documents import Document, add_deprecated
+from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
@@ -204,85 +210,83 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     return encode_npz({**full, **(extra or {})}, meta)
 
 
-def with_deprecated(schema: Record, document: Document) -> Document:
+def with_deprecated(schema: RecordSchema, document: Document) -> Document:
     """Return a document with the deprecated names of its fields too."""
     full = deepcopy(document)
     add_deprecated(schema, full)
     return full
 
 
-def _mapping() -> dict[str, Any]:
-    entries, overshoots, returns = 7, 2, 2
-    state = np.arange(1.0, 1.0 + entries)
-    errors = np.array([1e-4, 1e-6])
-    onward = np.tile(np.array([1e-4, 1e-5, np.nan]), (overshoots, 1))
-    return {
-        "omega": 0.29,
-        "clearance": 1.99,
-        "stop": -1,
-        "grazing": {
-            "state": state,
-            "vector_field": -state,
-            "acceleration": 0.17,
-            "beta": 2 * state,
-            "gamma": 3 * state,
-        },
-        "overshoot": np.array([1e-4, 1e-6]),
-        "largest_overshoot": 0.5,
-        "state": np.tile(state, (overshoots, 1)),
-        "mapped": np.tile(state, (overshoots, 1)) + 1e-3,
-        "displacement": np.full((overshoots, entries), 1e-3),
-        "size": np.array([1e-2, 1e-3]),
-        "error": errors,
-        "error_of_second_order": 0.1 * errors,
-        "fitted_order": 1.0,
-        "fitted_order_of_second": 1.5,
-        "jacobian": np.eye(entries),
-        "jacobian_opposite": -np.eye(entries),
-        "xi": np.array([0.25, -0.5]),
-        "first_recurrence": 2,
-        "recurrence_stop": -1,
-        "next_contact": {"order": np.array([2, 0]), "stop": np.array([-1, 0]), "margin": np.array([0.5, 0.25])},
-        "returns": {
-            "mapped": np.tile(state, (overshoots, returns + 1, 1)),
-            "simulated": np.tile(state, (overshoots, returns + 1, 1)),
-            "mapped_overshoot": onward,
-            "simulated_overshoot": 2 * onward,
-            "error": onward,
-        },
-    }
+def example(record: RecordSchema, sizes: Mapping[str, int], **given: Any) -> Document:
+    """Return a document with the fields that every such result has, and with those that are given.
+
+    Arrays have the sizes of their dimensions; their numbers rise from 0.1 to 1. Lists of records are empty.
+    """
+    made: Document = {}
+    for one in record:
+        single = isinstance(one.type, RecordSchema) and not one.dims
+        if one.name in given:
+            made[one.name] = given.pop(one.name)
+        elif not one.optional and not one.stored_only:
+            made[one.name] = {} if single else _example_of(one, [sizes.get(dim, 0) for dim in one.dims])
+        if single and isinstance(made.get(one.name), dict):
+            made[one.name] = example(one.type, sizes, **made[one.name])
+    assert not given
+    return made
 
 
-def _orbit() -> dict[str, Any]:
+def _example_of(one: Field, shape: list[int]) -> Any:
+    if isinstance(one.type, RecordSchema):
+        return []
+    single = {"float": 0.5, "int": 1, "bool": True, "str": "text"}[str(one.type)]
+    single = one.values[0] if one.values else single
+    if not one.dims:
+        return single
+    if one.type == "float":
+        return np.linspace(0.1, 1.0, math.prod(shape)).reshape(shape)
+    return np.full(shape, single, dtype=one.dtype or None)
+
+
+def _mapping() -> Document:
+    onward = np.tile(np.array([1e-4, 1e-5, np.nan]), (2, 1))
+    return example(
+        DiscontinuityMapping.schema,
+        {"overshoot": 2, "return": 3, "state_entry": 7, "state_entry_before": 7, "order": 2},
+        omega=0.29,
+        clearance=1.99,
+        stop=-1,
+        grazing={"acceleration": 0.17},
+        overshoot=np.array([1e-4, 1e-6]),
+        error=np.array([1e-4, 1e-6]),
+        error_of_second_order=np.array([1e-5, 1e-7]),
+        fitted_order=1.0,
+        fitted_order_of_second=1.5,
+        next_contact={"order": np.array([2, 0]), "stop": np.array([-1, 0])},
+        returns={"mapped_overshoot": onward, "simulated_overshoot": 2 * onward, "error": onward},
+    )
+
+
+def _orbit() -> Document:
     motion = {"kind": "periodic", "period": 1, "impacts_right": 1, "impacts_left": 1, "symmetric": True}
-    return {
-        "omega": 0.27,
-        "clearance": 1.85,
-        "converged": True,
-        "found_by": "equations",
-        "reason": None,
-        "period": 1,
-        "stops": np.array([1, -1]),
-        "phases": np.array([0.5, 0.5 + np.pi]),
-        "times": np.array([1.0, 12.0]),
-        "velocities": np.array([0.25, -0.25]),
-        "sticking": {"start": np.zeros(0), "stop_time": np.zeros(0), "stop": np.zeros(0, dtype=np.int64)},
-        "residual": 1e-16,
-        "kantorovich": 1e-12,
-        "radius": 1e-15,
-        "isolated": True,
-        "admissible": True,
-        "stable": False,
-        "verified": False,
-        "multipliers": np.array([[0.5, 0.25], [0.5, -0.25], [-1.5, 0.0]]),
-        "physical": True,
-        "contacts": "none",
-        "excess": -0.5,
-        "excess_phase": 2.0,
-        "excess_stop": -1,
-        "start": {"displacement": np.array([1.0, 0.0, 0.0]), "velocity": np.array([0.1, 0.2, 0.3]), "phase": 0.0},
-        "motion": {**motion, "sticking": False, "label": "1-1r-1l", "verified": False, "reason": None},
-    }
+    return example(
+        PeriodicOrbit.schema,
+        {"mass": 3},
+        omega=0.27,
+        clearance=1.85,
+        reason=None,
+        stops=np.array([1, -1]),
+        phases=np.array([0.5, 0.5 + np.pi]),
+        times=np.array([1.0, 12.0]),
+        velocities=np.array([0.25, -0.25]),
+        stable=False,
+        verified=False,
+        multipliers=np.array([[0.5, 0.25], [0.5, -0.25], [-1.5, 0.0]]),
+        excess=-0.5,
+        excess_phase=2.0,
+        excess_stop=-1,
+        start={"displacement": np.array([1.0, 0.0, 0.0]), "velocity": np.array([0.1, 0.2, 0.3]), "phase": 0.0},
+        motion={**motion, "sticking": False, "label": "1-1r-1l", "verified": False},
+    )
 
 
 def _proof() -> dict[str, Any]:
@@ -577,26 +581,23 @@ def _fractions() -> dict[str, Any]:
     }
 
 
-def _structure() -> dict[str, Any]:
+def _structure() -> Document:
     response = {
         "amplitude": np.array([1.6, 1.8, np.nan]),
         "phase": np.array([0.1, 0.2, np.nan]),
         "amplitude_slope": np.array([2.0, 4.0, np.nan]),
     }
-    return {
-        "effective_mass": 1.0,
-        "kappa": 0.1,
-        "equilibrium": np.zeros(3),
-        "contact_equilibrium": 0.0,
-        "natural_frequencies": np.array([0.25, 1.0, 1.2]),
-        "damping_ratios": np.array([0.02, 0.05, 0.06]),
-        "contact_weights": np.array([0.3, 0.8, 0.4]),
-        "omega": np.array([0.2, 0.25, 0.3]),
+    return example(
+        Structure.schema,
+        {"mass": 3, "mode": 3},
+        natural_frequencies=np.array([0.25, 1.0, 1.2]),
+        contact_weights=np.array([0.3, 0.8, 0.4]),
+        omega=np.array([0.2, 0.25, 0.3]),
         **response,
-        "harmonics": [{"harmonic": 1, **response}],
-        "time": np.array([1.0, 2.0]),
-        "impulse_response": np.array([0.8, 0.4]),
-    }
+        harmonics=[{"harmonic": 1, **response}],
+        time=np.array([1.0, 2.0]),
+        impulse_response=np.array([0.8, 0.4]),
+    )
 
 
 _CORNER = {

@@ -58,6 +58,7 @@ def test_an_unknown_name_is_an_attribute_error():
         "import grazemap",
         "from grazemap import Client, AsyncClient, Oscillator, local, load, errors; Client().close()",
         "import grazemap.cli",
+        "import grazemap.results",
     ],
 )
 def test_importing_loads_nothing_heavy(statement: str):

@@ -19,7 +19,7 @@ from grazemap.client.methods import ProcessMethods
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
 from grazemap.results import ChanceToSettle, Family, InferredWrong, UnfoldingMap, decode_result, load
-from grazemap.schema.motions import motions_of
+from grazemap.results.motions import motions_of
 from grazemap.wire import motion_label
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))

@@ -2,47 +2,126 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
-from typing import Any
+import pickle
+import pydoc
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from sdk_documents import REQUESTS, document, with_deprecated
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import RESULTS
-from grazemap.results.records import RECORDS
-from grazemap.schema import SCHEMAS, Record, schema_of
-from grazemap.schema.fields import deprecated
+from grazemap.results import RESULTS, SCHEMAS, Family, Motion, UnfoldingMap, schema_of
+from grazemap.results.fields import RecordSchema
+from grazemap.results.record import FloatArray, Record, deprecated, field, stored
 from grazemap.wire import PROCESSES
 from tests.document_problems import problems
 
 
-def records(record: Record) -> list[Record]:
-    inside = [one.type for one in record if isinstance(one.type, Record)]
+def records(record: RecordSchema) -> list[RecordSchema]:
+    inside = [one.type for one in record if isinstance(one.type, RecordSchema)]
     return [record, *(deeper for one in inside for deeper in records(one))]
 
 
-def test_every_process_has_a_schema_and_every_schema_a_class() -> None:
+def test_every_process_has_a_class_of_its_result() -> None:
     assert {schema.process for schema in SCHEMAS} == set(PROCESSES)
     assert {schema.name for schema in SCHEMAS} == set(RESULTS)
 
 
 @pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
-def test_classes_have_the_fields_of_their_schemas(schema: Record) -> None:
+def test_objects_have_the_attributes_of_their_schemas(schema: RecordSchema) -> None:
     for record in records(schema):
-        kind = RESULTS.get(record.name) or RECORDS.get(record.name)
-        if kind in (None, dict):  # of the figures of adaptive maps, and of trajectories in a list
-            assert record.name in ("FiguresAtComputedPoints", "TrajectoryRecord")
-            continue
-        assert dataclasses.is_dataclass(kind)
-        own = {field.name for field in dataclasses.fields(kind)} - {"meta", "_document", "_oscillator"}
-        assert own == {one.name for one in record if not one.replaces} - {"at_computed"}
-        assert all(f"\n{name} : " in (kind.__doc__ or "") for name in own)
+        assert dataclasses.is_dataclass(record.kind)
+        own = {one.name for one in dataclasses.fields(record.kind)} - {"meta", "_document", "_oscillator"}
+        assert own == {one.name for one in record if not one.replaces and not one.stored_only}
+        assert all(f"\n{name} : " in (record.kind.__doc__ or "") for name in own)
+
+
+class Sample(Record):
+    """A record with one field of each kind.
+
+    It is of this test.
+    """
+
+    number: float = field("A number.", unit="m")
+    name: str | None = field("A name.")
+    array: FloatArray | None = field("An array.", "time", "s", when="sometimes")
+    families: tuple[Family, ...] = field("Families.", "family", when="sometimes")
+    texts: tuple[str, ...] = field("Texts.", "text")
+    certified = deprecated("number")
+    aside = stored("Figures.", type=Family.schema, when="sometimes")
+    shown: ClassVar[int] = 3
+    _own: int = 1
+
+
+class Other(Record):
+    """A record that varies a field of another one."""
+
+    number: FloatArray = field(Sample, "time", null=True)
+    label: str = field("A label.", default="none")
+
+
+def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
+    """It is written once: no name, type or need is given beside the attribute's own."""
+    found = {one.name: (one.type, one.dims, one.null, one.optional, one.texts) for one in Sample.schema}
+    assert found == {
+        "number": ("float", (), False, False, False),
+        "name": ("str", (), True, False, False),
+        "array": ("float", ("time",), False, True, False),
+        "families": (Family.schema, ("family",), False, True, False),
+        "texts": ("str", ("text",), False, False, True),
+        "certified": ("float", (), False, True, False),
+        "aside": (Family.schema, (), False, True, False),
+    }
+    assert Sample.schema.description == "A record with one field of each kind. It is of this test."
+    assert (Sample.schema["certified"].replaces, Sample.schema["certified"].unit) == ("number", "m")
+    varied, given = Other.schema["number"], Sample.schema["number"]
+    assert varied == given.varied(dims=("time",), null=True)
+    assert not hasattr(Sample, "certified")
+    assert not hasattr(Sample, "aside")
+    with pytest.raises(TypeError, match="dimensions"):
+        type("Wrong", (Record,), {"__annotations__": {"x": FloatArray}, "x": field("An array.")})
+    with pytest.raises(TypeError, match="dimensions"):
+        type("Wrong", (Record,), {"__annotations__": {"x": float}, "x": field("A number.", "time")})
+
+
+def test_objects_are_frozen_and_are_made_as_dataclasses_are() -> None:
+    made = Sample(1.0, "x", texts=())
+    assert (made.number, made.array, made.families, made._own) == (1.0, None, (), 1)
+    assert dataclasses.replace(made, number=2.0).number == 2.0
+    assert Other(np.zeros(1)).label == "none"
+    for wrong in ((), (1.0, "x", None, (), (), 1, 2)):
+        with pytest.raises(TypeError, match="Sample"):
+            Sample(*wrong)
+    for wrong in ({"texts": (), "more": 1}, {"texts": (), "number": 1.0}):
+        with pytest.raises(TypeError, match="Sample"):
+            Sample(1.0, None, **wrong)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        made.number = 2.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        del made.number
+    # what has arrays is not compared by its values
+    assert Sample(1.0, "x", texts=()) != made
+    assert Family(1, 2) == Family(case=1, n=2)
+    assert Family(1, 2) != Family(1, 3)
+    assert len({Family(1, 2), Family(1, 2), Family(2, 2)}) == 2
+    assert repr(Family(1, 2)) == "Family(case=1, n=2)"
+    motion = Motion("chaotic", verified=False)
+    assert pickle.loads(pickle.dumps(motion)) == copy.deepcopy(motion) == motion
+
+
+@pytest.mark.parametrize("kind", [Sample, Family, UnfoldingMap, Record])
+def test_help_is_shown_of_every_kind_of_class(kind: type) -> None:
+    shown = pydoc.render_doc(kind, renderer=pydoc.plaintext)
+    assert kind is Record or all(
+        f" |  {one.name} : " in shown for one in kind.schema if not one.stored_only and not one.replaces
+    )
 
 
 @pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
-def test_every_field_is_described(schema: Record) -> None:
+def test_every_field_is_described(schema: RecordSchema) -> None:
     for record in records(schema):
         names = [one.name for one in record]
         assert len(set(names)) == len(names)
@@ -95,4 +174,4 @@ def test_deprecated_names_stand_beside_what_replaces_them() -> None:
     assert (orbit["certified"], orbit["motion"]["certified"]) == (False, False)
     named = [one.name for schema in SCHEMAS for record in records(schema) for one in record if one.replaces]
     assert set(named) == {"certified"}
-    assert deprecated("old", SCHEMAS[0]["omega"]).replaces == "omega"
+    assert "at_computed" in [one.name for one in UnfoldingMap.schema if one.stored_only]

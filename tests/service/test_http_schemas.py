@@ -18,9 +18,8 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import MotionShare, UnfoldingMap
+from grazemap.results import SCHEMAS, VERSION, MotionShare, UnfoldingMap, schema_of
 from grazemap.results.base import decode_result
-from grazemap.schema import SCHEMAS, VERSION, schema_of
 from grazemap.wire import PROCESSES
 from grazemap_service.representations import render
 from tests.sdk.sdk_documents import REQUESTS, document, npz

@@ -14,6 +14,7 @@ from grazemap import cli
 from grazemap.codec import Document, encode_json, encode_npz
 from grazemap.errors import ParameterError
 from grazemap.results import (
+    VERSION,
     BifurcationDiagram,
     OrbitBranch,
     PeriodicOrbit,
@@ -22,10 +23,9 @@ from grazemap.results import (
     Trajectory,
     UnfoldingMap,
 )
+from grazemap.results import observables as schema
 from grazemap.results.base import _decode_json, decode_result
 from grazemap.results.observables import variables_of
-from grazemap.schema import VERSION
-from grazemap.schema import observables as schema
 from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
 from grazemap_core import warmup

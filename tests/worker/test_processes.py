@@ -15,8 +15,8 @@ from thorough import KERNELS_FIRST
 
 from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.schema import schema_of
-from grazemap.schema.maps import TILE_OF_BASINS
+from grazemap.results import schema_of
+from grazemap.results.basins import TILE_OF_BASINS
 from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch

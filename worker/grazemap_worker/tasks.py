@@ -21,8 +21,8 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.schema import VERSION, schema_of
-from grazemap.schema.documents import add_deprecated
+from grazemap.results import VERSION, schema_of
+from grazemap.results.documents import add_deprecated
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane

@@ -2,18 +2,19 @@
 
 A result keeps the document it was made from, so a saved file has all that the service sent, including fields of a newer
 service. npz is the service's format (`codec.py`); JSON is the same document as text, with null for NaN. Every module of
-this folder is imported here, so that its classes are in `RESULTS` and `RECORDS`; the names below are those that others
+this folder is imported here, so that its classes are in `RESULTS`; the names below are those that others
 import from the package.
 """
 
 from importlib import import_module
 from pkgutil import iter_modules
 
-from grazemap.results.base import RESULTS, Result, decode_result, load
+from grazemap.results.base import RESULTS, Result, class_of, decode_result, load, schema_of
 from grazemap.results.basins import Attractor, BasinEntropy, BasinFractions, Basins, ContinuedAttractor, Uncertainty
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
+from grazemap.results.fields import VERSION, ResultSchema
 from grazemap.results.grazing import (
     CodimensionTwoPoint,
     CodimensionTwoPoints,
@@ -30,9 +31,12 @@ from grazemap.results.structures import Gaps, HarmonicResponse, Structure
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.results.unfolding_diagram import Border, BorderCurve, GrazingCurveOfPlane, MapBorders, UnfoldingDiagram
+from grazemap.wire import PROCESSES
 
 __all__ = [
     "RESULTS",
+    "SCHEMAS",
+    "VERSION",
     "Attractor",
     "BasinEntropy",
     "BasinFractions",
@@ -79,9 +83,16 @@ __all__ = [
     "Unfolding",
     "UnfoldingDiagram",
     "UnfoldingMap",
+    "class_of",
     "decode_result",
     "load",
+    "schema_of",
 ]
 
 for _module in iter_modules(__path__, f"{__name__}."):
     import_module(_module.name)
+
+# In the order of their processes; several forms of a result are in the order of their module.
+SCHEMAS: tuple[ResultSchema, ...] = tuple(
+    sorted((kind.schema for kind in RESULTS.values()), key=lambda schema: list(PROCESSES).index(schema.process))
+)

@@ -5,21 +5,19 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence, Sized
-from dataclasses import dataclass, field
+from collections.abc import Container, Mapping, Sequence, Sized
 from inspect import Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
 from grazemap.errors import ResultFormatError
-from grazemap.results.records import ARRAY_TYPES, RECORDS, ComplexArray, with_attributes
-from grazemap.schema import SCHEMAS, VERSION, Field, Record, Request, ResultSchema, schema_of
-from grazemap.schema.documents import from_json, upgraded
-from grazemap.schema.motions import for_json
+from grazemap.results.documents import from_json
+from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
+from grazemap.results.record import ARRAY_TYPES, ComplexArray, Record, named
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -27,8 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
 RESULTS: dict[str, type[Result]] = {}
-"""The classes of results by the names of their schemas."""
-_SCHEMAS = {schema.name: schema for schema in SCHEMAS}
+"""The classes of results by their names."""
 # No result has a longer list of texts, such as the reasons to which a map refers by numbers.
 _MOST_TEXTS = 1 << 16
 _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
@@ -58,10 +55,8 @@ def outside(what: str, name: str, value: float, ends: tuple[float, float], units
     )
 
 
-@dataclass_transform(frozen_default=True, eq_default=False)
-@dataclass(frozen=True, eq=False, repr=False)
-class Result:
-    """What all results share; a class with the name of a schema is the result of its process, and a dataclass.
+class Result(Record):
+    """What all results share; a subclass is the result of a process.
 
     Attributes
     ----------
@@ -74,15 +69,31 @@ class Result:
     process: ClassVar[str]
 
     meta: dict[str, Any]
-    _document: Document = field(repr=False)
+    _document: Document
 
-    def __init_subclass__(cls) -> None:
-        cls.schema = _SCHEMAS[cls.__name__]
-        cls.process = cls.schema.process
-        cls.__doc__ = with_attributes(cls.__doc__ or "", cls.schema, cls)
-        RESULTS[cls.__name__] = dataclass(frozen=True, eq=False, repr=False)(cls)
+    def __init_subclass__(
+        cls,
+        process: str,
+        rows: str = "",
+        roles: Mapping[str, str] | None = None,
+        derived: Mapping[str, Any] | None = None,
+        in_json: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Make the schema of the class, with the attributes of `ResultSchema`; `derived` and `in_json` are by name."""
+        super().__init_subclass__()
+        cls.schema = ResultSchema(
+            **vars(cls.schema),
+            process=process,
+            rows=rows,
+            roles=roles or {},
+            derived=tuple(named(name, one) for name, one in (derived or {}).items()),
+            in_json=tuple(named(name, one) for name, one in (in_json or {}).items()),
+        )
+        cls.process = process
+        cls._comparable = False
+        RESULTS[cls.__name__] = cls
         # results come from clients and files, so help() shows no arguments
-        cls.__signature__ = Signature()  # type: ignore[attr-defined]
+        cls.__signature__ = Signature()
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
@@ -91,9 +102,12 @@ class Result:
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
-        if int(meta.get("schema", 1)) < VERSION:
-            document = upgraded(cls.schema, document)
         return _decoded(cls.schema, document)
+
+    @classmethod
+    def json_document(cls, document: Document) -> Document:
+        """Return a document of the codec with the fields that JSON alone has."""
+        return document
 
     @property
     def units(self) -> str:
@@ -111,7 +125,7 @@ class Result:
         encoders = {".npz": encode_npz, ".json": encode_json}
         if target.suffix not in encoders:
             raise ValueError("a result is saved as .npz or .json")
-        document = for_json(self.schema, self._document) if target.suffix == ".json" else self._document
+        document = self.json_document(self._document) if target.suffix == ".json" else self._document
         target.write_bytes(encoders[target.suffix](document, self.meta))
         return target
 
@@ -162,6 +176,26 @@ class Result:
         raise NotImplementedError
 
 
+def class_of(process: str, names: Container[str]) -> type[Result]:
+    """Return the class of a process's result; of several forms, the one whose fields are among the names.
+
+    Raises
+    ------
+    KeyError
+        There is no such process.
+    """
+    forms = [kind for kind in RESULTS.values() if kind.process == process]
+    if not forms:
+        raise KeyError(process)
+    whole = (kind for kind in forms if all(one.optional or one.name in names for one in kind.schema))
+    return next(whole, forms[0])
+
+
+def schema_of(process: str, names: Container[str]) -> ResultSchema:
+    """Return the schema of `class_of`. Raises KeyError."""
+    return class_of(process, names).schema
+
+
 def load(path: str | os.PathLike[str]) -> Result:
     """Read a result from a .npz or .json file, as `Result.save` and the service write them.
 
@@ -203,24 +237,24 @@ def _decode_json(data: bytes) -> Result:
 
 def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
     try:
-        result = RESULTS[schema_of(meta["process"], document).name].from_document(document, dict(meta))
+        result = class_of(meta["process"], document).from_document(document, dict(meta))
         _ = result.units  # pictures and Datasets need the request
         return result
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise ResultFormatError("the document is not a result that this version can read") from error
 
 
-def _decoded(record: Record, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a result from its document; deprecated names are left out.
+def _decoded(record: RecordSchema, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes of a result from its document; what is stored only is left out.
 
     Raises KeyError where a field that is always present is missing.
     """
     attributes: dict[str, Any] = {}
     for one in record:
-        if one.replaces:
+        if one.replaces or one.stored_only:
             continue
         if one.optional and document.get(one.name) is None:
-            attributes[one.name] = () if one.dims and isinstance(one.type, Record) else None
+            attributes[one.name] = () if one.dims and isinstance(one.type, RecordSchema) else None
         else:
             attributes[one.name] = value_of(one, document[one.name])
     return attributes
@@ -228,8 +262,8 @@ def _decoded(record: Record, document: Mapping[str, Any]) -> dict[str, Any]:
 
 def value_of(one: Field, value: Any) -> Any:
     """Return the attribute for a field's value in a document."""
-    if isinstance(one.type, Record):
-        kind = RECORDS[one.type.name]
+    if isinstance(one.type, RecordSchema):
+        kind = one.type.kind
         if one.dims:
             return tuple(kind(**_decoded(one.type, item)) for item in value)
         return None if value is None else kind(**_decoded(one.type, value))

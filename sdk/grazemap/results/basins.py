@@ -10,31 +10,47 @@ from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted, counted_points
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, described
-from grazemap.schema.basins import ATTRACTOR, BASIN_ENTROPY, CONTINUED_ATTRACTOR, UNCERTAINTY
+from grazemap.results.fields import RecordSchema
+from grazemap.results.observables import OBSERVABLES
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named
+from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, Motion, MotionShare
+from grazemap.results.unfolding import UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@described(ATTRACTOR, comparable=True)
-class Attractor:
-    """A motion that initial states lead to."""
+_PLANE, _ALONG = "vertical horizontal", "attractor parameter"
+_MEASURED = "of evenly spaced values, since version 0.3.5"
+_ATTRACTOR_MOTION = field("The name of the attractor, or its kind.", "attractor", type="str")
 
-    kind: str
-    states: int
-    share: float
-    label: str | None = None
-    period: int | None = None
-    impacts_right: int | None = None
-    impacts_left: int | None = None
-    symmetric: bool | None = None
-    sticking: bool | None = None
-    mean_position: float | None = None
-    mean_velocity: float | None = None
-    multiplier: float | None = None
-    lyapunov: float | None = None
-    verified: bool = False
+
+class Attractor(Record):
+    """A motion that initial states lead to; those that are not periodic are distinguished by their kind only."""
+
+    kind: str = field(Motion, values=KINDS[:-1])
+    label: str | None = field(Motion)
+    period: int | None = field(Motion)
+    impacts_right: int | None = field(Motion)
+    impacts_left: int | None = field(Motion)
+    symmetric: bool | None = field(Motion)
+    sticking: bool | None = field(Motion)
+    mean_position: float | None = field(
+        "Mean distance of the contact coordinate from the steady motion at the initial phase of the "
+        "forcing, divided by the clearance.",
+        when=OF_PERIODIC,
+    )
+    mean_velocity: float | None = field(
+        "The same for the velocity, over p omega times the clearance.", when=OF_PERIODIC
+    )
+    multiplier: float | None = field("Largest modulus of the multipliers over one period.", when=OF_PERIODIC)
+    lyapunov: float | None = field("Largest Lyapunov exponent per forcing period.", when="where it is known")
+    verified: bool = field(
+        Common, description="Whether a periodic motion is verified for every state that leads to it."
+    )
+    certified = deprecated("verified")
+    states: int = field("Initial states that lead to it.")
+    share: float = field("Fraction of all initial states.")
 
     @property
     def motion(self) -> MotionShare:
@@ -42,17 +58,19 @@ class Attractor:
         return MotionShare(self.label or self.kind, self.kind, *_counts(self), self.states, self.share)
 
 
-@described(BASIN_ENTROPY, comparable=True)
-class BasinEntropy:
+class BasinEntropy(Record):
     """How mixed the motions are in the boxes of a rectangle of states (Daza et al. 2016), in nats."""
 
-    box: int
-    boxes: int
-    boundary_boxes: int
-    entropy: float
-    boundary_entropy: float
-    standard_error: float
-    fractal: bool
+    box: int = field("Number of states along a side of a box.")
+    boxes: int = field("Number of boxes that have states whose motion is resolved.")
+    boundary_boxes: int = field("Number of boxes with more than one attractor.")
+    entropy: float = field("S_b: mean entropy of the attractors in a box.")
+    boundary_entropy: float = field("S_bb: the mean over the boundary boxes.", null=True)
+    standard_error: float = field("Standard error of S_bb, from the spread of the boxes.", null=True)
+    fractal: bool = field(
+        "Whether S_bb exceeds log 2 by three standard errors, which smooth boundaries do not. Where it does not, "
+        "the boundary may be smooth or fractal; of two attractors it never does."
+    )
 
     def __str__(self) -> str:
         if not self.boundary_boxes:
@@ -61,15 +79,19 @@ class BasinEntropy:
         return f"basin entropy {self.entropy:.3g}, on the boundary {self.boundary_entropy:.3g}{above}"
 
 
-@described(UNCERTAINTY)
-class Uncertainty:
+class Uncertainty(Record):
     """The share of uncertain states by distance, and the exponent of its power law (Grebogi et al. 1983)."""
 
-    distance: IntArray
-    share: FloatArray
-    exponent: float
-    standard_error: float
-    boundary_dimension: float
+    distance: IntArray = field("In steps of the rectangle, along either side.", "distance", coordinate=True)
+    share: FloatArray = field(
+        "Share of the resolved states that have one within the distance which leads to another attractor.", "distance"
+    )
+    exponent: float = field("alpha: slope of log share over log distance.", null=True)
+    standard_error: float = field(
+        "Standard error of the slope, from the residuals; the finite rectangle adds a bias of some hundredths.",
+        null=True,
+    )
+    boundary_dimension: float = field("Box dimension of the boundary in the rectangle: 2 - alpha.", null=True)
 
     def __str__(self) -> str:
         if np.isnan(self.exponent):
@@ -77,23 +99,51 @@ class Uncertainty:
         return f"uncertainty exponent {self.exponent:.3f} ± {self.standard_error:.3f}"
 
 
-class Basins(Result):
+class Basins(
+    Result,
+    process="basins",
+    derived={
+        "motion": field("The name of the motion, or its kind.", _PLANE, type="str"),
+        "attractor_motion": _ATTRACTOR_MOTION,
+    },
+):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance."""
 
-    horizontal: FloatArray
-    vertical: FloatArray
-    label: IntArray
-    attractors: tuple[Attractor, ...]
-    settled_after: IntArray
-    lyapunov: FloatArray
-    reason: IntArray
-    reasons: tuple[str, ...]
-    verified: BoolArray | None = None
-    sensitive: BoolArray | None = None
-    transient_growth: FloatArray | None = None
-    basin_entropy: BasinEntropy | None = None
-    uncertainty: Uncertainty | None = None
-    chance_to_settle: ChanceToSettle | None = None
+    horizontal: FloatArray = field("Values of the first initial coordinate.", "horizontal")
+    vertical: FloatArray = field("Values of the second initial coordinate.", "vertical")
+    label: IntArray = field("Position in `attractors`; -1 where the motion is unresolved.", _PLANE, dtype="int16")
+    attractors: tuple[Attractor, ...] = field(
+        "The motions found, the most frequent first.", "attractor", prefix="attractor_"
+    )
+    settled_after: IntArray = field(
+        "Forcing periods after which the trajectory had settled; -1 where the motion is not periodic.",
+        _PLANE,
+        "forcing periods",
+        dtype="int32",
+    )
+    lyapunov: FloatArray = field("Largest Lyapunov exponent per forcing period.", _PLANE, null=True)
+    verified: BoolArray | None = field(
+        Common,
+        _PLANE,
+        description="The state leads to an orbit that is verified and captures the trajectory, which is not sensitive.",
+        when=SINCE,
+    )
+    sensitive: BoolArray | None = field(Common, _PLANE)
+    transient_growth: FloatArray | None = field(Common, _PLANE)
+    reason: IntArray = field(
+        "Why a state is unresolved, or leads to a periodic motion that is not verified.",
+        _PLANE,
+        dtype="int8",
+        index_of="reasons",
+    )
+    reasons: tuple[str, ...] = field("The reasons.", "reason", variable=None)
+    basin_entropy: BasinEntropy | None = field(
+        "The entropy of the boxes.", when=f"{_MEASURED}, at least 5 a side", prefix="entropy_"
+    )
+    uncertainty: Uncertainty | None = field(
+        "The uncertainty exponent.", when=f"{_MEASURED}, at least 64 a side", prefix="uncertainty_"
+    )
+    chance_to_settle: ChanceToSettle | None = field(CHANCE, when="where states lead to chaos")
 
     @property
     def unresolved(self) -> float:
@@ -124,41 +174,48 @@ class Basins(Result):
         return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
 
 
-@described(CONTINUED_ATTRACTOR, comparable=True)
-class ContinuedAttractor:
+class ContinuedAttractor(Record):
     """A motion that initial states lead to at several values of a parameter; it has one name at all of them."""
 
-    kind: str
-    first: float
-    last: float
-    found: int
-    label: str | None = None
-    period: int | None = None
-    impacts_right: int | None = None
-    impacts_left: int | None = None
-    symmetric: bool | None = None
-    sticking: bool | None = None
+    kind: str = field(Attractor)
+    label: str | None = field(Attractor)
+    period: int | None = field(Attractor)
+    impacts_right: int | None = field(Attractor)
+    impacts_left: int | None = field(Attractor)
+    symmetric: bool | None = field(Attractor)
+    sticking: bool | None = field(Attractor)
+    first: float = field("The smallest value at which it was found.")
+    last: float = field("The largest value at which it was found.")
+    found: int = field("Number of values at which it was found.")
 
 
-class BasinFractions(Result):
+class BasinFractions(
+    Result,
+    process="basin-fractions",
+    derived={"attractor_motion": _ATTRACTOR_MOTION},
+):
     """The shares of random initial states that lead to each attractor, along one parameter."""
 
-    parameter: FloatArray
-    attractors: tuple[ContinuedAttractor, ...]
-    states: IntArray
-    share: FloatArray
-    share_error: FloatArray
-    mean_position: FloatArray
-    mean_velocity: FloatArray
-    multiplier: FloatArray
-    lyapunov: FloatArray
-    verified: BoolArray
-    unresolved: FloatArray
-    unresolved_error: FloatArray
-    sensitive: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    chance_to_settle: ChanceToSettle | None = None
+    parameter: FloatArray = field("Values of the parameter that varies, increasing.", "parameter")
+    attractors: tuple[ContinuedAttractor, ...] = field(
+        "The motions found, in the order of the values at which they are met, then of their shares there.",
+        "attractor",
+        prefix="attractor_",
+    )
+    states: IntArray = field("Initial states that lead to the attractor; 0 where it was not found.", _ALONG)
+    share: FloatArray = field(Attractor, _ALONG)
+    share_error: FloatArray = field("Its binomial standard error.", _ALONG)
+    mean_position: FloatArray = field(Attractor, _ALONG, null=True, when="")
+    mean_velocity: FloatArray = field(Attractor, _ALONG, null=True, when="")
+    multiplier: FloatArray = field(Attractor, _ALONG, null=True, when="")
+    lyapunov: FloatArray = field(Attractor, _ALONG, null=True, when="")
+    verified: BoolArray = field("Whether a periodic motion is verified for every state that leads to it.", _ALONG)
+    unresolved: FloatArray = field("Share of the states whose motion is unresolved.", "parameter")
+    unresolved_error: FloatArray = field("Its binomial standard error.", "parameter")
+    sensitive: FloatArray = field("Share of the states whose trajectories are sensitive.", "parameter")
+    displacement: FloatArray = field("The range of each initial displacement.", "mass end", "m")
+    velocity: FloatArray = field("The range of each initial velocity.", "mass end", "m/s")
+    chance_to_settle: ChanceToSettle | None = field(CHANCE, when="where states lead to chaos")
 
     @property
     def vary(self) -> str:
@@ -198,3 +255,21 @@ class BasinFractions(Result):
 
 def _counts(one: Attractor | ContinuedAttractor) -> tuple[int | None, int | None, int | None]:
     return one.period, one.impacts_right, one.impacts_left
+
+
+TILE_OF_BASINS = RecordSchema(
+    "TileOfBasins",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished; of "
+    "basin fractions those at some values of the parameter, for some states.",
+    (
+        *(
+            one.varied(index_of="")
+            for one in UnfoldingMap.schema
+            if one.dims == UnfoldingMap.schema["kind"].dims
+            and not one.replaces
+            and one.name not in ("computed", "resolved", *OBSERVABLES)
+        ),
+        *(named(name, field("As for an attractor.", _PLANE, null=True)) for name in ("mean_position", "mean_velocity")),
+    ),
+)
+"""The schema of a tile of basins and of basin fractions."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from grazemap.results.base import Result, counted
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import FloatArray, described
-from grazemap.schema.curves import CURVE, FOLLOWED_MOTION
+from grazemap.results.record import FloatArray, Record, field
+from grazemap.results.records import BIFURCATIONS, Common
 from grazemap.wire import BifurcationCurvesRequest
 from grazemap.wire.planes import Plane
 
@@ -19,43 +19,70 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class PlaneCurve:
+_ASKED = "of continued curves"
+_FOUND = "where an orbit was found"
+_OF_RANGES, _OF_AXES = "of windows of omega and clearance", "of windows with axes"
+_OF_VARIED = "Clearance: of both stops, or of the stop that varies."
+_ONE_VARIES = f"of continued curves {_OF_RANGES}, where the clearance of one stop varies"
+
+
+class PlaneCurve(Record):
     """Base of the curves of a plane."""
 
-    __slots__ = ()
+    type: str = field("Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.", values=BIFURCATIONS)
+    motion: str = field("Name n-p_r-q_l of the motion that ends there, as plain text.")
+    period: int = field(Common)
+    impacts_right: int = field(Common)
+    impacts_left: int = field(Common)
+    symmetric: bool = field(Common)
+    omega: FloatArray | None = field(Common, "point", when=_OF_RANGES)
+    clearance: FloatArray | None = field(Common, "point", when=_OF_RANGES, description=_OF_VARIED)
+    horizontal: FloatArray | None = field("Values of the horizontal parameter.", "point", when=_OF_AXES)
+    vertical: FloatArray | None = field("Values of the vertical parameter.", "point", when=_OF_AXES)
+    ends: tuple[str, ...] = field(
+        "The reason for each end: window, grazing (the curve meets the grazing curve), admissible (the admissibility "
+        "changes), none (no such motions beyond); for continued curves also closed, real (two multipliers become "
+        "real), step (impacts coincide, or orbits are not smooth), singular (curves meet), points (their maximum "
+        "number).",
+        "end",
+        variable=None,
+    )
 
     @property
     def line(self) -> FloatArray:
         """The horizontal and the vertical values, shape (points, 2): omega and clearance unless there are axes."""
-        names = ("omega", "clearance") if self.horizontal is None else ("horizontal", "vertical")  # type: ignore[attr-defined]
+        names = ("omega", "clearance") if self.horizontal is None else ("horizontal", "vertical")
         return np.stack([getattr(self, name) for name in names], axis=1)
 
 
-@described(CURVE)
 class BifurcationCurve(PlaneCurve):
     """A piece of a curve inside the window."""
 
-    type: str
-    motion: str
-    period: int
-    impacts_right: int
-    impacts_left: int
-    symmetric: bool
-    admissible: bool
-    stop: int
-    impact_velocity: FloatArray
-    ends: tuple[str, ...]
-    omega: FloatArray | None = None
-    clearance: FloatArray | None = None
-    horizontal: FloatArray | None = None
-    vertical: FloatArray | None = None
-    of_motion: int | None = None
-    impact: int | None = None
-    stops: tuple[int, ...] | None = None
-    phases: FloatArray | None = None
-    velocities: FloatArray | None = None
-    clearance_right: FloatArray | None = None
-    clearance_left: FloatArray | None = None
+    admissible: bool = field(
+        Common, description="Whether the orbits are admissible; otherwise the piece is not a border."
+    )
+    stop: int = field("Stop of a graze: +1 A, -1 C; 0 for other types.")
+    omega: FloatArray | None = field(PlaneCurve)
+    clearance: FloatArray | None = field(PlaneCurve)
+    horizontal: FloatArray | None = field(PlaneCurve)
+    vertical: FloatArray | None = field(PlaneCurve)
+    impact_velocity: FloatArray = field("Minimum impact speed, except that of an impact that vanishes.", "point", "m/s")
+    ends: tuple[str, ...] = field(PlaneCurve)
+    of_motion: int | None = field("Position of the motion in `motions`.", when=_ASKED)
+    impact: int | None = field("Number of the impact that vanishes.", when="of grazes where an impact vanishes")
+    stops: tuple[int, ...] | None = field("Stops of all impacts: +1 A, -1 C.", "impact", when=_ASKED, variable=None)
+    clearance_right: FloatArray | None = field(
+        "Clearance of the right stop, null if there is none.", "point", "m", when=_ONE_VARIES, null=True, variable=None
+    )
+    clearance_left: FloatArray | None = field(
+        "Clearance of the left stop, null if there is none.", "point", "m", when=_ONE_VARIES, null=True, variable=None
+    )
+    phases: FloatArray | None = field(
+        "Phases omega t of the impacts.", "point impact", "rad", when=_ASKED, variable=None
+    )
+    velocities: FloatArray | None = field(
+        "Impact velocities, signed.", "point impact", "m/s", when=_ASKED, variable=None
+    )
 
     def motion_at(self, index: int) -> dict[str, Any]:
         """Return the motion at a point of a continued curve, as `periodic_orbit` takes it.
@@ -90,26 +117,27 @@ class BifurcationCurve(PlaneCurve):
         return {"omega": float(self.omega[index]), "clearance": clearance, "motion": motion}
 
 
-@described(FOLLOWED_MOTION)
-class FollowedMotion:
-    """A motion whose curves are continued."""
+class FollowedMotion(Record):
+    """A motion whose curves are continued, and the orbit from which the search started."""
 
-    period: int
-    stops: tuple[int, ...]
-    omega: float | None = None
-    clearance: float | None = None
-    horizontal: float | None = None
-    vertical: float | None = None
-    label: str | None = None
-    admissible: bool = False
-    reason: str | None = None
+    period: int = field(Common)
+    stops: tuple[int, ...] = field("Stops of its impacts: +1 A, -1 C.", "impact", variable=None)
+    omega: float | None = field(Common, when=f"{_OF_RANGES}, {_FOUND}")
+    clearance: float | None = field(Common, when=f"{_OF_RANGES}, {_FOUND}", description=_OF_VARIED)
+    horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_OF_AXES}, {_FOUND}")
+    vertical: float | None = field("Value of the vertical parameter.", when=f"{_OF_AXES}, {_FOUND}")
+    label: str | None = field("The name n-p_r-q_l as plain text.", when=_FOUND)
+    admissible: bool = field(Common)
+    reason: str | None = field("Why no orbit was found.", when="where no orbit was found")
 
 
-class BifurcationCurves(Result):
-    """Curves of special motions in a window of omega and clearance, or of two other parameters."""
+class BifurcationCurves(Result, process="bifurcation-curves"):
+    """Bifurcation curves in a window of omega and clearance, or of two other parameters."""
 
-    curves: tuple[BifurcationCurve, ...]
-    motions: tuple[FollowedMotion, ...]
+    curves: tuple[BifurcationCurve, ...] = field("The pieces inside the window.", "curve", prefix="curve_")
+    motions: tuple[FollowedMotion, ...] = field(
+        "The motions whose curves are continued, in order; none for curves in closed form.", "motion", variable=None
+    )
 
     @property
     def plane(self) -> Plane:

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import outputs_of
-from grazemap.results.records import ARRAY_TYPES
-from grazemap.schema import Field, Record, ResultSchema
-from grazemap.schema.common import MOTION
+from grazemap.results.record import ARRAY_TYPES
+from grazemap.results.records import Motion
 
 if TYPE_CHECKING:
     import xarray
@@ -73,13 +73,13 @@ def _attributes(result: Result) -> dict[str, str]:
     for one in result.schema:
         if _is_motion(one):
             attributes["motion"] = json.dumps(asdict(getattr(result, one.name)))
-        elif isinstance(one.type, Record) and any(_is_motion(inner) for inner in one.type):
+        elif isinstance(one.type, RecordSchema) and any(_is_motion(inner) for inner in one.type):
             attributes["motion"] = json.dumps([asdict(item.motion) for item in getattr(result, one.name)])
     return attributes
 
 
 def _is_motion(one: Field) -> bool:
-    return one.type is MOTION and one.variable is None
+    return one.type is Motion.schema and one.variable is None
 
 
 class _Columns:
@@ -98,7 +98,7 @@ class _Columns:
         name: str,
         dims: tuple[str, ...],
         values: Any,
-        record: Record,
+        record: RecordSchema,
         prefix: str = "",
         meanings: Sequence[str] = (),
     ) -> None:
@@ -120,16 +120,16 @@ class _Columns:
                 "flag_meanings": words,
             }
 
-    def add_record(self, record: Record, item: Any, prefix: str = "") -> None:
+    def add_record(self, record: RecordSchema, item: Any, prefix: str = "") -> None:
         """Add the fields of a record."""
         for one in _shown(record):
             value = getattr(item, one.name)
             name = prefix + (one.variable or one.name)
-            if one.type is MOTION:
+            if one.type is Motion.schema:
                 self.add(one, name, (), value.label or value.kind, record)
-            elif isinstance(one.type, Record) and one.dims:
+            elif isinstance(one.type, RecordSchema) and one.dims:
                 self.add_records(one, value)
-            elif isinstance(one.type, Record):
+            elif isinstance(one.type, RecordSchema):
                 if value is not None:
                     self.add_record(one.type, value, prefix + one.prefix)
                 elif not one.optional:
@@ -141,18 +141,18 @@ class _Columns:
 
     def add_records(self, of: Field, items: Sequence[Any], prefix: str = "") -> None:
         """Add the fields of a list of records, or of a record in each of them, whose `prefix` is given."""
-        assert isinstance(of.type, Record)
+        assert isinstance(of.type, RecordSchema)
         (along,) = of.dims
         for one in _shown(of.type):
             values: list[Any] = [None if item is None else getattr(item, one.name) for item in items]
             name = prefix + (one.variable or one.name)
-            if one.type is MOTION:
+            if one.type is Motion.schema:
                 self.add(one, name, (along,), np.array([value.label or value.kind for value in values]), of.type)
-            elif isinstance(one.type, Record) and one.dims:
+            elif isinstance(one.type, RecordSchema) and one.dims:
                 self._add_owners(one.dims[0], along, [len(value) for value in values])
                 self.add_records(one, [item for value in values for item in value])
-            elif isinstance(one.type, Record):
-                self.add_records(one.in_result(dims=of.dims), values, prefix + one.prefix)
+            elif isinstance(one.type, RecordSchema):
+                self.add_records(one.varied(dims=of.dims), values, prefix + one.prefix)
             elif not one.dims:
                 missing, kind = _MISSING[str(one.type)], ARRAY_TYPES[str(one.type)]
                 incomplete = any((one.optional, one.null, of.optional, of.null)) and one.type != "str"
@@ -183,7 +183,7 @@ class _Columns:
         unit = one.unit_in(self._units)
         self.attributes[name] = {"description": one.description} | ({"units": unit} if unit else {})
 
-    def _add_nothing(self, record: Record, prefix: str) -> None:
+    def _add_nothing(self, record: RecordSchema, prefix: str) -> None:
         """Add a missing record, as NaN."""
         for one in _shown(record):
             nothing = np.full([self._sizes[dim] for dim in one.dims], _MISSING[str(one.type)])
@@ -212,5 +212,5 @@ def _smallest(count: int) -> type[np.signedinteger[Any]]:
     return np.int8 if count <= 128 else np.int16 if count <= 1 << 15 else np.int32
 
 
-def _shown(record: Record) -> list[Field]:
+def _shown(record: RecordSchema) -> list[Field]:
     return [one for one in record if one.variable is not None and not one.replaces]

@@ -10,8 +10,8 @@ import numpy as np
 from grazemap.results.base import Result, counted
 from grazemap.results.observables import Observed, quantity_of, variables_of
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import ChanceToSettle, FloatArray, IntArray, Motion, described
-from grazemap.schema.trajectories import SECTION
+from grazemap.results.record import FloatArray, IntArray, Record, field
+from grazemap.results.records import CHANCE, STOPS, ChanceToSettle, Common, Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,25 +20,28 @@ QUANTITIES = ("displacement", "velocity", "impact_velocity")
 """The quantities that a diagram can show."""
 
 
-@described(SECTION)
-class Section:
+class Section(Record):
     """The motion at one value of the parameter."""
 
-    displacement: FloatArray
-    velocity: FloatArray
-    impact_velocity: FloatArray
-    impact_stop: IntArray
-    motion: Motion
-    sensitive: bool | None = None
-    transient_growth: float | None = None
+    displacement: FloatArray = field("Contact coordinate once per forcing period, at phase 0.", "point", "m")
+    velocity: FloatArray = field("Its velocity at the same times.", "point", "m/s")
+    impact_velocity: FloatArray = field("Velocity before every impact, signed.", "impact", "m/s")
+    impact_stop: IntArray = field("Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS)
+    motion: Motion = field(
+        "The motion that the trajectory settles to until 500 periods after those that are shown. It is verified if "
+        "its orbit is verified and captures the trajectory, which is not sensitive.",
+        variable="motion",
+    )
+    sensitive: bool | None = field(Common)
+    transient_growth: float | None = field(Common)
 
 
-class BifurcationDiagram(Observed, Result):
-    """Settled motions along one parameter."""
+class BifurcationDiagram(Observed, Result, process="bifurcation-diagrams", over="parameter", outputs="OutputOfDiagram"):
+    """Settled motions along clearance or omega."""
 
-    parameter: FloatArray
-    sections: tuple[Section, ...]
-    chance_to_settle: ChanceToSettle | None = None
+    parameter: FloatArray = field("Values of the parameter that varies, increasing.", "parameter")
+    sections: tuple[Section, ...] = field("The sections, one for each value.", "parameter")
+    chance_to_settle: ChanceToSettle | None = field(CHANCE, when="of diagrams with chaotic motions")
 
     @property
     def vary(self) -> str:

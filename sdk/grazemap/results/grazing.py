@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import field as attribute
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
-from grazemap.results.base import Result, counted, outside
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import BoolArray, FloatArray, IntArray, described
-from grazemap.schema.grazing import CORNER, FAMILY, POINT, UNFOLDING
+from grazemap.results.base import Result, counted, outside
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
+from grazemap.results.records import Common
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, grazing_clearance
 
@@ -23,70 +23,111 @@ if TYPE_CHECKING:
 
 _NEAR = 1e-9
 """Relative distance from omega of a point in which the statement on the point has its zero."""
+_UNLIKE = "of stops that are not alike"
+_RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
+_AT_CORNER = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
+_IF_RIGHT, _IF_LEFT = "if the clearance of the right stop varies", "if the clearance of the left stop varies"
+XI = field("xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
 
 
-@described(FAMILY, comparable=True)
-class Family:
-    """One of the paper's families of double grazing motions: case 1 to 4 and n, equation (42)."""
+class Family(Record):
+    """One of the paper's families of double grazing motions, equation (42)."""
 
-    case: int
-    n: int
+    case: int = field("The paper's case, 1 to 4.")
+    n: int = field("The paper's n.")
 
 
-@described(UNFOLDING, comparable=True)
-class Unfolding:
+class Unfolding(Record):
     """The curve that leaves the grazing curve at a resonant point, to leading order in the distance x in omega.
 
-    The curve of its bifurcation is b = A(omega) + slope x + quadratic x^2, on one side of the point.
+    It is b = A(omega) + slope x + quadratic x^2, on one side of the point.
     """
 
-    orbits_before: int
-    orbits_after: int
-    curve_omega: int
-    curve_clearance: int
-    contact: str
-    slope: float
-    quadratic: float | None
-    velocity_slope: float
-    transversality: float
-    admissible: bool | None
-    margin: float | None
+    orbits_before: int = field(
+        "Whether motions of vanishing impact velocity are below (-1) or above (+1) the grazing curve, at omega "
+        "below the point."
+    )
+    orbits_after: int = field("The same at omega above the point.")
+    curve_omega: int = field("Whether the curve is at smaller (-1) or larger (+1) omega.")
+    curve_clearance: int = field("Whether the curve is below (-1) or above (+1) the grazing curve.")
+    contact: str = field("Contact of the curve with the grazing curve.", values=("transversal", "tangent"))
+    slope: float = field("Slope of the difference from the grazing curve; 0 where the contact is tangent.")
+    quadratic: float | None = field("Coefficient of x^2 in this difference.", when="where the contact is tangent")
+    velocity_slope: float = field("Impact velocity on the curve divided by |x|.")
+    transversality: float = field("Relative derivative of the sum that vanishes at the point; 0: degenerate.")
+    admissible: bool | None = field(
+        "Whether the motions near the point have no contact other than their impacts.", when="where that is decided"
+    )
+    margin: float | None = field(
+        "Minimum of the distances that decide `admissible`, relative to the size of their terms.",
+        when="where that is decided",
+    )
 
 
-@described(CORNER, comparable=True)
-class Corner:
+class Corner(Record):
     """Two maxima of the steady motion that are equal, where the grazing curve has a kink."""
 
-    phase_before: float
-    phase_after: float
-    slope_before: float
-    slope_after: float
-    recurrence_before: int
-    recurrence_after: int
+    phase_before: float = field(
+        "omega t, in (-pi/p, pi/p], of the maximum that is the larger one at omega below the point.", unit="rad"
+    )
+    phase_after: float = field("The same at omega above the point.", unit="rad")
+    slope_before: float = field(_AT_CORNER.format("below"), unit="m s/rad")
+    slope_after: float = field(_AT_CORNER.format("above"), unit="m s/rad")
+    recurrence_before: int = field(
+        "Number of the contact at which an impact first recurs after a graze at the first maximum; 0: none within "
+        "max_order half periods. The contacts are those of the steady motion at the point, in the order of time."
+    )
+    recurrence_after: int = field("The same after a graze at the second maximum.")
 
 
-@described(POINT, comparable=True)
-class CodimensionTwoPoint:
-    """One codimension-two point of the grazing curve; fields that its kind does not have are None."""
+class CodimensionTwoPoint(Record):
+    """One codimension-two point of the grazing curve."""
 
-    kind: str
-    omega: float
-    clearance: float
-    order: int | None
-    active: bool | None
-    families: tuple[Family, ...]
-    multiple: int | None
-    symmetric: bool | None
-    bifurcation: str | None
-    residual: float | None
-    status: str | None
-    omega_error: float | None
-    stop: int | None
-    amplitude_slope: float | None
-    margin: float | None
-    unfolding: Unfolding | None
-    corner: Corner | None
-    _oscillator: dict[str, Any] | None = field(default=None, repr=False, compare=False)
+    kind: str = field(
+        "recurrence: a zero of Phi_12(order T/2), equations (45), (57), (58); resonant: a zero of the "
+        "periodic sum H(1) or H(-1); double-graze: the steady motion touches both stops, which are not alike; "
+        "corner: two maxima of the steady motion are equal.",
+        values=("recurrence", "resonant", "double-graze", "corner"),
+    )
+    omega: float = field(Common, coordinate=True)
+    clearance: float = field(Common)
+    order: int | None = field("Number of half periods of the forcing after which the graze recurs.", when=_RECURRENCE)
+    active: bool | None = field("Whether no smaller order recurs at the point.", when=_RECURRENCE)
+    families: tuple[Family, ...] = field(
+        "The paper's families of this order.", "family", when="of recurrences of equal stops", prefix="family_"
+    )
+    multiple: int | None = field(
+        "The period of the motions in forcing periods.", unit="forcing periods", when=_RESONANT
+    )
+    symmetric: bool | None = field("Whether these motions are their own mirror image.", when=_RESONANT)
+    bifurcation: str | None = field(
+        "Type of the curve that leaves the point: saddle-node, period doubling, symmetry breaking.",
+        when=_RESONANT,
+        values=("SN", "PD", "SB"),
+    )
+    residual: float | None = field(
+        "Modulus of the function at its zero divided by the sum of its amplitudes.", when="where it was computed"
+    )
+    status: str | None = field(
+        "near-double: two zeros too close to be separated, or an extremum close to zero.",
+        when="where it was computed",
+        values=("simple", "near-double"),
+    )
+    omega_error: float | None = field(
+        "Error of omega due to the round-off of the model.", unit="rad/s", when="where it was computed"
+    )
+    stop: int | None = field("The stop that is grazed: +1 right, -1 left.", when=_UNLIKE, values=(1, -1))
+    amplitude_slope: float | None = field(
+        "d A/d omega of the steady motion.", unit="m s/rad", when="of stops that are not alike, but for corners"
+    )
+    margin: float | None = field(
+        "Gap of the other stop minus the amplitude toward it; the graze is virtual where it is negative.",
+        unit="m",
+        when="of stops that are not alike, if there is another one",
+    )
+    unfolding: Unfolding | None = field("The curve that leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_")
+    corner: Corner | None = field("The two maxima.", when="of simple corners", prefix="corner_")
+    _oscillator: dict[str, Any] | None = attribute(default=None, repr=False, compare=False)
 
     @property
     def oscillator(self) -> dict[str, Any] | None:
@@ -117,64 +158,29 @@ class _WithPoints:
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         attributes: dict[str, Any] = super()._attributes(document, meta)  # type: ignore[misc]
         oscillator = meta["request"]["oscillator"]
-        return attributes | {"points": tuple(replace(point, _oscillator=oscillator) for point in attributes["points"])}
+        return attributes | {"points": tuple(changed(point, _oscillator=oscillator) for point in attributes["points"])}
 
 
-class StopGrazingCurves(_WithPoints, Result):
-    """The grazes of stops that are not alike: of one of them, or of both at one clearance."""
+class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):
+    """The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19)."""
 
-    contact_equilibrium: float
-    omega: FloatArray
-    clearance_right: FloatArray | None
-    phase_right: FloatArray | None
-    margin_right: FloatArray | None
-    virtual_right: BoolArray | None
-    first_recurrence_right: IntArray | None
-    clearance_left: FloatArray | None
-    phase_left: FloatArray | None
-    margin_left: FloatArray | None
-    virtual_left: BoolArray | None
-    first_recurrence_left: IntArray | None
-    points: tuple[CodimensionTwoPoint, ...]
-
-    def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
-        """Return the clearance at which the steady motion touches a stop, in the shape of omega.
-
-        It is that of the stop that varies. Where both vary together it is that of the first one that the motion touches
-        as they come nearer, the larger one, or with `stop` that of this one. As in the fields, the motion may meet the
-        other stop before: the graze is virtual. The formula is evaluated: nothing is interpolated. Raises ValueError
-        for an omega outside of the curve's, as it may be meant in other units, and for a stop that does not vary.
-        """
-        varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
-        if stop is not None and stop not in varied:
-            raise ValueError(f"the result has no curve of the stop {stop!r}; it has {' and '.join(varied)}")
-        return _evaluated(self, omega, varied if stop is None else [stop])
-
-    @picture
-    def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        points: CodimensionTwoPoints | Literal[False] | None = None,
-        **options: Unpack[PictureOptions],
-    ) -> Axes:
-        """Draw the clearance of each stop over omega, dashed where it is virtual, with the codimension-two points."""
-        return draw(self, ax, options, points=points)
-
-    def _summary(self) -> str:
-        return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
-
-
-class GrazingCurve(_WithPoints, Result):
-    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
-
-    omega: FloatArray
-    clearance: FloatArray
-    phase: FloatArray
-    first_recurrence: IntArray
-    recurrence_stop: IntArray
-    points: tuple[CodimensionTwoPoint, ...]
-    xi: FloatArray | None
+    omega: FloatArray = field(Common, "omega")
+    clearance: FloatArray = field(Common, "omega", description="A(omega), where the steady motion touches both stops.")
+    phase: FloatArray = field("omega t at the contact with stop A, in (-pi/p, pi/p].", "omega", "rad")
+    first_recurrence: IntArray = field(
+        "Number of half periods after which an impact first recurs; 0: none up to max_order.", "omega"
+    )
+    recurrence_stop: IntArray = field("The stop of that recurrence: +1 A, -1 C, 0 none.", "omega")
+    points: tuple[CodimensionTwoPoint, ...] = field(
+        "The codimension-two points inside the range, in increasing omega.", "point", variable=None
+    )
+    xi: FloatArray | None = field(
+        XI,
+        "omega order",
+        when="with sequence",
+        description="xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40): an impact recurs at the "
+        "first m with (-1)^m xi_m < 0.",
+    )
 
     @property
     def clearance_right(self) -> FloatArray:
@@ -209,10 +215,103 @@ class GrazingCurve(_WithPoints, Result):
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
-class CodimensionTwoPoints(_WithPoints, Result):
+class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="omega"):
+    """The grazes of stops that are not alike: of one of them, or of both at one clearance.
+
+    The stop that does not vary is fixed or absent. The grazes of both at one clearance differ where a bias moves the
+    equilibrium, or the forces have even and odd harmonics.
+    """
+
+    contact_equilibrium: float = field("The contact coordinate at the static equilibrium.", unit="m")
+    omega: FloatArray = field(Common, "omega")
+    clearance_right: FloatArray | None = field(
+        "Clearance of the right stop at which the steady motion touches it.", "omega", "m", when=_IF_RIGHT, null=False
+    )
+    phase_right: FloatArray | None = field(
+        "omega t at the contact, in (-pi/p, pi/p].", "omega", "rad", when=_IF_RIGHT, null=False
+    )
+    margin_right: FloatArray | None = field(
+        "Gap of the other stop minus the amplitude toward it; null if there is none.",
+        "omega",
+        "m",
+        when=_IF_RIGHT,
+        null=True,
+    )
+    virtual_right: BoolArray | None = field(
+        "Whether the steady motion meets the other stop first, so that it does not reach this graze.",
+        "omega",
+        "",
+        when=_IF_RIGHT,
+        null=False,
+    )
+    first_recurrence_right: IntArray | None = field(
+        "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.",
+        "omega",
+        "",
+        when=_IF_RIGHT,
+        null=False,
+    )
+    clearance_left: FloatArray | None = field(
+        "Clearance of the left stop at which the steady motion touches it.", "omega", "m", when=_IF_LEFT, null=False
+    )
+    phase_left: FloatArray | None = field(
+        "omega t at the contact, in (-pi/p, pi/p].", "omega", "rad", when=_IF_LEFT, null=False
+    )
+    margin_left: FloatArray | None = field(
+        "Gap of the other stop minus the amplitude toward it; null if there is none.",
+        "omega",
+        "m",
+        when=_IF_LEFT,
+        null=True,
+    )
+    virtual_left: BoolArray | None = field(
+        "Whether the steady motion meets the other stop first, so that it does not reach this graze.",
+        "omega",
+        "",
+        when=_IF_LEFT,
+        null=False,
+    )
+    first_recurrence_left: IntArray | None = field(
+        "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.",
+        "omega",
+        "",
+        when=_IF_LEFT,
+        null=False,
+    )
+    points: tuple[CodimensionTwoPoint, ...] = field(GrazingCurve)
+
+    def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
+        """Return the clearance at which the steady motion touches a stop, in the shape of omega.
+
+        It is that of the stop that varies. Where both vary together it is that of the first one that the motion touches
+        as they come nearer, the larger one, or with `stop` that of this one. As in the fields, the motion may meet the
+        other stop before: the graze is virtual. The formula is evaluated: nothing is interpolated. Raises ValueError
+        for an omega outside of the curve's, as it may be meant in other units, and for a stop that does not vary.
+        """
+        varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
+        if stop is not None and stop not in varied:
+            raise ValueError(f"the result has no curve of the stop {stop!r}; it has {' and '.join(varied)}")
+        return _evaluated(self, omega, varied if stop is None else [stop])
+
+    @picture
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        points: CodimensionTwoPoints | Literal[False] | None = None,
+        **options: Unpack[PictureOptions],
+    ) -> Axes:
+        """Draw the clearance of each stop over omega, dashed where it is virtual, with the codimension-two points."""
+        return draw(self, ax, options, points=points)
+
+    def _summary(self) -> str:
+        return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
+
+
+class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"):
     """Every codimension-two point of the grazing curve over an interval of omega."""
 
-    points: tuple[CodimensionTwoPoint, ...]
+    points: tuple[CodimensionTwoPoint, ...] = field("The points, in increasing omega.", "point")
 
     @picture
     def plot(
@@ -230,7 +329,11 @@ class CodimensionTwoPoints(_WithPoints, Result):
 
     @picture
     def plot_unfolding(
-        self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None, **options: Unpack[PictureOptions]
+        self,
+        ax: Axes | None = None,
+        *,
+        omega: tuple[float, float] | None = None,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 

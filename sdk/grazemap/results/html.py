@@ -6,7 +6,6 @@ import base64
 import io
 import logging
 from collections.abc import Mapping
-from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from grazemap.errors import MissingExtra
 from grazemap.results.pictures import plots
+from grazemap.results.record import changed
 from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def thinned(result: Result) -> Result:
         for one in stored
         if isinstance(getattr(result, one.name, None), np.ndarray)
     }
-    return replace(result, **kept)
+    return changed(result, **kept)
 
 
 def _thumbnail(result: Result) -> str:

@@ -2,52 +2,95 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from grazemap.results.records import RECORDS, described
-from grazemap.schema.fields import Field, Record
-from grazemap.schema.observables import MEANS, OBSERVABLES, OUTPUT
+from grazemap.results.fields import Field, RecordSchema
+from grazemap.results.record import Record, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-@described(OUTPUT)
-class Output:
-    """An output, such as the force of a spring; its numbers are arrays with the dimensions of the observables."""
+_ASKED_FOR = "where `observables` names it"
+_ON_RIGHT, _ON_LEFT = " on stop A", " on stop C"
+_RATE = "Number of impacts{} per forcing period; null in complete chatter, which has infinitely many."
+_PEAK = "Largest speed of the contact before an impact{}; null without impacts."
+_MEAN = "Mean speed of the contact before impacts{}; null without impacts, 0 in complete chatter."
+_IMPULSE = (
+    "Impulse of the contact force{} per forcing period: that of all impacts, complete chatter included, and of the "
+    "force while the contact rests."
+)
+_POWER = "Energy that impacts{} dissipate per unit of time."
 
-    name: str
-    unit: str
-    rms: Any
-    mean: Any
-    peak: Any
+
+class Output(Record):
+    """An output over the same time as the observables, in the unit of the request.
+
+    Its numbers are arrays with the dimensions of the observables.
+    """
+
+    name: str = field("Its name.")
+    unit: str = field("Its unit, as in the request; empty if it gave none.")
+    rms: Any = field("Root mean square.", null=True)
+    mean: Any = field("Mean.", null=True)
+    peak: Any = field("Largest modulus; at an impact, that of the limits on both sides.", null=True)
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Observed:
-    """Base of results with what was read off their motions; None where it was not asked for."""
+MEANS = tuple(Output.schema[name] for name in ("rms", "mean", "peak"))
 
-    impact_rate: Any = None
-    impact_rate_right: Any = None
-    impact_rate_left: Any = None
-    peak_impact_speed: Any = None
-    peak_impact_speed_right: Any = None
-    peak_impact_speed_left: Any = None
-    mean_impact_speed: Any = None
-    mean_impact_speed_right: Any = None
-    mean_impact_speed_left: Any = None
-    impulse: Any = None
-    impulse_right: Any = None
-    impulse_left: Any = None
-    dissipated_power: Any = None
-    dissipated_power_right: Any = None
-    dissipated_power_left: Any = None
-    rms_displacement: Any = None
-    peak_displacement: Any = None
-    peak_displacement_right: Any = None
-    peak_displacement_left: Any = None
-    outputs: tuple[Output, ...] = ()
+
+class Observed(Record):
+    """Base of results with what was read off their motions; None where it was not asked for.
+
+    A class says `over` which dimensions its observables are, and what its outputs are called in the API's document.
+    """
+
+    impact_rate: Any = field(_RATE.format(""), when=_ASKED_FOR, null=True)
+    impact_rate_right: Any = field(_RATE.format(_ON_RIGHT), when=_ASKED_FOR, null=True)
+    impact_rate_left: Any = field(_RATE.format(_ON_LEFT), when=_ASKED_FOR, null=True)
+    peak_impact_speed: Any = field(_PEAK.format(""), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_right: Any = field(_PEAK.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_left: Any = field(_PEAK.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed: Any = field(_MEAN.format(""), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_right: Any = field(_MEAN.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_left: Any = field(_MEAN.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    impulse: Any = field(_IMPULSE.format(""), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_right: Any = field(_IMPULSE.format(_ON_RIGHT), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_left: Any = field(_IMPULSE.format(_ON_LEFT), unit="N s", when=_ASKED_FOR, null=True)
+    dissipated_power: Any = field(_POWER.format(""), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_right: Any = field(_POWER.format(_ON_RIGHT), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_left: Any = field(_POWER.format(_ON_LEFT), unit="W", when=_ASKED_FOR, null=True)
+    rms_displacement: Any = field(
+        "Root mean square of the contact coordinate about its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
+    )
+    peak_displacement: Any = field(
+        "Largest distance of the contact coordinate from its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
+    )
+    peak_displacement_right: Any = field(
+        "Largest displacement of the contact from its static equilibrium toward stop A.",
+        unit="m",
+        when=_ASKED_FOR,
+        null=True,
+    )
+    peak_displacement_left: Any = field(
+        "Largest displacement of the contact from its static equilibrium toward stop C.",
+        unit="m",
+        when=_ASKED_FOR,
+        null=True,
+    )
+    outputs: tuple[Output, ...] = field(
+        "The outputs, by name.", "output", when="where `outputs` asks for some", variable=None
+    )
+
+    def __init_subclass__(cls, over: str = "", outputs: str = "Output", **more: Any) -> None:
+        super().__init_subclass__(**more)
+        dims = {"dims": tuple(over.split())}
+        output = Output.schema.varied(outputs, **{one.name: dims for one in MEANS})
+        observed = (one.varied(type=output) if one.name == "outputs" else one.varied(**dims) for one in Observed.schema)
+        names = {one.name for one in Observed.schema}
+        own = (one for one in cls.schema if one.name not in names)
+        cls.schema = replace(cls.schema, fields=(*own, *observed))
 
     def output(self, name: str) -> Output:
         """Return the output of a name. Raises ValueError for a name that was not asked for."""
@@ -55,6 +98,9 @@ class Observed:
         if name not in found:
             raise ValueError(f"the result has no output {name!r}; it has {', '.join(found) or 'none'}")
         return found[name]
+
+
+OBSERVABLES = tuple(one.name for one in Observed.schema if one.name != "outputs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +139,9 @@ def outputs_of(result: Any) -> Iterator[tuple[Field, Any]]:
     """Yield the fields of the outputs of a result, with names like spring_rms."""
     if not isinstance(result, Observed):
         return
-    record = cast("Record", result.schema["outputs"].type)  # type: ignore[attr-defined]
+    record = cast("RecordSchema", result.schema["outputs"].type)
     for output in result.outputs:
         for mean in MEANS:
             said = f"{mean.description.rstrip('.').partition(';')[0]} of {output.name}"
             changes = {"name": f"{output.name}_{mean.name}", "description": f"{said}.", "unit": output.unit}
-            yield record[mean.name].in_result(**changes), getattr(output, mean.name)
-
-
-for _name in ("OutputOfMap", "OutputOfBranch", "OutputOfDiagram"):
-    RECORDS[_name] = Output
+            yield record[mean.name].varied(**changes), getattr(output, mean.name)

@@ -6,56 +6,80 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.fields import Request
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import (
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Motion,
-    State,
-    Sticking,
-    described,
-)
+from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
+from grazemap.results.records import BIFURCATIONS, Common, Motion, State, Sticking
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
-from grazemap.schema.orbits import BEYOND, SPECIAL_POINT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class PeriodicOrbit(Observed, Result):
+_PHASES = "Phases omega t of the impacts, with the forcing f sin(omega t)."
+_VELOCITIES = "Velocities of the contact before each impact, signed."
+_EXCESS = "Maximum distance of the contact beyond a stop between the impacts; negative: it stays inside."
+_MULTIPLIERS = "Floquet multipliers, by decreasing modulus."
+_UNLIKE = "where the stops differ or one is absent"
+_GENERAL = "where the stops differ, or one of these varies"
+_OF_GRAZE = "of grazes"
+
+
+class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
     """A periodic motion with impacts; where `converged` is false, `reason` says why there is none."""
 
-    omega: float
-    clearance: float
-    converged: bool
-    found_by: str
-    reason: str | None
-    period: int
-    stops: IntArray
-    phases: FloatArray
-    times: FloatArray
-    velocities: FloatArray
-    sticking: Sticking
-    residual: float
-    kantorovich: float
-    radius: float
-    isolated: bool
-    admissible: bool
-    stable: bool
-    verified: bool
-    multipliers: ComplexArray
-    physical: bool
-    contacts: str
-    excess: float
-    excess_phase: float
-    excess_stop: int
-    start: State
-    motion: Motion
-    clearance_right: float | None = None
-    clearance_left: float | None = None
+    omega: float = field(Common)
+    clearance: float = field(
+        Common, description="Distance of each stop from the middle; null where the stops differ.", null=True
+    )
+    clearance_right: float | None = field(
+        "Distance of the right stop from q = 0; null: absent.", unit="m", when=_UNLIKE, null=True
+    )
+    clearance_left: float | None = field(
+        "Distance of the left stop from q = 0; null: absent.", unit="m", when=_UNLIKE, null=True
+    )
+    converged: bool = field("Whether an orbit was found.")
+    found_by: str = field(
+        "equations: solved for by Newton's method; simulation: simulated until it closes, because the contact "
+        "rests on a stop.",
+        values=("equations", "simulation"),
+    )
+    reason: str | None = field("Why no orbit was found, or why it is not verified.")
+    period: int = field("The period, as requested or found.", unit="forcing periods")
+    stops: IntArray = field("Stops of the impacts in order: +1 A, -1 C.", "impact", variable="impact_stops")
+    phases: FloatArray = field(_PHASES, "impact", "rad", variable="impact_phases")
+    times: FloatArray = field("The times of the impacts, from phase 0 on.", "impact", "s", variable="impact_times")
+    velocities: FloatArray = field(_VELOCITIES, "impact", "m/s", variable="impact_velocity")
+    sticking: Sticking = field(
+        "Rests on a stop in a period from phase 0 on; only of a simulation.",
+        prefix="sticking_",
+        type=Sticking.schema.varied(stop={"dtype": "int64"}),
+    )
+    residual: float = field(
+        "Relative residual of the equations of the impacts; for a simulation, the distance between the start and "
+        "the state a period later, divided by the clearance.",
+        null=True,
+    )
+    kantorovich: float = field("Newton-Kantorovich number; isolated if at most 1/2.", null=True)
+    radius: float = field(
+        "Radius within which exactly one orbit lies; phases p omega t in radians, velocities relative.", null=True
+    )
+    isolated: bool = field(Common)
+    admissible: bool = field(Common)
+    stable: bool = field(Common)
+    verified: bool = field(Common)
+    certified = deprecated("verified")
+    multipliers: ComplexArray = field(_MULTIPLIERS, "multiplier", null=True)
+    physical: bool = field("Whether every impact velocity is directed towards its stop.")
+    contacts: str = field(
+        "Number of contacts with a stop other than the impacts.", values=("none", "some", "undecided", "not searched")
+    )
+    excess: float = field(_EXCESS, unit="m", null=True)
+    excess_phase: float = field("Phase of this maximum.", unit="rad", null=True)
+    excess_stop: int = field("Stop of this maximum: +1 A, -1 C, 0 none.")
+    start: State = field("The state at phase 0; a trajectory from there follows the orbit.", prefix="start_")
+    motion: Motion = field("Its name.", variable="label")
 
     @property
     def oscillator(self) -> dict[str, Any]:
@@ -92,69 +116,84 @@ class PeriodicOrbit(Observed, Result):
         return f"{self.motion.label}, {self.said}" + (", by simulation" if self.found_by == "simulation" else "")
 
 
-@described(BEYOND)
-class Beyond:
-    """An orbit of another branch that passes through a special point, next to it."""
+class Beyond(Record):
+    """An orbit near a special point, on another branch through this point."""
 
-    admissible: bool
-    request: dict[str, Any]
+    admissible: bool = field(Common)
+    request: dict[str, Any] = field(
+        "Its request: post it unchanged to `/v1/periodic-orbits`, or with `vary` and `range` to `/v1/orbit-branches`.",
+        type=Request("periodic-orbits"),
+    )
 
 
-@described(SPECIAL_POINT)
-class SpecialPoint:
+class SpecialPoint(Record):
     """A special point of a branch."""
 
-    type: str
-    parameter: float
-    clearance: float
-    omega: float
-    restitution: float
-    status: str
-    admissible: bool
-    segment: int
-    phases: FloatArray
-    velocities: FloatArray
-    reason: str | None = None
-    stop: int | None = None
-    phase: float | None = None
-    impact: int | None = None
-    clearance_right: float | None = None
-    clearance_left: float | None = None
-    restitution_right: float | None = None
-    restitution_left: float | None = None
-    bias: float | None = None
-    forcing: float | None = None
-    beyond: tuple[Beyond, ...] = ()
+    type: str = field("Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.", values=BIFURCATIONS)
+    parameter: float = field("Value of the parameter that varies.", variable=None)
+    clearance: float = field(PeriodicOrbit)
+    omega: float = field(Common)
+    restitution: float = field("Speed after an impact divided by the speed before it.", null=True)
+    clearance_right: float | None = field(PeriodicOrbit, when=_GENERAL)
+    clearance_left: float | None = field(PeriodicOrbit, when=_GENERAL)
+    restitution_right: float | None = field("Restitution of the right stop.", when=_GENERAL)
+    restitution_left: float | None = field("Restitution of the left stop.", when=_GENERAL)
+    bias: float | None = field("Factor of the bias of the request.", when=_GENERAL)
+    forcing: float | None = field("Factor of the forces of the request.", when=_GENERAL)
+    status: str = field("Whether it was solved for to round-off (converged).", values=("converged", "guess"))
+    reason: str | None = field("Why it was not.", when="of guesses", variable=None)
+    admissible: bool = field(
+        Common, description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
+    )
+    segment: int = field("The special point lies between this point of the branch and the next.")
+    phases: FloatArray = field(_PHASES, "impact", "rad", variable=None)
+    velocities: FloatArray = field(_VELOCITIES, "impact", "m/s", variable=None)
+    stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE)
+    phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_OF_GRAZE)
+    impact: int | None = field("Number of the impact that vanishes.", when="of grazes where an impact vanishes")
+    beyond: tuple[Beyond, ...] = field(
+        "Orbits of other branches: with twice the period at a PD, without the symmetry at an SB, with one impact "
+        "more or less at a GR.",
+        "beyond",
+        variable=None,
+    )
 
 
-class OrbitBranch(Observed, Result):
-    """A branch of periodic motions, m of them with k impacts each, in the order of the branch."""
+class OrbitBranch(Observed, Result, process="orbit-branches", rows="point", over="point", outputs="OutputOfBranch"):
+    """A branch of periodic motions over a parameter, in the order of the branch."""
 
-    parameter: FloatArray
-    omega: FloatArray
-    clearance: FloatArray
-    restitution: FloatArray
-    stops: IntArray
-    period: int
-    symmetric: bool
-    phases: FloatArray
-    velocities: FloatArray
-    multipliers: ComplexArray
-    isolated: BoolArray
-    admissible: BoolArray
-    stable: BoolArray
-    verified: BoolArray
-    excess: FloatArray
-    residual: FloatArray
-    special_points: tuple[SpecialPoint, ...]
-    ends: tuple[str, ...]
-    reason: str | None
-    clearance_right: FloatArray | None = None
-    clearance_left: FloatArray | None = None
-    restitution_right: FloatArray | None = None
-    restitution_left: FloatArray | None = None
-    bias: FloatArray | None = None
-    forcing: FloatArray | None = None
+    parameter: FloatArray = field("The parameter that varies.", "point", coordinate=True)
+    omega: FloatArray = field(Common, "point")
+    clearance: FloatArray = field(SpecialPoint, "point")
+    restitution: FloatArray = field(SpecialPoint, "point")
+    clearance_right: FloatArray | None = field(SpecialPoint, "point")
+    clearance_left: FloatArray | None = field(SpecialPoint, "point")
+    restitution_right: FloatArray | None = field(SpecialPoint, "point")
+    restitution_left: FloatArray | None = field(SpecialPoint, "point")
+    bias: FloatArray | None = field(SpecialPoint, "point")
+    forcing: FloatArray | None = field(SpecialPoint, "point")
+    stops: IntArray = field("Stops of the impacts in order: +1 A, -1 C.", "impact")
+    period: int = field("Period of the orbits.", unit="forcing periods", variable=None)
+    symmetric: bool = field("Whether the second half of the period is the mirror image of the first.", variable=None)
+    phases: FloatArray = field(_PHASES + " They are continuous along the branch.", "point impact", "rad")
+    velocities: FloatArray = field(_VELOCITIES + " Away from the stop: a virtual impact.", "point impact", "m/s")
+    multipliers: ComplexArray = field(_MULTIPLIERS, "point multiplier", null=True)
+    isolated: BoolArray = field(Common, "point")
+    admissible: BoolArray = field(Common, "point")
+    stable: BoolArray = field(Common, "point")
+    verified: BoolArray = field(Common, "point")
+    certified = deprecated("verified")
+    excess: FloatArray = field(_EXCESS, "point", "m", null=True)
+    residual: FloatArray = field("Relative residual of the equations of the impacts.", "point", null=True)
+    special_points: tuple[SpecialPoint, ...] = field(
+        "The points SN, PD, SB, NS and GR, in the order of the branch.", "special", prefix="special_"
+    )
+    ends: tuple[str, ...] = field(
+        "Why the branch is not followed beyond its first and its last point. Its motions may end before, at a GR.",
+        "end",
+        variable=None,
+    )
+    reason: str | None = field("Why there are no points.", variable=None)
 
     @picture
     def plot(

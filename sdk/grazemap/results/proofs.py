@@ -6,21 +6,23 @@ import json
 from typing import Any
 
 from grazemap.results.base import Result
+from grazemap.results.record import field
 
 
-class Proof(Result):
-    """The proof or the disproof of a statement, as a certificate.
+class Proof(Result, process="proofs"):
+    """The proof or the disproof of a statement, as a certificate."""
 
-    `document` is the certificate as a dict, and `enclosures` is what the checker shows besides the statement: decimals
-    with their radii. A result saved as .json is a file for `grazemap check`.
-    """
-
-    kind: str
-    verdict: str
-    reason: str | None
-    limited: bool
-    certificate: str
-    shown: str
+    kind: str = field("What is stated.", values=("orbit", "attraction", "bifurcation", "codimension-two"))
+    verdict: str = field(
+        "proven or disproven, if the checker accepts the certificate; else undecided.",
+        values=("proven", "disproven", "undecided"),
+    )
+    reason: str | None = field("Why it is undecided, and at which precision or limit of time.")
+    limited: bool = field(
+        "Whether the limit of time ended the search; then it is made again when it is asked for again."
+    )
+    certificate: str = field("The certificate, as JSON.", variable=None)
+    shown: str = field("What the checker shows besides the statement, by name, as JSON.", variable=None)
 
     @property
     def document(self) -> dict[str, Any]:

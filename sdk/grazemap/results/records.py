@@ -1,198 +1,156 @@
-"""The records that several results contain, the table of all records' classes, and the attributes in docstrings."""
+"""The records and the fields that several results have."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from inspect import cleandoc
-from textwrap import dedent, fill, indent
-from types import FunctionType
-from typing import Any, TypeVar, dataclass_transform
+from grazemap.results.record import FloatArray, IntArray, Record, TextArray, deprecated, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-from grazemap.schema import Field, Record, ResultSchema
-from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, STATE
-from grazemap.schema.maps import INFERRED_WRONG
-
-R = TypeVar("R")
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
-
-ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
-RECORDS: dict[str, type[Any]] = {}
-"""The classes of records by the names of their schemas."""
+KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
+STOPS = (1, -1)
+BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
+OF_PERIODIC = "of periodic motions"
+SINCE = "since version 0.3.4"
 
 
-@dataclass_transform(frozen_default=True, eq_default=False)
-def described(record: Record, *, comparable: bool = False) -> Callable[[type[R]], type[R]]:
-    """Return a decorator that makes a class the frozen dataclass of a record, its attributes in the docstring.
+class Common(Record):
+    """Fields that several results have, each varied there."""
 
-    A `comparable` class, without arrays, has slots, and its instances are equal if their attributes are.
-    """
-
-    def register(cls: type[R]) -> type[R]:
-        cls.__doc__ = with_attributes(cls.__doc__ or "", record)
-        made = dataclass(frozen=True, eq=comparable, slots=comparable)(cls)
-        RECORDS[record.name] = made
-        return made
-
-    return register
-
-
-def with_attributes(docstring: str, record: Record, cls: type | None = None) -> str:
-    """Return a docstring with the section Attributes, and for a class with its properties there and its methods."""
-    summary, _, rest = docstring.partition("\n")
-    parts = [summary, "", "Attributes", "----------"]
-    roles = record.roles if isinstance(record, ResultSchema) else {}
-    for one in record:
-        if not one.replaces and one.name != "at_computed":
-            parts += [f"{one.name} : {_type(one, roles)}", indent(fill(_text(one), 108), "    ")]
-    if cls is not None:
-        parts += [*members(cls, property), "", "Methods", "-------", *members(cls, FunctionType)]
-    return "\n".join(parts) + (f"\n\n{dedent(rest).strip()}\n" if rest.strip() else "\n")
-
-
-def members(cls: type, kind: type) -> list[str]:
-    """Return the lines that say in one sentence what each public property, or method, of a class returns."""
-    found = {name: value for base in reversed(cls.__mro__[:-1]) for name, value in vars(base).items()}
-    lines = []
-    for name, value in sorted(found.items()):
-        said = cleandoc(value.__doc__ or "").partition("\n")[0] if isinstance(value, kind) else ""
-        if said and not name.startswith(("_", "derived")):
-            lines += [name if kind is property else f"{name}()", f"    {said}"]
-    return lines
+    omega: float = field("Forcing frequency.", unit="rad/s")
+    clearance: float = field("Distance of each stop from the middle.", unit="m")
+    period: int = field("The minimum period n of a periodic motion.", unit="forcing periods")
+    impacts_right: int = field(
+        "Number of impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: the contact "
+        "rests on it without an impact, -2: infinitely many, in complete chatter."
+    )
+    impacts_left: int = field("The same for stop C.")
+    symmetric: bool = field("Whether the motion is its own mirror image, half a period later.")
+    sticking: bool = field("Whether the contact rests on a stop at some time in the period.")
+    isolated: bool = field("Exactly one solution of the orbit's equations is near (Newton-Kantorovich).")
+    admissible: bool = field(
+        "Every impact velocity is directed towards its stop, and there is no other contact: the orbit is a motion."
+    )
+    stable: bool = field("All multipliers are inside the unit circle.")
+    verified: bool = field("The orbit is isolated, admissible and stable, and its period is the minimum.")
+    sensitive: bool | None = field(
+        "On its way to a periodic motion the trajectory missed a stop, or hit it, so narrowly that its estimated "
+        "round-off error may have decided it: the exact trajectory may lead elsewhere.",
+        when=SINCE,
+    )
+    transient_growth: float | None = field(
+        "Largest logarithm by which a small change of the state has grown between any two times before the orbit "
+        "captured the trajectory; counted until the error of the trajectory is as large as its motion.",
+        null=True,
+        when=SINCE,
+    )
 
 
-def _type(one: Field, roles: Mapping[str, str]) -> str:
-    name = one.type.name if isinstance(one.type, Record) else one.type if isinstance(one.type, str) else "dict"
-    if one.dims:
-        listed = one.texts or isinstance(one.type, Record)
-        dims = [roles.get(role, role) for role in one.dims]
-        shape = f"({', '.join(dims)}{',' * (len(dims) == 1)})"
-        name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
-    return f"{name}, or None" if one.optional or (one.null and not one.dims and name != "float") else name
-
-
-def _text(one: Field) -> str:
-    always = one.unit_in("nondimensional") == one.unit
-    unit = f" Unit: {one.unit}{'' if always else ' in SI'}." if one.unit else ""
-    when = f" Only {one.when}." if one.when else ""
-    index = f" Position in `{one.index_of}`." if one.index_of else ""
-    return one.description + index + unit + when
-
-
-@described(MOTION, comparable=True)
-class Motion:
+class Motion(Record):
     """The motion n-p_r-q_l that a trajectory settles to."""
 
-    kind: str
-    period: int | None = None
-    impacts_right: int | None = None
-    impacts_left: int | None = None
-    symmetric: bool | None = None
-    sticking: bool | None = None
-    label: str | None = None
-    verified: bool = False
-    reason: str | None = None
+    kind: str = field("The kind of the motion.", values=KINDS)
+    period: int | None = field(Common, when=OF_PERIODIC)
+    impacts_right: int | None = field(Common, when=OF_PERIODIC)
+    impacts_left: int | None = field(Common, when=OF_PERIODIC)
+    symmetric: bool | None = field(Common, when=OF_PERIODIC)
+    sticking: bool | None = field(Common, when=OF_PERIODIC)
+    label: str | None = field("The name n-p_r-q_l as plain text.", when=OF_PERIODIC)
+    verified: bool = field(Common)
+    certified = deprecated("verified")
+    reason: str | None = field(
+        "Why the motion is unresolved, or is not verified.", when="of motions that are unresolved or not verified"
+    )
 
 
-@described(IMPACTS)
-class Impacts:
+class Impacts(Record):
     """Every contact of a trajectory with a stop, in order."""
 
-    time: FloatArray
-    period: IntArray
-    phase_time: FloatArray
-    stop: IntArray
-    velocity: FloatArray
-    kind: NDArray[np.str_]
+    time: FloatArray = field("Time from the start of the record.", "impact", "s", coordinate=True)
+    period: IntArray = field("Forcing periods completed at that time.", "impact", "forcing periods")
+    phase_time: FloatArray = field("Time since the end of these periods, without their rounding.", "impact", "s")
+    stop: IntArray = field("+1: stop A, -1: stop C.", "impact", dtype="int8", values=STOPS)
+    velocity: FloatArray = field("Velocity of the contact coordinate before the impact, signed.", "impact", "m/s")
+    kind: TextArray = field(
+        "impact; chatter: infinitely many impacts follow until the next rest; graze: round-off leaves undecided "
+        "whether the stop is touched.",
+        "impact",
+        values=("impact", "chatter", "graze"),
+    )
 
     def __len__(self) -> int:
         return len(self.time)
 
 
-@described(RESTS)
-class Sticking:
+class Sticking(Record):
     """The intervals during which the contact rests on a stop."""
 
-    start: FloatArray
-    stop_time: FloatArray
-    stop: IntArray
+    start: FloatArray = field("Start of the interval.", "interval", "s")
+    stop_time: FloatArray = field("End of the interval.", "interval", "s")
+    stop: IntArray = field(Impacts, "interval")
 
     def __len__(self) -> int:
         return len(self.start)
 
 
-@described(CHANCE_TO_SETTLE, comparable=True)
-class ChanceToSettle:
+class ChanceToSettle(Record):
     """How many of a sample of the chaotic motions settle when they are simulated for ten times as long."""
 
-    watched: int
-    run_on: int
-    chaotic: int
-    sampled: int
-    settled: int
-    chance: float
-    low: float
-    high: float
+    watched: int = field("Forcing periods after which motions were called chaotic.", unit="forcing periods")
+    run_on: int = field(
+        "Forcing periods, from the same start, after which the motions of the sample were named again.",
+        unit="forcing periods",
+    )
+    chaotic: int = field("Number of chaotic motions.")
+    sampled: int = field("Number of them that were run on; trajectories that ended early do not count.")
+    settled: int = field("Number of the sampled ones that became periodic.")
+    chance: float = field("settled/sampled.", null=True)
+    low: float = field("Lower end of the 95 % interval of the chance (Clopper & Pearson).")
+    high: float = field("Upper end of the interval.")
 
     def __str__(self) -> str:
         return f"{self.settled} of {self.sampled} chaotic motions settle within {self.run_on} periods"
 
 
-@described(INFERRED_WRONG, comparable=True)
-class InferredWrong:
+CHANCE = field(
+    "The chance that a motion that is called chaotic settles within ten times the periods that were watched.",
+    variable=None,
+)
+"""The field of a result with the chance of its chaotic motions to settle."""
+
+
+class InferredWrong(Record):
     """How many of the inferred points of an adaptive map are wrong, from a random sample of them that was computed."""
 
-    inferred: int
-    sampled: int
-    wrong: int
-    low: float
-    high: float
+    inferred: int = field(
+        "Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed."
+    )
+    sampled: int = field("Number of points in the sample, which are computed points of the map.")
+    wrong: int = field("Number of them that have another motion, or are unresolved or sensitive.")
+    low: float = field("Lower end of the 95 % interval of the share of wrong ones (Clopper & Pearson).")
+    high: float = field("Upper end of the interval.")
 
     def __str__(self) -> str:
         return f"{self.wrong} of {self.sampled} inferred points in a sample wrong ({self.low:.2%} to {self.high:.2%})"
 
 
-@described(STATE)
-class State:
-    """The state at a moment; another trajectory starts there if it is passed as `initial`."""
+class State(Record):
+    """The state at a moment, as `initial` of a trajectory takes it."""
 
-    displacement: FloatArray
-    velocity: FloatArray
-    phase: float
+    displacement: FloatArray = field("Displacement of every mass.", "mass", "m", null=True)
+    velocity: FloatArray = field("Velocity of every mass.", "mass", "m/s", null=True)
+    phase: float = field("Phase of the forcing, in (-pi/p, pi/p].", unit="rad")
 
 
-@dataclass(frozen=True, slots=True)
-class MotionShare:
-    """One motion of an unfolding map and how much of the map it covers.
+class MotionShare(Record):
+    """One motion of an unfolding map and how much of the map it covers."""
 
-    Attributes
-    ----------
-    label : str
-        n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic.
-    kind : str
-    period, impacts_right, impacts_left : int or None
-        None for a motion that is not periodic.
-    pixels : int
-    share : float
-        pixels over all pixels of the map, from 0 to 1.
-    mirror_images : bool
-        Whether the mirror images n-q_r-p_l are counted too.
-    colour : str or None
-        #RRGGBB in the picture of a map; None for one of the "other motions", and without a map.
-    """
-
-    label: str
-    kind: str
-    period: int | None
-    impacts_right: int | None
-    impacts_left: int | None
-    pixels: int
-    share: float
-    mirror_images: bool = False
-    colour: str | None = None
+    label: str = field("The name n-p_r-q_l as plain text, or the kind of a motion that is not periodic.")
+    kind: str = field(Motion)
+    period: int | None = field(Common)
+    impacts_right: int | None = field(Common)
+    impacts_left: int | None = field(Common)
+    pixels: int = field("Points of the map with this motion.")
+    share: float = field("Their fraction of all points.")
+    mirror_images: bool = field("Whether the mirror images n-q_r-p_l are counted too.", default=False)
+    colour: str | None = field(
+        'Its colour in the picture of the map, #RRGGBB; None for one of the "other motions", and without a map.',
+        default=None,
+    )

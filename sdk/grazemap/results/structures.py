@@ -8,29 +8,35 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import FloatArray, described
-from grazemap.schema.structures import GAPS, HARMONIC
+from grazemap.results.record import FloatArray, Record, field
+from grazemap.results.records import Common
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@described(GAPS, comparable=True)
-class Gaps:
-    """The distances of the stops from the static equilibrium; None: there is no such stop."""
-
-    right: float | None
-    left: float | None
+_ONE = "if the forces have one harmonic"
 
 
-@described(HARMONIC)
-class HarmonicResponse:
-    """The steady motion of the contact coordinate in one harmonic of the forces."""
+class Gaps(Record):
+    """The distances of the stops from the static equilibrium; negative: that of a preloaded stop."""
 
-    harmonic: int
-    amplitude: FloatArray
-    phase: FloatArray
-    amplitude_slope: FloatArray
+    right: float = field("Of the right stop, null if there is none.", unit="m", null=True)
+    left: float = field("Of the left stop, null if there is none.", unit="m", null=True)
+
+
+class HarmonicResponse(Record):
+    """The steady motion of the contact coordinate in one harmonic of the forces.
+
+    Its numbers are null at a resonance without damping.
+    """
+
+    harmonic: int = field("The multiple of omega.")
+    amplitude: FloatArray = field("Amplitude of the contact coordinate.", "omega", "m", null=True)
+    phase: FloatArray = field(
+        "Its phase: amplitude sin(harmonic omega t + phase) about the equilibrium.", "omega", "rad", null=True
+    )
+    amplitude_slope: FloatArray = field("d amplitude/d omega.", "omega", "m s/rad", null=True)
 
 
 @dataclass(frozen=True)
@@ -45,24 +51,41 @@ class Mode:
     contact_weight: float | None
 
 
-class Structure(Result):
-    """The linear properties of an oscillator: the structure without contact, as the contact coordinate sees it."""
+class Structure(Result, process="structures", rows="omega"):
+    """Linear properties of an oscillator: the structure without contact, as the contact coordinate q = h x sees it."""
 
-    effective_mass: float
-    kappa: float
-    equilibrium: FloatArray
-    contact_equilibrium: float
-    gaps: Gaps | None
-    natural_frequencies: FloatArray
-    damping_ratios: FloatArray
-    contact_weights: FloatArray | None
-    omega: FloatArray
-    amplitude: FloatArray | None
-    phase: FloatArray | None
-    amplitude_slope: FloatArray | None
-    harmonics: tuple[HarmonicResponse, ...]
-    time: FloatArray
-    impulse_response: FloatArray
+    effective_mass: float = field("1/(h M^-1 h): the mass m_c that an impulse along the stop meets.", unit="kg")
+    kappa: float = field(
+        "m_c h M^-1 C M^-1 h: the rate at which damping alone would slow the contact coordinate after an impulse.",
+        unit="1/s",
+    )
+    equilibrium: FloatArray = field("Displacements under the bias.", "mass", "m")
+    contact_equilibrium: float = field("The contact coordinate there.", unit="m")
+    gaps: Gaps | None = field("The distances of the stops from the equilibrium.", when="with clearance", prefix="gap_")
+    natural_frequencies: FloatArray = field(
+        "Angular frequencies of the structure without damping, increasing; 0 of a free mode.", "mode", "rad/s"
+    )
+    damping_ratios: FloatArray = field(
+        "Of the damped modes, by increasing frequency; null of a free mode, and of several modes that do not "
+        "oscillate where the damping is not diagonal in the modes.",
+        "mode",
+        null=True,
+    )
+    contact_weights: FloatArray | None = field(
+        "|h phi_j| of the modes without damping, of unit modal mass; 0: the contact neither sees nor excites it.",
+        "mode",
+        "1/sqrt(kg)",
+        when="where the stiffness matrix is symmetric",
+    )
+    omega: FloatArray = field(Common, "omega")
+    amplitude: FloatArray | None = field(HarmonicResponse, when=_ONE)
+    phase: FloatArray | None = field(HarmonicResponse, when=_ONE)
+    amplitude_slope: FloatArray | None = field(HarmonicResponse, when=_ONE)
+    harmonics: tuple[HarmonicResponse, ...] = field("The steady motion in every harmonic.", "harmonic", variable=None)
+    time: FloatArray = field("Times after the impulse.", "time", "s")
+    impulse_response: FloatArray = field(
+        "g: the contact coordinate after an impulse that changes its velocity by 1.", "time", "s"
+    )
 
     @property
     def modes(self) -> tuple[Mode, ...]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from grazemap.constants import ENGINEERING_UNITS
 from grazemap.errors import MissingExtra
+from grazemap.results.fields import Field, RecordSchema
 from grazemap.results.observables import outputs_of
-from grazemap.schema import Field, Record
 
 if TYPE_CHECKING:
     import pandas
@@ -92,7 +92,7 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         _add_arrays(found, result, name)
     else:
         one = result.schema[name]
-        assert isinstance(one.type, Record)
+        assert isinstance(one.type, RecordSchema)
         value = getattr(result, name)
         if one.dims:
             _add_arrays(found, result, *one.dims)
@@ -140,7 +140,7 @@ def _are_rows(result: Result) -> bool:
 
 
 def _is_table(one: Field) -> bool:
-    if not isinstance(one.type, Record):
+    if not isinstance(one.type, RecordSchema):
         return False
     dims = one.type.fields[0].dims
     return bool(one.dims) or (
@@ -177,7 +177,7 @@ def _add_arrays(columns: _Columns, result: Result, rows: str) -> None:
 
 def _add_records(
     columns: _Columns,
-    record: Record,
+    record: RecordSchema,
     items: Sequence[Any],
     prefix: str,
     lengths: Mapping[str, int],
@@ -195,7 +195,7 @@ def _add_records(
                 for i in range(lengths[one.dims[0]]):
                     entries = [value[i] if value is not None and i < len(value) else np.nan for value in values]
                     columns[f"{prefix}{one.name}_{i + 1}"] = (one, entries)
-        elif isinstance(one.type, Record):
+        elif isinstance(one.type, RecordSchema):
             _add_records(columns, one.type, values, f"{prefix}{one.name}_", lengths)
         elif isinstance(one.type, str) and one.type != "complex":
             columns[prefix + one.name] = (one, values)

@@ -8,25 +8,32 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted
+from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import Observed
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import FloatArray, Impacts, Motion, State, Sticking
+from grazemap.results.record import FloatArray, field
+from grazemap.results.records import Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class Trajectory(Observed, Result):
+class Trajectory(Observed, Result, process="trajectories", rows="time"):
     """One trajectory with every impact."""
 
-    time: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    impacts: Impacts
-    sticking: Sticking
-    undecided: int
-    motion: Motion
-    final: State | None
+    time: FloatArray = field("Times of the samples, from the start of the record.", "time", "s")
+    displacement: FloatArray = field("Displacement of every mass.", "mass time", "m", null=True)
+    velocity: FloatArray = field(
+        "Velocity of every mass; at an impact, the one after it.", "mass time", "m/s", null=True
+    )
+    impacts: Impacts = field("Every contact with a stop.", prefix="impact_")
+    sticking: Sticking = field("The rests on a stop.", prefix="sticking_")
+    undecided: int = field("Number of events, since the start of the transient, that round-off leaves undecided.")
+    motion: Motion = field("The motion at the end; if it is unresolved, with the reason.", variable=None)
+    final: State | None = field(
+        "The state at the end of the record, from which another trajectory can continue; null where there is none.",
+        prefix="final_",
+    )
 
     @picture
     def plot(
@@ -42,10 +49,14 @@ class Trajectory(Observed, Result):
         return f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
 
 
-class Trajectories(Result):
+class Trajectories(Result, process="trajectories"):
     """One trajectory from each of many initial states."""
 
-    trajectories: tuple[Trajectory, ...]
+    trajectories: tuple[Trajectory, ...] = field(
+        "The trajectories, in the order of the states.",
+        "trajectory",
+        type=RecordSchema("TrajectoryRecord", Trajectory.schema.description, Trajectory.schema.fields, Trajectory),
+    )
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:

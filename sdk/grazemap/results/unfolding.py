@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -12,27 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.colours import COLOURED, colours_of_map
-from grazemap.results.base import Result, counted, counted_points, outside
+from grazemap.colours import COLOURED, OTHER, colours_of_map
+from grazemap.results.base import Result, counted, counted_points, outside, value_of
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
+from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import (
-    RECORDS,
-    BoolArray,
-    ChanceToSettle,
-    FloatArray,
-    InferredWrong,
-    IntArray,
-    MotionShare,
-)
-from grazemap.schema.maps import AT_COMPUTED
-from grazemap.schema.motions import motions_of
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, deprecated, field, stored
+from grazemap.results.records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 
+_PLANE = "vertical horizontal"
+_IN_JSON = "in JSON"
+_FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
+_OF_RANGES, _OF_AXES = "of maps over ranges of omega and clearance", "of maps with axes"
+_PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
+_MARGIN = (
+    "from the steady motion, 0 on its grazing curve; null for an absent stop. That motion exists without impacts where "
+    "no margin is negative."
+)
 _OF_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 
 if TYPE_CHECKING:
@@ -76,62 +76,174 @@ class MapPoint:
     omega: float
     clearance: float | dict[str, float | None]
 
-    @property
-    def omega_offset(self) -> float:
-        """Deprecated: another name of `horizontal_offset`."""
-        warnings.warn("omega_offset is deprecated: use horizontal_offset", DeprecationWarning, stacklevel=2)
-        return self.horizontal_offset
 
-    @property
-    def clearance_offset(self) -> float:
-        """Deprecated: another name of `vertical_offset`."""
-        warnings.warn("clearance_offset is deprecated: use vertical_offset", DeprecationWarning, stacklevel=2)
-        return self.vertical_offset
+class FiguresAtComputedPoints(Record):
+    """The values at the computed points of an adaptive map, in the order of the rows of `computed`."""
+
+    multiplier: FloatArray | None = field(
+        "Largest modulus of the multipliers over one period of a periodic motion.",
+        "computed_point",
+        null=True,
+        when=_PREVIEW,
+    )
+    lyapunov: FloatArray | None = field(
+        "Largest Lyapunov exponent per forcing period: ln(multiplier)/n for a periodic motion, otherwise measured; "
+        "null where it was not measured, and where all perturbations vanish.",
+        "computed_point",
+        null=True,
+        when=_PREVIEW,
+    )
+    lyapunov_error: FloatArray | None = field(
+        "Standard error of an exponent that was measured along the trajectory, from its spread between windows.",
+        "computed_point",
+        null=True,
+        when=_PREVIEW,
+    )
+    least_impact_velocity: FloatArray = field(
+        "Minimum impact speed of a periodic motion with impacts; 0 in complete chatter.",
+        "computed_point",
+        "m/s",
+        null=True,
+    )
+    settled_after: IntArray = field(
+        "Forcing periods after which the trajectory had settled, or was close enough for its orbit to be solved for; "
+        "-1 unless periodic.",
+        "computed_point",
+        "forcing periods",
+        dtype="int32",
+    )
+    share: FloatArray | None = field(
+        "Fraction of the initial states that lead to this motion or its mirror image.",
+        "computed_point",
+        when=_ENSEMBLE,
+    )
+    motions_found: IntArray | None = field(
+        "Number of different motions found; mirror images count once.",
+        "computed_point",
+        dtype="int32",
+        when=_ENSEMBLE,
+    )
+    verified: BoolArray = field(
+        Common,
+        "computed_point",
+        description="The orbit is isolated, admissible and stable, with the minimum period; it captures the "
+        "trajectory, which is not sensitive.",
+    )
+    sensitive: BoolArray | None = field(Common, "computed_point")
+    transient_growth: FloatArray | None = field(Common, "computed_point")
+    certified = deprecated("verified")
 
 
-class UnfoldingMap(Observed, Result):
-    """The motion that each point of a rectangle of two parameters settles to."""
+LABEL = field("The name of the motion, or its kind.", _PLANE, type="str")
+# in JSON the motions without a colour are grey
+_COLOUR = {"description": "Its colour in the picture of the map, #RRGGBB; grey for the smallest ones.", "null": False}
+_SHARE_IN_JSON = MotionShare.schema.varied(without=("mirror_images",), colour=_COLOUR)
 
-    omega: FloatArray | None
-    clearance: FloatArray | None
-    horizontal: FloatArray
-    vertical: FloatArray
-    margin_right: FloatArray | None
-    margin_left: FloatArray | None
-    kind: IntArray
-    kinds: tuple[str, ...]
-    period: IntArray
-    impacts_right: IntArray
-    impacts_left: IntArray
-    symmetric: BoolArray
-    sticking: BoolArray
-    least_impact_velocity: FloatArray
-    settled_after: IntArray
-    verified: BoolArray
-    reason: IntArray
-    reasons: tuple[str, ...]
-    multiplier: FloatArray | None = None
-    lyapunov: FloatArray | None = None
-    lyapunov_error: FloatArray | None = None
-    sensitive: BoolArray | None = None
-    transient_growth: FloatArray | None = None
-    share: FloatArray | None = None
-    motions_found: IntArray | None = None
-    computed: BoolArray | None = None
-    resolved: BoolArray | None = None
-    inferred_wrong: InferredWrong | None = None
-    chance_to_settle: ChanceToSettle | None = None
+
+class UnfoldingMap(
+    Observed,
+    Result,
+    process="unfolding-maps",
+    roles={"vertical": "clearance", "horizontal": "omega"},
+    over=_PLANE,
+    outputs="OutputOfMap",
+    derived={"label": LABEL},
+    in_json={
+        "motions": field(
+            "The motions of the map, the largest share first.", "motion", type=_SHARE_IN_JSON, when=_IN_JSON
+        ),
+        "motion": field("The motion of the point.", _PLANE, type="int", index_of="motions", when=_IN_JSON),
+    },
+):
+    """The motion that each point of a rectangle of the plane settles to."""
+
+    omega: FloatArray | None = field(Common, "omega", when=_OF_RANGES)
+    clearance: FloatArray | None = field(Common, "clearance", when=_OF_RANGES)
+    horizontal: FloatArray = field("Values of the horizontal parameter.", "horizontal", when=_OF_AXES, variable=None)
+    vertical: FloatArray = field("Values of the vertical parameter.", "vertical", when=_OF_AXES, variable=None)
+    margin_right: FloatArray | None = field(
+        f"Gap of the right stop {_MARGIN}",
+        _PLANE,
+        "m",
+        null=True,
+        when=_OF_AXES,
+    )
+    margin_left: FloatArray | None = field(
+        f"Gap of the left stop {_MARGIN}",
+        _PLANE,
+        "m",
+        null=True,
+        when=_OF_AXES,
+    )
+    kind: IntArray = field(
+        "Whether the motion is unresolved, periodic, quasi-periodic or chaotic.", _PLANE, dtype="int8", index_of="kinds"
+    )
+    kinds: tuple[str, ...] = field("The names of the kinds.", "kind", variable=None)
+    period: IntArray = field(Common, _PLANE, dtype="int32")
+    impacts_right: IntArray = field(Common, _PLANE, dtype="int32")
+    impacts_left: IntArray = field(Common, _PLANE, dtype="int32")
+    symmetric: BoolArray = field(Common, _PLANE)
+    sticking: BoolArray = field(Common, _PLANE)
+    multiplier: FloatArray | None = field(
+        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
+    )
+    lyapunov: FloatArray | None = field(
+        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
+    )
+    lyapunov_error: FloatArray | None = field(
+        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
+    )
+    least_impact_velocity: FloatArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
+    settled_after: IntArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
+    share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when="of ensembles that are not adaptive")
+    motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when="of ensembles that are not adaptive")
+    verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
+    sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")
+    transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")
+    certified = deprecated("verified")
+    resolved: BoolArray | None = field(
+        "Whether the point is sensitive and its motion was decided in more digits.",
+        _PLANE,
+        when="of maps with resolve_sensitive",
+    )
+    reason: IntArray = field(
+        "Why a motion is unresolved, or is periodic and not verified.", _PLANE, dtype="int8", index_of="reasons"
+    )
+    reasons: tuple[str, ...] = field("The reasons.", "reason", variable=None)
+    computed: BoolArray | None = field(
+        "Whether the point was computed, or inferred from its neighbours.", _PLANE, when=_ADAPTIVE
+    )
+    at_computed = stored(
+        "The values at computed points only.",
+        type=FiguresAtComputedPoints.schema,
+        when=_ADAPTIVE,
+        variable=None,
+    )
+    inferred_wrong: InferredWrong | None = field(
+        "How many of the inferred points are wrong.",
+        when=f"of adaptive maps with inferred motions, {SINCE}",
+        variable=None,
+    )
+    chance_to_settle: ChanceToSettle | None = field(CHANCE, when="of maps with chaotic points")
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         whole = super()._attributes(document, meta)
         whole |= _axes(whole, _plane(meta))
-        figures = whole.pop("at_computed")
-        if figures is None:
+        if document.get("at_computed") is None:
             return whole
+        figures = value_of(cls.schema["at_computed"], document["at_computed"])
         # an adaptive map is large
         whole = {name: _small(value) if isinstance(value, np.ndarray) else value for name, value in whole.items()}
-        return whole | {name: _spread(values, whole["computed"]) for name, values in figures.items()}
+        names = (one.name for one in FiguresAtComputedPoints.schema if not one.replaces)
+        return whole | {name: _spread(getattr(figures, name), whole["computed"]) for name in names}
+
+    @classmethod
+    def json_document(cls, document: Document) -> Document:
+        """As `Result.json_document`: the motions of the map."""
+        motions, motion = motions_of(document)
+        shown = [{**one, "colour": one["colour"] or OTHER} for one in motions]
+        return {**document, "motions": shown, "motion": motion}
 
     @property
     def preview(self) -> bool:
@@ -352,12 +464,12 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
             counts = (motion.impacts_right or 0, motion.impacts_left or 0)
             right, left = sorted(counts, key=lambda count: np.inf if count == INFINITE else count, reverse=True)
             label = motion_label(motion.period, right, left)
-            one = replace(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
+            one = changed(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
         pixels = one.pixels + (merged[one.label].pixels if one.label in merged else 0)
-        merged[one.label] = replace(one, pixels=pixels, share=pixels / total)
+        merged[one.label] = changed(one, pixels=pixels, share=pixels / total)
     largest = sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
     colours = colours_of_map([motion.label for motion in largest], [motion.kind for motion in largest])
-    return [replace(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
+    return [changed(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
 
 
 def _plane(meta: Mapping[str, Any]) -> Plane:
@@ -400,7 +512,3 @@ def _spread(figures: NDArray[Any] | None, computed: BoolArray) -> NDArray[Any] |
     whole = np.full(computed.shape, nothing, dtype=_small(figures).dtype)
     whole[computed] = figures
     return whole
-
-
-# the class of these figures is that of the map
-RECORDS[AT_COMPUTED.name] = dict

@@ -11,53 +11,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.colours import COLOURED
-from grazemap.results.base import RESULTS, Result, counted_points, value_of
+from grazemap.results.base import Result, counted_points, value_of
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
+from grazemap.results.fields import ResultSchema
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.records import FloatArray, IntArray, described
-from grazemap.results.unfolding import UnfoldingMap
-from grazemap.schema import ResultSchema
-from grazemap.schema.common import BIFURCATIONS
-from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS, PLANE_GRAZES
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
+from grazemap.results.records import BIFURCATIONS, Common
+from grazemap.results.unfolding import LABEL, UnfoldingMap
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+_DIAGRAM_OF_RANGES = "of diagrams over ranges of omega and clearance"
 _REQUESTS = {"stop_grazing_curves": "grazing_curve"}
 """Attributes of the request that have the requests of parts, where their names differ."""
 
 
-@described(PLANE_GRAZES)
-class GrazingCurveOfPlane:
+class GrazingCurveOfPlane(Record):
     """A curve of a plane of any two parameters on which the steady motion touches a stop."""
 
-    stop: int
-    horizontal: FloatArray
-    vertical: FloatArray
-    admissible: NDArray[np.bool_]
+    stop: int = field("The stop that is touched: +1 right, or both where they are alike; -1 left.")
+    horizontal: FloatArray = field("Values of the horizontal parameter.", "point")
+    vertical: FloatArray = field("Values of the vertical parameter.", "point")
+    admissible: BoolArray = field("Whether the steady motion does not reach beyond the other stop.", "point")
 
 
-@described(BORDER_CURVE)
 class BorderCurve(PlaneCurve):
-    """A curve that explains borders of a map."""
+    """A curve that explains borders of a map.
 
-    type: str
-    motion: str
-    period: int
-    impacts_right: int
-    impacts_left: int
-    symmetric: bool
-    admissible: NDArray[np.bool_]
-    pairs: int
-    ends: tuple[str, ...]
-    omega: FloatArray | None = None
-    clearance: FloatArray | None = None
-    horizontal: FloatArray | None = None
-    vertical: FloatArray | None = None
+    Between symmetric stops mirror images count as one motion, named with more impacts first.
+    """
+
+    omega: FloatArray | None = field(PlaneCurve)
+    clearance: FloatArray | None = field(PlaneCurve)
+    horizontal: FloatArray | None = field(PlaneCurve)
+    vertical: FloatArray | None = field(PlaneCurve)
+    admissible: BoolArray = field(Common, "point")
+    pairs: int = field("Number of pairs of neighbouring points that it explains.")
+    ends: tuple[str, ...] = field(PlaneCurve)
 
     @property
     def label(self) -> str:
@@ -89,23 +83,36 @@ class Border:
     pairs: int
 
 
-@described(MAP_BORDERS)
-class MapBorders:
-    """The borders of a map's regions: p pairs of neighbouring points with different motions."""
+class MapBorders(Record):
+    """The borders of a map's regions: pairs of neighbouring points with different motions.
 
-    row: IntArray
-    column: IntArray
-    along: IntArray
-    regular: NDArray[np.bool_]
-    explanation: IntArray
-    reason: IntArray
-    explanations: tuple[str, ...]
-    reasons: tuple[str, ...]
-    curve: IntArray
-    distance: FloatArray
-    curves: tuple[BorderCurve, ...]
-    without_orbit: int
-    irregular_pairs: int
+    Between symmetric stops mirror images are one motion.
+    """
+
+    row: IntArray = field("Row of the first point of a pair.", "border")
+    column: IntArray = field("Column of the same point.", "border")
+    along: IntArray = field(
+        "0: the other point has the next larger vertical value, 1: the next larger horizontal one.", "border"
+    )
+    regular: BoolArray = field("Whether both motions are periodic.", "border")
+    explanation: IntArray = field(
+        "curve: one of the motions ends between the points; coexistence: both motions exist at both points, stable "
+        "and admissible; goes on: only one motion of the pair is periodic, and it exists at the other point too.",
+        "border",
+        index_of="explanations",
+    )
+    reason: IntArray = field("Why a pair is unexplained.", "border", index_of="reasons")
+    explanations: tuple[str, ...] = field("The explanations.", "explanation", variable=None)
+    reasons: tuple[str, ...] = field("The reasons.", "reason", variable=None)
+    curve: IntArray = field("Position in `curves`; -1: none.", "border")
+    distance: FloatArray = field(
+        "Distance of the curve from the middle between the points, in steps of the map.", "border", null=True
+    )
+    curves: tuple[BorderCurve, ...] = field("The curves.", "curve", variable=None)
+    without_orbit: int = field("Number of points with a periodic motion for which no orbit was found.", variable=None)
+    irregular_pairs: int = field(
+        "Number of further pairs, of two different kinds, neither of which is periodic.", variable=None
+    )
 
     def __len__(self) -> int:
         return len(self.row)
@@ -129,16 +136,34 @@ class MapBorders:
         return self.row + (self.along == 0), self.column + (self.along == 1)
 
 
-class UnfoldingDiagram(Result):
-    """An unfolding map and the results drawn over it, each equal to that of its own request."""
+class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.schema.roles, derived={"label": LABEL}):
+    """An unfolding map from rest and the results drawn over it, each equal to that of its own process."""
 
-    unfolding_map: UnfoldingMap
-    grazing_curve: GrazingCurve | None
-    stop_grazing_curves: StopGrazingCurves | None
-    grazing_curves: tuple[GrazingCurveOfPlane, ...] | None
-    codimension_two_points: CodimensionTwoPoints | None
-    bifurcation_curves: BifurcationCurves | None
-    borders: MapBorders | None
+    unfolding_map: UnfoldingMap = field("The map.")
+    grazing_curve: GrazingCurve | None = field(
+        "The curve, at 400 values of omega, or two for each column of the map.",
+        when=f"{_DIAGRAM_OF_RANGES}, where the stops are grazed at once",
+        prefix="grazing_",
+    )
+    stop_grazing_curves: StopGrazingCurves | None = field(
+        "The curves of the stops, at as many values of omega.",
+        when=f"{_DIAGRAM_OF_RANGES}, where the stops are not alike",
+        prefix="grazing_",
+    )
+    grazing_curves: tuple[GrazingCurveOfPlane, ...] | None = field(
+        "The curves on which the steady motion touches a stop.", "graze", when="of diagrams with axes", variable=None
+    )
+    codimension_two_points: CodimensionTwoPoints | None = field(
+        "The points on the grazing curve.", when=_DIAGRAM_OF_RANGES, variable=None
+    )
+    bifurcation_curves: BifurcationCurves | None = field(
+        "The curves of motions with one impact.",
+        when="over omega and a parameter of the stops or the forces",
+        variable=None,
+    )
+    borders: MapBorders | None = field(
+        "The borders of the map's regions, each with its explanation.", when="with borders", prefix="border_"
+    )
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -151,11 +176,16 @@ class UnfoldingDiagram(Result):
                 if one.name in document or not one.optional:
                     request = getattr(asked, _REQUESTS.get(one.name, one.name))
                     own = {"process": one.type.process, "request": canonical(request)}
-                    parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
+                    parts[one.name] = one.type.kind.from_document(document[one.name], {**meta, **own})
         for name in ("grazing_curves", "borders"):
             found = document.get(name)
             parts[name] = None if found is None else value_of(cls.schema[name], found)
         return parts
+
+    @classmethod
+    def json_document(cls, document: Document) -> Document:
+        """As `Result.json_document`, of the map."""
+        return document | {"unfolding_map": UnfoldingMap.json_document(document["unfolding_map"])}
 
     @property
     def horizontal(self) -> FloatArray:

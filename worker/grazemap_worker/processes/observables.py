@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.schema import observables as schema
+from grazemap.results.observables import MEANS as FIGURES
 from grazemap.wire.observables import ObservedRequest
 
 if TYPE_CHECKING:
     from grazemap_core.simulation.observables import Observables
 
-MEANS = tuple(one.name for one in schema.MEANS)
+MEANS = tuple(one.name for one in FIGURES)
 OUTPUTS = "outputs"
 
 

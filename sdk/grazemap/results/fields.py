@@ -1,18 +1,19 @@
-"""The elements of schemas: fields, records of fields, and the result of one process.
+"""The schemas of results: fields, records of fields, and the result of one process.
 
-A schema is plain data. Everything that has to know the fields of a result is derived from it: reading and checking
-documents, result classes, Datasets, the responses in the API's document, and the tables of the guides.
+A schema is plain data. The classes of results and of records declare their fields (see `record.py`), from which their
+schemas are made. Everything that has to know the fields of a result is derived from its schema: reading and checking
+documents, Datasets, the responses in the API's document, and the tables of the guides.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal, Self
 
 VERSION = 2
-"""The version of the layout of results. Version 1 is that of grazemap 0.1, whose results lack the number."""
+"""The version of the layout of results."""
 
 Scalar = Literal["float", "int", "bool", "str", "complex"]
 # Units that apply to nondimensional oscillators too.
@@ -20,7 +21,7 @@ _ALWAYS = frozenset({"rad", "forcing periods"})
 
 
 @dataclass(frozen=True)
-class Record:
+class RecordSchema:
     """A nested document with fields of its own.
 
     Attributes
@@ -28,13 +29,15 @@ class Record:
     name : str
         Name of the class in `grazemap.results` and of the schema in the API's document.
     description : str
-        One sentence.
     fields : tuple of Field
+    kind : type
+        The class of its objects.
     """
 
     name: str
     description: str
     fields: tuple[Field, ...]
+    kind: type[Any] = dict
 
     def __getitem__(self, name: str) -> Field:
         """Return the field of a name. Raises KeyError."""
@@ -45,6 +48,11 @@ class Record:
 
     def __iter__(self) -> Iterator[Field]:
         return iter(self.fields)
+
+    def varied(self, name: str = "", without: Container[str] = (), **changes: Mapping[str, object]) -> Self:
+        """Return the schema with another name, without some fields, and with attributes of other fields changed."""
+        fields = tuple(one.varied(**changes.get(one.name, {})) for one in self if one.name not in without)
+        return replace(self, name=name or self.name, fields=fields)
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,7 @@ class Field:
     Attributes
     ----------
     name : str
-    type : {"float", "int", "bool", "str", "complex"}, Record or Request
+    type : {"float", "int", "bool", "str", "complex"}, RecordSchema or Request
         A complex number is stored as a pair, its real and imaginary part.
     description : str
         What it is, in one sentence.
@@ -95,10 +103,12 @@ class Field:
         Whether it is a coordinate in a Dataset. A field named like its dimension always is one.
     texts : bool
         Whether the values are a tuple in the result, not an array.
+    stored_only : bool
+        Whether it is in documents only, and no attribute of the class.
     """
 
     name: str
-    type: Scalar | Record | Request
+    type: Scalar | RecordSchema | Request
     description: str
     dims: tuple[str, ...] = ()
     unit: str = ""
@@ -112,6 +122,7 @@ class Field:
     prefix: str = ""
     coordinate: bool = False
     texts: bool = False
+    stored_only: bool = False
 
     @property
     def optional(self) -> bool:
@@ -122,13 +133,13 @@ class Field:
         """Return its unit in results of an oscillator in SI, or in a nondimensional one; empty: it has none."""
         return self.unit if not self.unit or units == "SI" or self.unit in _ALWAYS else "nondimensional"
 
-    def in_result(self, **changes: object) -> Field:
+    def varied(self, **changes: object) -> Field:
         """Return the field with some of its attributes changed."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
-class ResultSchema(Record):
+class ResultSchema(RecordSchema):
     """The result of a process.
 
     Attributes
@@ -141,7 +152,7 @@ class ResultSchema(Record):
     rows : str
         The dimension whose arrays are a table, named after it, one row for each entry; empty: there is none.
     in_json : tuple of Field
-        Additional fields of its JSON, which `schema.motions` computes.
+        Additional fields of its JSON, which the result's class computes.
     """
 
     process: str = ""
@@ -149,17 +160,3 @@ class ResultSchema(Record):
     derived: tuple[Field, ...] = ()
     rows: str = ""
     in_json: tuple[Field, ...] = ()
-
-
-def field(
-    name: str, type: Scalar | Record | Request, description: str, dims: str = "", unit: str = "", **more: object
-) -> Field:
-    """Return a field; `dims` are separated by spaces."""
-    return Field(name, type, description, tuple(dims.split()), unit, **more)  # type: ignore[arg-type]
-
-
-def deprecated(name: str, of: Field) -> Field:
-    """Return a field that is the deprecated name of another one."""
-    return replace(
-        of, name=name, description=f"Deprecated: another name of `{of.name}`.", replaces=of.name, variable=None
-    )

@@ -1,4 +1,4 @@
-"""Documents and their schemas: deprecated names in documents, those of earlier versions, those from JSON."""
+"""Documents and their schemas: deprecated names in documents, and documents from JSON."""
 
 from __future__ import annotations
 
@@ -7,50 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from grazemap.schema.fields import Field, Record, Request, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
 
 Document = dict[str, Any]
 _DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
 
 
-def add_deprecated(record: Record, document: Document) -> None:
+def add_deprecated(record: RecordSchema, document: Document) -> None:
     """Add the deprecated names of fields beside the names that replace them, in place, also in the records inside."""
     for one in record:
         value = document.get(one.name)
-        if isinstance(one.type, Record) and value is not None:
+        if isinstance(one.type, RecordSchema) and value is not None:
             for item in value if one.dims else [value]:
                 add_deprecated(one.type, item)
         if one.replaces in document:
             document[one.name] = document[one.replaces]
 
 
-def upgraded(record: Record, document: Mapping[str, Any]) -> Document:
-    """Return a document of the layout of version 1 in the layout of this version.
-
-    Version 1 had only `certified`, which meant isolated for a periodic orbit, and verified elsewhere.
-    """
-    new: Document = {}
-    for name, value in document.items():
-        new[name] = _each(_field(record, name), value, lambda item, inside: upgraded(inside, item))
-    if "certified" in document and "verified" not in document:
-        new["verified"] = document["certified"]
-    if record.name == "PeriodicOrbit":
-        _upgrade_orbit(new)
-    if record.name == "OrbitBranch" and "isolated" not in document:
-        # version 1 did not store whether the orbits along a branch are isolated
-        new |= dict.fromkeys(("isolated", "verified"), np.zeros_like(np.asarray(new["stable"], dtype=np.bool_)))
-    return new
-
-
-def _upgrade_orbit(new: Document) -> None:
-    motion = new["motion"]
-    new["isolated"] = new["certified"]
-    least = motion["period"] == new["period"]
-    new["verified"] = bool(new["isolated"] and new["admissible"] and new["stable"] and least)
-    new["motion"] = {**motion, "verified": new["verified"]}
-
-
-def from_json(record: Record, document: Mapping[str, Any]) -> Document:
+def from_json(record: RecordSchema, document: Mapping[str, Any]) -> Document:
     """Return a document from its JSON, with arrays where the schema has them, and NaN for null in them.
 
     Fields that JSON alone has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
@@ -62,13 +36,13 @@ def from_json(record: Record, document: Mapping[str, Any]) -> Document:
     }
 
 
-def _field(record: Record, name: str) -> Field | None:
+def _field(record: RecordSchema, name: str) -> Field | None:
     return next((one for one in record if one.name == name), None)
 
 
 def _each(one: Field | None, value: Any, change: Any) -> Any:
     """Return a value with `change(item, record)` in place of each record in it."""
-    if one is None or not isinstance(one.type, Record) or value is None:
+    if one is None or not isinstance(one.type, RecordSchema) or value is None:
         return value
     record = one.type
     return [change(item, record) for item in value] if one.dims else change(value, record)
@@ -79,7 +53,7 @@ def _value_from_json(one: Field | None, value: Any) -> Any:
         return _guessed(value)
     if isinstance(one.type, Request) or value is None:
         return value
-    if isinstance(one.type, Record):
+    if isinstance(one.type, RecordSchema):
         return _each(one, value, lambda item, inside: from_json(inside, item))
     if not one.dims or (one.texts and one.type != "str"):
         return value

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.colours import OTHER, colours_of_map
-from grazemap.schema.fields import Record
-from grazemap.schema.maps import UNFOLDING_MAPS
+from grazemap.colours import colours_of_map
 from grazemap.wire import motion_label
 
 Document = dict[str, Any]
@@ -68,13 +66,3 @@ def _motion(kind: str, counts: list[int], pixels: int, total: int) -> Document:
         "pixels": pixels,
         "share": pixels / total,
     }
-
-
-def for_json(record: Record, document: Document) -> Document:
-    """Return the document of a result with the fields that JSON alone has, also in the records inside."""
-    if record is UNFOLDING_MAPS:
-        motions, motion = motions_of(document)
-        shown = [{**one, "colour": one["colour"] or OTHER} for one in motions]
-        return {**document, "motions": shown, "motion": motion}
-    maps = {one.name for one in record if one.type is UNFOLDING_MAPS}
-    return {name: for_json(UNFOLDING_MAPS, value) if name in maps else value for name, value in document.items()}
