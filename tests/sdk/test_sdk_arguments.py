@@ -14,7 +14,7 @@ from sdk_documents import npz
 
 from grazemap import AsyncClient, Client, Oscillator
 from grazemap.client.arguments import validated
-from grazemap.client.methods import Method, ProcessMethods
+from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
 from grazemap.results import decode_result
 from grazemap.wire import (
@@ -31,7 +31,7 @@ from grazemap.wire import (
 
 def asked(name, *arguments, **keywords):
     """Return the request that a method of the clients sends."""
-    return vars(ProcessMethods)[name].asked(*arguments, **keywords)[0]
+    return METHODS[name].asked(*arguments, **keywords)[0]
 
 
 def refused(call, *arguments, **keywords) -> dict[str, tuple[str, str]]:
@@ -417,8 +417,8 @@ def test_an_unknown_argument_of_a_method_is_named_with_the_nearest_and_those_the
 
 
 def test_the_methods_of_the_asynchronous_client_are_coroutine_functions():
-    methods = [name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)]
-    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in methods)
+    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in METHODS)
+    assert not any(inspect.iscoroutinefunction(getattr(Client, name)) for name in METHODS)
 
 
 def test_a_process_that_is_misspelt_is_named_with_the_nearest(client):
@@ -527,7 +527,7 @@ def test_the_exception_reads_as_plain_text():
 
 @pytest.mark.parametrize("process", PROCESSES)
 def test_a_method_requires_what_its_request_requires(process):
-    named = {one._process: name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)}
+    named = {one.process: name for name, one in METHODS.items()}
     parameters = inspect.signature(getattr(Client, named[process])).parameters
     required = {name for name, field in PROCESSES[process].model_fields.items() if field.is_required()}
     if process == "bifurcation-diagrams":

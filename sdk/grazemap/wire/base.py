@@ -6,6 +6,7 @@ Requests refuse unknown fields, responses ignore them, so that an older client r
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
@@ -139,6 +140,13 @@ def plain(value: Any) -> Any:
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str | bytes) else value
 
 
+@dataclass(frozen=True)
+class Kind:
+    """Names a type of fields: a client may take further forms of its values, such as a tuple for an interval."""
+
+    name: str
+
+
 def _sized(value: float) -> float:
     """Return a number unless its powers would overflow or underflow; no quantity is so large or small in any unit."""
     if value != 0.0 and not SMALLEST_NUMBER <= abs(value) <= LARGEST_NUMBER:
@@ -267,11 +275,12 @@ _OF_ANY_SIGN = "an increasing list of numbers"
 _SEVERAL = Field(min_length=2, fail_fast=True)
 GridRange = Annotated[Range, Tag("[range]")]
 GridList = Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")]
-Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE)]
+Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE), Kind("grid")]
 CoordinateGrid = Annotated[
     Annotated[CoordinateRange, Tag("[range]")]
     | Annotated[list[Float], _SEVERAL, Listable, _increasing(_OF_ANY_SIGN), Tag("[list]")],
     _range_or_list(_OF_ANY_SIGN),
+    Kind("grid"),
 ]
 
 
