@@ -16,11 +16,12 @@ from types import FunctionType
 from typing import Any
 
 from grazemap import results
-from grazemap.client import client, forms, methods
+from grazemap.client import arguments, client, methods
 from grazemap.client.process_methods import METHODS
 
 ROOT = Path(__file__).parents[1]
 CLIENT = ROOT / "sdk" / "grazemap" / "client"
+_ALIASES = ", ".join(name for name in vars(arguments) if name.endswith("Like"))
 _IMPORTS = f"""\
 import os
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -32,7 +33,7 @@ from numpy.typing import NDArray
 
 from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
-from grazemap.client.forms import {", ".join(name for name in vars(forms) if name.endswith("Like"))}, Provable, Values
+from grazemap.client.arguments import {_ALIASES}, Provable, Values
 from grazemap.client.job_state import JobState
 from grazemap.results import {", ".join(results.__all__)}
 from grazemap.wire import Forecast, Job, ProcessRequest, ServiceStatus, Status

@@ -1,16 +1,59 @@
-"""Validates requests before anything is sent: the errors of a body become a ParameterError, as the service's."""
+"""Arguments of methods become the fields of a request, which is validated before anything is sent.
+
+A field takes further forms from Python, by its type: tuples for ranges, results for states and motions. The service
+takes none of them. Whatever numpy reads as a list or a number is one for every field (`wire.base.plain`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, Union, get_args, get_origin, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from grazemap.errors import ParameterError
-from grazemap.wire import PROCESSES, Problem, ProblemError, ProcessRequest, parse_request
+from grazemap.results import PeriodicOrbit, State
+from grazemap.wire import (
+    PROCESSES,
+    BasinCoordinate,
+    ClearancePair,
+    InitialState,
+    Interval,
+    OrbitMotion,
+    Oscillator,
+    OtherClearance,
+    Problem,
+    ProblemError,
+    ProcessRequest,
+    Range,
+    SignedInterval,
+    Statement,
+    StateRange,
+    parse_request,
+)
+from grazemap.wire.base import Kind, plain
 from grazemap.wire.error_details import errors_of
 from grazemap.wire.error_texts import suggestion
+from grazemap.wire.observables import OutputRow
+from grazemap.wire.planes import ALLOWED, Axis, WindowAxis
+
+OscillatorLike = Oscillator | Mapping[str, Any] | None
+StateLike = InitialState | State | Mapping[str, Any]
+Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
+"""(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
+MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
+ClearanceLike = float | ClearancePair | Mapping[str, Any]
+FixedStopLike = OtherClearance | Mapping[str, Any]
+StatementLike = Statement | Mapping[str, Any]
+AxisLike = Axis | Mapping[str, Any] | tuple[Any, ...]
+WindowAxisLike = WindowAxis | Mapping[str, Any] | tuple[str, float, float]
+OutputLike = OutputRow | Mapping[str, Any]
+CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
+RangesLike = Sequence[float | tuple[float, float] | StateRange | Mapping[str, float]]
 
 # The title and the detail of the service's problem.
 _INVALID_REQUEST = Problem(
@@ -19,6 +62,12 @@ _INVALID_REQUEST = Problem(
     status=422,
     detail="Values are missing, unknown or out of range; the errors name each of them.",
 )
+_MOTION = (
+    "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
+    "a mapping, which may also have phases and velocities; or an orbit that was found"
+)
+_AXIS = 'its name with (start, stop) or with a list, as ("restitution", 0.5, 0.9) or ("omega", [0.26, 0.28])'
+_VALUES = "(start, stop) with a number of points, or an increasing list or array"
 
 
 def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> ProcessRequest:
@@ -78,3 +127,381 @@ def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
 def refusal(pointer: str, detail: str, allowed: str) -> ParameterError:
     """Return the exception for one error in a request that was not sent."""
     return parameter_error([ProblemError(pointer=pointer, detail=detail, allowed=allowed)])
+
+
+@runtime_checkable
+class Provable(Protocol):
+    """A part of a result that knows the statement which proves it, and its oscillator."""
+
+    @property
+    def oscillator(self) -> dict[str, Any] | None:
+        """The oscillator of the request."""
+
+    def statement(self) -> dict[str, Any]:
+        """Return the statement of proofs."""
+
+
+class Argument(NamedTuple):
+    """The place of a value that is converted.
+
+    Attributes
+    ----------
+    name : str
+        Leads to the value in the request.
+    points : int or None
+        The number of values of a range, as another argument gives it.
+    keyword : str
+        The name of that other argument.
+    given, fields : mapping
+        All arguments of the method, and the fields of the request that were converted before.
+    """
+
+    name: str
+    points: Any = None
+    keyword: str = ""
+    given: Mapping[str, Any] = {}
+    fields: Mapping[str, Any] = {}
+
+    def below(self, name: str) -> Argument:
+        """Return the place of a value in this one."""
+        return self._replace(name=f"{self.name}/{name}")
+
+    @property
+    def has_axes(self) -> bool:
+        """Whether the parameters that vary are named."""
+        return any(self.given.get(name) is not None for name in ("horizontal", "vertical"))
+
+
+Convert = Callable[[Argument, Any], Any]
+
+
+class Form(NamedTuple):
+    """How the values of a type of fields are given.
+
+    Attributes
+    ----------
+    annotation : str
+        For the signature.
+    text : str
+        For the docstring.
+    convert : function
+        Returns a value as the request takes it; may raise ParameterError.
+    more : str
+        What the docstring says beside the description of the field.
+    counted : bool
+        Whether (start, stop) needs a number of points.
+    """
+
+    annotation: str
+    text: str
+    convert: Convert = lambda _, value: plain(value)
+    more: str = ""
+    counted: bool = False
+
+
+def as_grid(argument: Argument, values: Any) -> Any:
+    """Return a range, or the values as a list; a tuple of two numbers is (start, stop).
+
+    Raises ParameterError where the number of points is missing or differs from the number of values; the wire models
+    check all else.
+    """
+    name, points, keyword = argument.name.replace("/", "."), argument.points, argument.keyword
+    at = f"/{argument.name}"
+    if isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], int):
+        detail = f"{name} is a tuple of three numbers, and the last one would be a value"
+        raise refusal(at, detail, f"({values[0]}, {values[1]}) with {keyword}, or a list of values")
+    if isinstance(values, tuple) and len(values) == 2:
+        if points is None:
+            raise refusal(at, f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
+        return {"start": values[0], "stop": values[1], "points": points}
+    values = plain(values)
+    count = _count(values)
+    if points is not None and count is not None and points != count:
+        raise refusal(at, f"{name} has {count} values, and {keyword} gives another number", _VALUES)
+    return values
+
+
+def _count(values: Any) -> int | None:
+    """Return how many values a range or a list has, None for anything else."""
+    if isinstance(values, list):
+        return len(values)
+    points = values.get("points") if isinstance(values, dict) else getattr(values, "points", None)
+    return points if isinstance(points, int) else None
+
+
+def as_interval(argument: Argument, values: Any) -> Any:
+    """Return an interval as the models take it. Raises ParameterError."""
+    if isinstance(values, Interval | SignedInterval):
+        return values.model_dump()
+    values = plain(values)
+    if isinstance(values, dict):
+        return values
+    if not isinstance(values, list) or len(values) != 2:
+        detail = f"{argument.name.replace('/', '.')} is not an interval"
+        raise refusal(f"/{argument.name}", detail, "(start, stop) with stop > start")
+    return {"start": values[0], "stop": values[1]}
+
+
+def _interval_or_number(argument: Argument, values: Any) -> Any:
+    """Return an interval as `as_interval` does, and what does not vary as it is."""
+    fixed = values is None or isinstance(plain(values), int | float)
+    return values if fixed else as_interval(argument, values)
+
+
+def _without_axes(convert: Convert) -> Convert:
+    """Return the conversion of omega or a clearance: of values where no axes are given, else of numbers."""
+    return lambda argument, value: plain(value) if argument.has_axes else convert(argument, value)
+
+
+def _of_stops(convert: Convert) -> Convert:
+    """Return the conversion of the clearance of both stops, or of that of each."""
+
+    def converted(argument: Argument, clearance: Any) -> Any:
+        clearance = dict(clearance) if isinstance(clearance, ClearancePair) else clearance
+        if argument.has_axes or not is_pair(clearance):
+            return _without_axes(convert)(argument, clearance)
+        return {name: convert(argument.below(name), value) for name, value in clearance.items()}
+
+    return converted
+
+
+def is_pair(value: Any) -> bool:
+    """Whether a value is the clearances of each stop."""
+    return isinstance(value, ClearancePair) or (isinstance(value, Mapping) and bool({"right", "left"} & value.keys()))
+
+
+def _as_axis(argument: Argument, axis: Any) -> Any:
+    """Return a parameter and its values as the models take them. Raises ParameterError."""
+    if axis is None or isinstance(axis, Mapping | Axis):
+        return axis
+    if not (isinstance(axis, tuple | list) and len(axis) in (2, 3) and isinstance(axis[0], str)):
+        raise refusal(f"/{argument.name}", f"{argument.name} is not a parameter with its values", _AXIS)
+    values = tuple(axis[1:]) if len(axis) == 3 else axis[1]
+    return {"vary": axis[0], "values": as_grid(argument.below("values"), values)}
+
+
+def _as_window_axis(argument: Argument, axis: Any) -> Any:
+    """Return a parameter and its interval as the models take them. Raises ParameterError."""
+    if axis is None or isinstance(axis, Mapping | WindowAxis):
+        return axis
+    if not (isinstance(axis, tuple | list) and len(axis) == 3 and isinstance(axis[0], str)):
+        allowed = 'its name with start and stop, as ("restitution", 0.5, 0.9)'
+        raise refusal(f"/{argument.name}", f"{argument.name} is not a parameter with its interval", allowed)
+    return {"vary": axis[0], "values": as_interval(argument.below("values"), axis[1:])}
+
+
+def _as_coordinate(argument: Argument, coordinate: Any) -> Any:
+    """Return an initial coordinate as the models take it. Raises ParameterError."""
+    if isinstance(coordinate, tuple | list) and len(coordinate) == 3:
+        coordinate = dict(zip(("quantity", "mass", "values"), coordinate, strict=True))
+    if isinstance(coordinate, Mapping) and "values" in coordinate:
+        return {**coordinate, "values": as_grid(argument.below("values"), coordinate["values"])}
+    return coordinate
+
+
+def _as_ranges(_: Argument, ranges: Any) -> Any:
+    """Return ranges of initial coordinates as the models take them: of (start, stop), or of one value."""
+    ranges = plain(ranges)
+    return list(map(_as_range, ranges)) if isinstance(ranges, list) else ranges
+
+
+def _as_range(one: Any) -> Any:
+    if isinstance(one, StateRange):
+        return one.model_dump()
+    one = plain(one)
+    if isinstance(one, int | float):
+        return {"start": one, "stop": one}
+    return {"start": one[0], "stop": one[1]} if isinstance(one, list) and len(one) == 2 else one
+
+
+def _as_sizes(_: Argument, sizes: Any) -> Any:
+    """Return numbers as a list, also a single one."""
+    sizes = plain(sizes)
+    return [sizes] if isinstance(sizes, int | float) else sizes
+
+
+def _as_states(argument: Argument, states: Any) -> Any:
+    """Return an initial state, or a sequence of them, as the models take it."""
+    if isinstance(states, State):
+        return {"displacement": states.displacement, "velocity": states.velocity, "phase": states.phase}
+    states = plain(states)
+    return [_as_states(argument, state) for state in states] if isinstance(states, list) else states
+
+
+def _as_motion(argument: Argument, motion: Any, in_window: Mapping[str, str] | None = None) -> Any:
+    """Return a motion as the models take it; in a window, with its place there if it is known.
+
+    `in_window` has the attributes of an orbit by the fields of its place. Raises ParameterError for an orbit that was
+    not found, or whose place is not known, and for a value that is not a motion.
+    """
+    at = f"/{argument.name}"
+    if isinstance(motion, tuple | list) and len(motion) == 2:
+        return {"period": motion[0], "stops": plain(motion[1])}
+    if isinstance(motion, PeriodicOrbit):
+        if not motion.converged:
+            raise refusal(at, f"this orbit was not found: {motion.reason or 'no reason given'}", _MOTION)
+        named = {"period": motion.period, **{name: getattr(motion, name) for name in ("stops", "phases", "velocities")}}
+        if in_window is None:
+            return named
+        place = {field: _value_at(motion, name) for field, name in in_window.items()}
+        if None in place.values():
+            detail = "an orbit does not say where it is in this window"
+            allowed = "a mapping with its period, stops, phases, velocities, horizontal and vertical"
+            raise refusal(at, detail, allowed)
+        return named | place
+    if isinstance(motion, OrbitMotion):
+        return motion.model_dump(exclude_none=True)
+    if not isinstance(motion, Mapping):
+        raise refusal(at, "this is not a motion; its name alone does not give the order of its stops", _MOTION)
+    return dict(motion)
+
+
+def _value_at(orbit: PeriodicOrbit, name: str) -> float | None:
+    """Return the value of a parameter at an orbit, of its frequency or a clearance; None of others."""
+    found: float | None = getattr(orbit, name, None)
+    return orbit.clearance if found is None and name.startswith("clearance") else found
+
+
+def _as_motions(argument: Argument, motions: Any) -> Any:
+    """Return the motions of a window as the models take them. Raises ParameterError."""
+    if not isinstance(motions, Sequence) or isinstance(motions, str | bytes):
+        return motions
+    place, window = {"omega": "omega", "clearance": "clearance"}, argument.fields
+    if argument.has_axes:
+        named = {name: _vary(window.get(name)) for name in ("horizontal", "vertical")}
+        place = {name: vary for name, vary in named.items() if vary is not None}
+    elif isinstance(window.get("clearance"), Mapping):
+        for name in ("right", "left"):
+            if isinstance(window["clearance"].get(name), dict):
+                place["clearance"] = f"clearance_{name}"
+    return [_as_motion(argument.below(str(k)), motion, place) for k, motion in enumerate(motions)]
+
+
+def _vary(axis: Any) -> str | None:
+    vary = axis.get("vary") if isinstance(axis, Mapping) else getattr(axis, "vary", None)
+    return vary if isinstance(vary, str) else None
+
+
+def as_statement(argument: Argument, statement: Any) -> Any:
+    """Return a statement as the models take it. Raises ParameterError."""
+    if not isinstance(statement, Mapping):
+        return statement
+    converted = dict(statement)
+    for name, convert in (("motion", _as_motion), ("range", as_interval), ("initial", _as_states)):
+        if converted.get(name) is not None:
+            converted[name] = convert(argument.below(name), converted[name])
+    return converted
+
+
+_ONE_STOP = (
+    '``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the '
+    "other one. With axes the clearances are numbers, unless they vary."
+)
+_AXES = f"The parameter is {ALLOWED}."
+_FORMS = {
+    "int": Form("int", "int"),
+    "float": Form("float", "float"),
+    "bool": Form("bool", "bool"),
+    "str": Form("str", "str"),
+    "Literal": Form("str", "str"),
+    "list[float]": Form("Sequence[float] | NDArray[np.float64]", "list or array"),
+    "list[Literal]": Form("Sequence[str]", "sequence of str"),
+    "dict[OutputRow]": Form(
+        "Mapping[str, OutputLike]",
+        "mapping",
+        more='For example ``{"spring": {"displacement": [..], "unit": "N"}}``, or with ``velocity``.',
+    ),
+    "Oscillator": Form("OscillatorLike", "Oscillator or mapping"),
+    "grid": Form("Values", "(start, stop) or increasing list or array", as_grid, counted=True),
+    "frequencies": Form("Values", "(start, stop), or list or array", as_grid, counted=True),
+    "frequencies of a map": Form(
+        "Values | float", "(start, stop) or increasing list or array; float", _without_axes(as_grid), counted=True
+    ),
+    "clearances of a map": Form(
+        "Values | ClearanceLike",
+        "(start, stop) or increasing list or array; float or mapping",
+        _of_stops(as_grid),
+        _ONE_STOP,
+        counted=True,
+    ),
+    "frequencies of a window": Form(
+        "tuple[float, float] | float", "(start, stop); float", _without_axes(_interval_or_number)
+    ),
+    "clearances of a window": Form(
+        "tuple[float, float] | ClearanceLike",
+        "(start, stop); float or mapping",
+        _of_stops(_interval_or_number),
+        _ONE_STOP,
+    ),
+    "Interval": Form("tuple[float, float]", "(start, stop)", as_interval),
+    "SignedInterval": Form("tuple[float, float]", "(start, stop)", as_interval),
+    "clearance": Form("ClearanceLike", "float, or mapping with right and left"),
+    "OtherClearance": Form("FixedStopLike", "mapping with right or left"),
+    "Axis": Form(
+        "AxisLike", "(str, start, stop) or (str, list or array) or mapping", _as_axis, more=_AXES, counted=True
+    ),
+    "WindowAxis": Form("WindowAxisLike", "(str, start, stop) or mapping", _as_window_axis, more=_AXES),
+    "BasinCoordinate": Form(
+        "CoordinateLike",
+        "(str, int, values) or mapping",
+        _as_coordinate,
+        more='"displacement" or "velocity", the mass (1 to N), and (start, stop) or an increasing list or array. The '
+        "contact must start between the stops.",
+        counted=True,
+    ),
+    "InitialState": Form("StateLike", "State, InitialState or mapping", _as_states),
+    "states": Form(
+        "StateLike | Sequence[StateLike]",
+        "State, InitialState or mapping, or a sequence of them",
+        _as_states,
+        more="For example the `final` of another trajectory; left out: at rest.",
+    ),
+    "state ranges": Form("RangesLike", "sequence of (float, float) or float", _as_ranges),
+    "sizes": Form("float | Sequence[float] | NDArray[np.float64]", "float, or list or array", _as_sizes),
+    "OrbitMotion": Form(
+        "MotionLike",
+        "(period, stops), mapping or PeriodicOrbit",
+        lambda argument, motion: None if motion is None else _as_motion(argument, motion),
+        more="Forcing periods, and +1 (A) or -1 (C) for every impact in order. A mapping or an orbit may also have "
+        "phases and velocities, the initial guess of Newton's method.",
+    ),
+    "list[CurveMotion]": Form(
+        "Sequence[MotionLike]",
+        "sequence of (period, stops), mappings or PeriodicOrbits",
+        _as_motions,
+        more="A mapping may have omega and clearance (that which varies) of an orbit in the window, or its horizontal "
+        "and vertical values, and phases and velocities.",
+    ),
+    "Statement": Form(
+        "StatementLike",
+        "Statement or mapping",
+        as_statement,
+        more="``kind`` and its numbers. A motion, an initial state and a range are written as for the other methods.",
+    ),
+}
+_OTHER = Form("Mapping[str, Any]", "mapping")
+
+
+def form_of(field: FieldInfo) -> Form:
+    """Return how the values of a field are given."""
+    return _FORMS.get(_kind(field.annotation, field.metadata), _OTHER)
+
+
+def choices_of(annotation: Any) -> tuple[Any, ...]:
+    """Return the values of a type of which there are a few."""
+    while get_origin(annotation) in (Annotated, list):
+        annotation = get_args(annotation)[0]
+    return get_args(annotation) if get_origin(annotation) is Literal else ()
+
+
+def _kind(annotation: Any, metadata: Sequence[Any] = ()) -> str:
+    """Return the name of a type: that of its `Kind`, or else of its class, without that of None."""
+    named = next((one.name for one in metadata if isinstance(one, Kind)), "")
+    origin, inner = get_origin(annotation), [one for one in get_args(annotation) if one is not NoneType]
+    if named or origin is None:
+        return named or getattr(annotation, "__name__", "")
+    if origin is Annotated:
+        return _kind(inner[0], inner[1:])
+    if origin in (Union, UnionType):
+        return _kind(inner[0]) if len(inner) == 1 else ""
+    return "Literal" if origin is Literal else f"{origin.__name__}[{_kind(inner[-1])}]"

@@ -9,8 +9,7 @@ import httpx2
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.client.events import Event
-from grazemap.client.forms import (
+from grazemap.client.arguments import (
     AxisLike,
     ClearanceLike,
     CoordinateLike,
@@ -25,6 +24,7 @@ from grazemap.client.forms import (
     Values,
     WindowAxisLike,
 )
+from grazemap.client.events import Event
 from grazemap.client.job_state import JobState
 from grazemap.results import (
     BasinFractions,
@@ -1103,8 +1103,8 @@ class Client:
         Every number stands for its shortest decimal: 0.05 is 1/20. What is not decided within the time limit is undecided.
 
         The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Instead of an
-        oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, which is
-        proven with its own numbers. The worker needs the extra "proofs".
+        oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, whose
+        statement has its own numbers. The worker needs python-flint.
 
         Parameters
         ----------

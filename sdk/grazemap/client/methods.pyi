@@ -7,7 +7,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.client.forms import (
+from grazemap.client.arguments import (
     AxisLike,
     ClearanceLike,
     CoordinateLike,
@@ -942,8 +942,8 @@ class AsyncMethods:
         Every number stands for its shortest decimal: 0.05 is 1/20. What is not decided within the time limit is undecided.
 
         The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Instead of an
-        oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, which is
-        proven with its own numbers. The worker needs the extra "proofs".
+        oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, whose
+        statement has its own numbers. The worker needs python-flint.
 
         Parameters
         ----------

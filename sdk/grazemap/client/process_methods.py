@@ -1,7 +1,7 @@
 """The method of a process, made from the model of its request: its signature, docstring, and the request it sends.
 
-An argument is a field of the request, in the forms of `forms.py`. A method also has the arguments that complete ranges,
-and `progress`. What no request says stands in `_EXTRAS`.
+An argument is a field of the request, in the forms of `arguments.py`. A method also has the arguments that complete
+ranges, and `progress`. What no request says stands in `_EXTRAS`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,18 @@ from textwrap import fill, indent
 from typing import Any, NamedTuple
 
 from grazemap.client import jobs
-from grazemap.client.arguments import refusal, validated
-from grazemap.client.forms import Argument, Form, Provable, as_grid, as_statement, choices_of, form_of, is_pair
+from grazemap.client.arguments import (
+    Argument,
+    Form,
+    Provable,
+    as_grid,
+    as_statement,
+    choices_of,
+    form_of,
+    is_pair,
+    refusal,
+    validated,
+)
 from grazemap.results import RESULTS, Result
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.base import plain
@@ -128,8 +138,8 @@ _EXTRAS = {
     "proofs": Extra(
         name="prove",
         remark="The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Instead "
-        "of an oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, which "
-        'is proven with its own numbers. The worker needs the extra "proofs".',
+        "of an oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, whose "
+        "statement has its own numbers. The worker needs python-flint.",
         forms={"oscillator": Form("OscillatorLike | Provable", "Oscillator or mapping, or a point or an orbit")},
         defaults={"statement": None},
         fields=_of_provable,
