@@ -7,6 +7,7 @@ import pytest
 from matplotlib.contour import QuadContourSet
 from sdk_documents import AXES, npz
 
+from grazemap.client.arguments import validated
 from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
 from grazemap.results import UnfoldingMap
@@ -24,7 +25,7 @@ DENSE = {"matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]}
 
 def refused(process, body):
     with pytest.raises(ParameterError) as caught:
-        arguments.validated(process, body)
+        validated(process, body)
     return {error.pointer: error.allowed for error in caught.value.problem.errors}
 
 
