@@ -5,6 +5,7 @@ import itertools
 import math
 from array import array
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -14,14 +15,17 @@ from sdk_documents import npz
 
 from grazemap import AsyncClient, Client, Oscillator
 from grazemap.client.arguments import validated
-from grazemap.client.process_methods import METHODS
+from grazemap.client.process_methods import METHODS, ProcessMethod
 from grazemap.errors import ParameterError
-from grazemap.results import decode_result
+from grazemap.results import GrazingCurve, decode_result
 from grazemap.wire import (
     PROCESSES,
     ClearancePair,
+    Grid,
     InitialState,
     Interval,
+    Operation,
+    ProcessRequest,
     Range,
     UnfoldingMapsRequest,
     canonical,
@@ -535,6 +539,33 @@ def test_a_method_requires_what_its_request_requires(process):
     if process == "proofs":
         required -= {"statement"}  # a point or an orbit has its own
     assert [name for name in required if parameters[name].default is not inspect.Parameter.empty] == []
+
+
+class ToysRequest(ProcessRequest):
+    """A process that is not there."""
+
+    operation = Operation("toys", "submit_toy", "Toy", "Compute a toy.", {}, "A book.")
+
+    omega: Grid
+    """Frequencies."""
+    level: Literal["low", "high"] = "low"
+    """How much of it."""
+    window: Interval | None = None
+    """Where it is."""
+
+
+def test_the_method_of_a_new_process_follows_from_its_request(monkeypatch):
+    monkeypatch.setitem(PROCESSES, "toys", ToysRequest)
+    method = ProcessMethod("toys", GrazingCurve)
+    assert str(method.signature) == (
+        "(self, oscillator: 'OscillatorLike' = None, *, omega: 'Values', points: 'int | None' = None, "
+        "level: 'str' = 'low', window: 'tuple[float, float] | None' = None, progress: 'bool' = True) -> 'GrazingCurve'"
+    )
+    for part in ("Compute a toy.", 'level : {"low", "high"}\n    How much of it.', "References\n----------\nA book."):
+        assert part in method.doc
+    request, progress = method.asked(omega=(0.2, 0.3), points=4, progress=False)
+    assert (request.omega.points, request.window, progress) == (4, None, False)
+    assert "/level" in refused(method.asked, omega=[0.2, 0.3], level="none")
 
 
 def test_a_number_with_a_unit_in_text_is_refused_with_the_unit_of_the_field(client):

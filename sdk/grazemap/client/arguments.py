@@ -272,7 +272,7 @@ def is_pair(value: Any) -> bool:
 
 def _as_axis(argument: Argument, axis: Any) -> Any:
     """Return a parameter and its values as the models take them. Raises ParameterError."""
-    if axis is None or isinstance(axis, Mapping | Axis):
+    if isinstance(axis, Mapping | Axis):
         return axis
     if not (isinstance(axis, tuple | list) and len(axis) in (2, 3) and isinstance(axis[0], str)):
         raise refusal(f"/{argument.name}", f"{argument.name} is not a parameter with its values", _AXIS)
@@ -282,7 +282,7 @@ def _as_axis(argument: Argument, axis: Any) -> Any:
 
 def _as_window_axis(argument: Argument, axis: Any) -> Any:
     """Return a parameter and its interval as the models take them. Raises ParameterError."""
-    if axis is None or isinstance(axis, Mapping | WindowAxis):
+    if isinstance(axis, Mapping | WindowAxis):
         return axis
     if not (isinstance(axis, tuple | list) and len(axis) == 3 and isinstance(axis[0], str)):
         allowed = 'its name with start and stop, as ("restitution", 0.5, 0.9)'
@@ -461,7 +461,7 @@ _FORMS = {
     "OrbitMotion": Form(
         "MotionLike",
         "(period, stops), mapping or PeriodicOrbit",
-        lambda argument, motion: None if motion is None else _as_motion(argument, motion),
+        _as_motion,
         more="Forcing periods, and +1 (A) or -1 (C) for every impact in order. A mapping or an orbit may also have "
         "phases and velocities, the initial guess of Newton's method.",
     ),

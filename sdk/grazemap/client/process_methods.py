@@ -174,7 +174,6 @@ class ProcessMethod:
         counted = [name for name, form in self.forms.items() if form.counted]
         self._keyword = "points" if len(counted) == 1 else "shape" if counted else ""
         self.signature = Signature(list(self._parameters(counted)), return_annotation=result.__name__)
-        self._optional = {name for name, one in self.signature.parameters.items() if one.default is None}
 
     def _parameters(self, counted: list[str]) -> list[Parameter]:
         # what is read off motions comes last
@@ -240,12 +239,16 @@ class ProcessMethod:
         given = self._bound(arguments, keywords)
         points = self._points(given)
         body = dict(self.extra.fields(given))
-        for name in (one for one in self._fields if one not in body):
-            place = Argument(name, points.get(name), self._keyword, given, body)
-            body[name] = self.forms[name].convert(place, given[name])
-        # an argument that is None by default is left out of the request
-        body = {name: value for name, value in body.items() if value is not None or name not in self._optional}
+        for name in self._fields:
+            if name not in body and not self._is_left_out(name, given[name]):
+                place = Argument(name, points.get(name), self._keyword, given, body)
+                body[name] = self.forms[name].convert(place, given[name])
+        body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
         return validated(self.process, body), given["progress"]
+
+    def _is_left_out(self, name: str, value: Any) -> bool:
+        """Whether the request lacks a field: its argument is None, as by default."""
+        return value is None and self.signature.parameters[name].default is None
 
     def _bound(self, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> dict[str, Any]:
         known = list(self.signature.parameters)[1:]
