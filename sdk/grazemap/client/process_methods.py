@@ -127,7 +127,7 @@ _EXTRAS = {
         defaults={"vary": None, "range": None},
         fields=_one_varies,
     ),
-    # a diagram without a shape is as large as the paper's
+    # a diagram needs no shape
     "unfolding-diagrams": Extra(defaults={"shape": (256, 256)}),
     "orbit-branches": Extra(
         remark="A branch that meets this one at a special point is another request: with ``beyond = "
