@@ -294,8 +294,9 @@ performance: $(STAMP)  #: write docs/performance.md and its picture from the las
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-tables: $(STAMP)  #: write the tables of fields and the signatures in docs/api.md and docs/sdk.md, from the code
+tables: $(STAMP)  #: write the tables and signatures in docs/api.md and docs/sdk.md, and the stubs of the client, from the code
 	$(BIN)/python docs/field_tables.py
+	$(BIN)/python tools/generate_stubs.py
 
 machines: $(RUN_STAMP)  #: write what the blocks of docs/machines.md print, and its drawings
 	$(BIN)/python docs/machine_page.py
@@ -311,8 +312,6 @@ lint: $(STAMP)  #: check style, spelling, import contracts, import circles and t
 	$(BIN)/python tests/import_circles.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
-client: $(STAMP)  #: generate the blocking client from the asynchronous one
-	$(BIN)/python tools/generate_client.py
 
 types: $(STAMP)  #: check types with mypy, strict
 	$(BIN)/mypy

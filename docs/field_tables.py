@@ -16,7 +16,7 @@ from textwrap import fill
 from typing import Any
 
 from grazemap import Client, local
-from grazemap.client.methods import Method, ProcessMethods
+from grazemap.client.process_methods import METHODS
 from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
@@ -90,9 +90,8 @@ def _clients() -> Iterator[str]:
 
 def _methods() -> Iterator[str]:
     yield "```python"
-    for name, value in vars(ProcessMethods).items():
-        if isinstance(value, Method):
-            yield _call(f"client.{name}", getattr(Client, name))
+    for name in METHODS:
+        yield _call(f"client.{name}", getattr(Client, name))
     yield "```"
 
 

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from grazemap import errors, wire
     from grazemap.client import AsyncClient, Client
-    from grazemap.client.async_jobs import AsyncJobHandle
+    from grazemap.client.client import JobHandle
     from grazemap.client.events import Event
-    from grazemap.client.jobs import JobHandle
+    from grazemap.client.jobs import AsyncJobHandle
     from grazemap.local_stack import local
     from grazemap.plots.engineering import engineering_units
     from grazemap.results import (
@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 # Public names of other modules than `grazemap.results`.
 _HOME = {
     "AsyncClient": "grazemap.client",
-    "AsyncJobHandle": "grazemap.client.async_jobs",
+    "AsyncJobHandle": "grazemap.client.jobs",
     "Client": "grazemap.client",
     "Event": "grazemap.client.events",
     "InitialState": "grazemap.wire",
-    "JobHandle": "grazemap.client.jobs",
+    "JobHandle": "grazemap.client.client",
     "Oscillator": "grazemap.wire",
     "__version__": "grazemap.version",
     "engineering_units": "grazemap.plots.engineering",

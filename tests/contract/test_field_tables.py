@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from grazemap import Client, local
-from grazemap.client.methods import Method, ProcessMethods
+from grazemap.client.process_methods import METHODS
 from grazemap.results import SCHEMAS
 from grazemap.wire import PROCESSES
 
@@ -47,7 +47,7 @@ def test_the_guide_has_the_fields_of_every_result() -> None:
 
 def test_the_guides_have_every_process_and_every_signature() -> None:
     """Of the client, of `local`, and of each method of a process: its parameters with their defaults."""
-    methods = {name: getattr(Client, name) for name, value in vars(ProcessMethods).items() if isinstance(value, Method)}
+    methods = {name: getattr(Client, name) for name in METHODS}
     assert len(methods) == len(PROCESSES)
     guide = (DOCS / "sdk.md").read_text("utf-8")
     for name, function in {"Client": Client, "local": local, **methods}.items():

@@ -9,9 +9,8 @@ from typing import Any
 import httpx2
 
 from grazemap import constants
-from grazemap.client.async_connection import AsyncConnection
-from grazemap.client.async_watch import AsyncFollower
-from grazemap.client.connection import Connection
+from grazemap.client.blocking import run
+from grazemap.client.connection import AsyncConnection, Connection
 from grazemap.client.events import Event
 from grazemap.client.http import Settings
 from grazemap.client.watch import Follower
@@ -59,20 +58,17 @@ class Played:
             raise outcome
         return outcome
 
-    def _sleep(self, seconds: float) -> None:
+    async def _sleep(self, seconds: float) -> None:
         assert seconds >= 0
         self.now += seconds
         self.slept.append(seconds)
-
-    async def _sleep_awaited(self, seconds: float) -> None:
-        self._sleep(seconds)
 
     def _connection(self, retries: int) -> Any:
         settings = Settings("http://fake:1", None, None, constants.DEFAULT_TIMEOUT, retries)
         transport = httpx2.MockTransport(self._handle)
         connection: Any = AsyncConnection(settings, transport) if self._awaited else Connection(settings, transport)
         connection.now = lambda: self.now
-        connection.sleep = self._sleep_awaited if self._awaited else self._sleep
+        connection.sleep = self._sleep
         return connection
 
     def _run(self, retries: int, call: Callable[[Any], Any]) -> Any:
@@ -84,16 +80,10 @@ class Played:
             finally:
                 await connection.close()
 
-        if self._awaited:
-            return asyncio.run(awaited())
-        try:
-            return call(connection)
-        finally:
-            connection.close()
+        return asyncio.run(awaited()) if self._awaited else run(awaited())
 
     def send(self, retries: int, deadline: float | None = None) -> httpx2.Response:
         return self._run(retries, lambda connection: connection.send("GET", "/v1", deadline=deadline))
 
     def follow(self, path: str, timeout: float | None = None, **keywords: Any) -> Any:
-        follower = AsyncFollower if self._awaited else Follower
-        return self._run(5, lambda connection: follower(connection, path, timeout, **keywords).run(self.listen))
+        return self._run(5, lambda connection: Follower(connection, path, timeout, **keywords).run(self.listen))

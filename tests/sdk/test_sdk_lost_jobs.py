@@ -100,7 +100,7 @@ def test_a_page_that_is_not_found_is_another_matter(client, service):
 
 def test_results_are_decoded_and_kept_beside_the_event_loop(make_client, service, tmp_path, monkeypatch):
     """An event loop goes on meanwhile: the result of a large map takes seconds."""
-    from grazemap.client import async_jobs
+    from grazemap.client import jobs
 
     where: list[threading.Thread] = []
 
@@ -111,7 +111,7 @@ def test_results_are_decoded_and_kept_beside_the_event_loop(make_client, service
 
         return call
 
-    monkeypatch.setattr(async_jobs, "decode_result", noted(async_jobs.decode_result))
+    monkeypatch.setattr(jobs, "decode_result", noted(jobs.decode_result))
     monkeypatch.setattr(ResultCache, "read", noted(ResultCache.read))
     monkeypatch.setattr(ResultCache, "write", noted(ResultCache.write))
     client = make_client(cache_dir=tmp_path)

@@ -7,7 +7,8 @@ import pytest
 from matplotlib.contour import QuadContourSet
 from sdk_documents import AXES, npz
 
-from grazemap.client import arguments
+from grazemap.client.arguments import validated
+from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
 from grazemap.results import UnfoldingMap
 from grazemap.results.base import decode_result
@@ -24,7 +25,7 @@ DENSE = {"matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]}
 
 def refused(process, body):
     with pytest.raises(ParameterError) as caught:
-        arguments.validated(process, body)
+        validated(process, body)
     return {error.pointer: error.allowed for error in caught.value.problem.errors}
 
 
@@ -169,10 +170,11 @@ def test_the_grazing_curves_are_drawn_where_the_margins_are_zero():
 
 
 def test_axes_are_given_by_name_and_values():
-    given = arguments.plane(None, 1.6, ("omega", 0.26, 0.3), ("restitution", [0.5, 0.9]), (2, 8))
-    assert given["horizontal"] == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
-    assert given["vertical"] == {"vary": "restitution", "values": [0.5, 0.9]}
+    given = {"clearance": 1.6, "vertical": ("restitution", [0.5, 0.9]), "shape": (2, 8)}
+    request, _ = METHODS["unfolding_map"].asked(**given, horizontal=("omega", 0.26, 0.3))
+    assert request.horizontal.model_dump() == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
+    assert request.vertical.model_dump() == {"vary": "restitution", "values": [0.5, 0.9]}
     axis = Axis(vary="omega", values=[0.2, 0.3])
-    assert arguments.as_axis("horizontal", axis, None, "shape") is axis
+    assert METHODS["unfolding_map"].asked(**given, horizontal=axis)[0].horizontal == axis
     with pytest.raises(ParameterError):
-        arguments.plane(None, 1.6, "omega", ("restitution", 0.5, 0.9), (2, 8))
+        METHODS["unfolding_map"].asked(**given, horizontal="omega")

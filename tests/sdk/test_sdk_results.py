@@ -15,7 +15,7 @@ import pytest
 from sdk_documents import ADAPTIVE, CHANCE, INFERRED_WRONG, MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
-from grazemap.client.methods import ProcessMethods
+from grazemap.client.process_methods import METHODS
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
 from grazemap.results import ChanceToSettle, Family, InferredWrong, UnfoldingMap, decode_result, load
@@ -132,7 +132,7 @@ def test_orbits_beyond_a_special_point_are_requests(tmp_path):
         saddle, graze = result.special_points
         assert saddle.beyond == ()
         assert [beyond.admissible for beyond in graze.beyond] == [True, False]
-        asked, _ = vars(ProcessMethods)["periodic_orbit"].asked(**graze.beyond[0].request)
+        asked, _ = METHODS["periodic_orbit"].asked(**graze.beyond[0].request)
         assert (asked.omega, asked.clearance, asked.motion.phases) == (0.27, 1.86, [0.5, 3.5])
         assert asked.oscillator.restitution == 0.8
         assert result.restitution.tolist() == [0.8] * 4

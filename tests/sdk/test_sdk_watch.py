@@ -8,6 +8,7 @@ from httpx2 import ReadError
 from sdk_played import Lines, Played
 
 from grazemap import constants, errors
+from grazemap.client.blocking import iterate
 from grazemap.client.connection import lines_of
 from grazemap.client.events import EventDecoder
 
@@ -140,9 +141,12 @@ def test_an_endless_event_breaks_only_the_stream(play):
 
 
 def test_an_endless_line_is_not_read_to_its_end():
-    parts = (part.encode() for part in repeated("x" * 100_000))
+    async def parts():
+        for part in repeated("x" * 100_000):
+            yield part.encode()
+
     with pytest.raises(errors.ProtocolError, match="a line is longer"):
-        list(lines_of(httpx2.Response(200, content=parts)))
+        list(iterate(lines_of(httpx2.Response(200, content=parts()))))
 
 
 def test_a_stream_that_ends_early_is_opened_again(play):

@@ -9,7 +9,7 @@ import pytest
 from sdk_documents import AXES, CURVES_OF_AXES, DIAGRAM_OF_AXES, npz
 from test_sdk_planes import refused
 
-from grazemap.client import arguments
+from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
 from grazemap.results import BifurcationCurves, UnfoldingDiagram, UnfoldingMap
 from grazemap.results.base import decode_result
@@ -142,18 +142,22 @@ def test_the_text_of_windows_of_ranges_is_as_before_there_were_axes():
 
 
 def test_axes_of_a_window_are_given_by_name_start_and_stop():
-    given = arguments.window(None, 1.6, ("omega", 0.26, 0.3), WindowAxis(**RESTITUTION))
-    assert given["horizontal"] == OMEGA
-    assert parse_request("bifurcation-curves", {"clearance": 1.6, **given, "omega": None}).plane.shape == (2, 2)
+    def asked(**given):
+        return METHODS["bifurcation_curves"].asked(**given)[0]
+
+    plane = {"clearance": 1.6, "horizontal": ("omega", 0.26, 0.3), "vertical": WindowAxis(**RESTITUTION)}
+    request = asked(**plane, motions=[(1, [1])])
+    assert request.horizontal.model_dump() == OMEGA
+    assert request.plane.shape == (2, 2)
+    assert [(motion.period, motion.stops) for motion in request.motions] == [(1, [1])]
     with pytest.raises(ParameterError):
-        arguments.window(None, 1.6, ("omega", [0.26, 0.3]), ("restitution", 0.5, 0.9))
+        asked(**plane | {"horizontal": ("omega", [0.26, 0.3])})
     orbit = decode_result(npz("periodic-orbits"))
-    assert arguments.as_motions([(1, [1])], given) == [MOTION]
     with pytest.raises(ParameterError):
-        arguments.as_motions([orbit], given)  # it does not say which restitution it has
-    sides = arguments.window(0.27, None, ("clearance_right", 1.0, 2.0), ("clearance_left", 1.0, 2.0))
-    (motion,) = arguments.as_motions([orbit], sides)
-    assert (motion["horizontal"], motion["vertical"], list(motion["stops"])) == (1.85, 1.85, [1, -1])
+        asked(**plane, motions=[orbit])  # it does not say which restitution it has
+    sides = {"horizontal": ("clearance_right", 1.0, 2.0), "vertical": ("clearance_left", 1.0, 2.0)}
+    (motion,) = asked(omega=0.27, **sides, motions=[orbit]).motions
+    assert (motion.horizontal, motion.vertical, motion.stops) == (1.85, 1.85, [1, -1])
 
 
 def test_curves_of_other_parameters_are_drawn_over_a_map_of_the_same_ones():

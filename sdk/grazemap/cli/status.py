@@ -12,7 +12,7 @@ from grazemap import constants
 from grazemap.cli.outcome import DONE, FAILED
 from grazemap.cli.stack import client_of
 from grazemap.client import Client
-from grazemap.client.jobs import JobHandle
+from grazemap.client.client import JobHandle
 from grazemap.errors import GrazemapError
 from grazemap.wire import ServiceStatus, Status
 

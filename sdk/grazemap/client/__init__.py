@@ -1,8 +1,8 @@
-"""The clients, blocking and asynchronous: requests and results over HTTP.
+"""The clients, asynchronous and blocking: requests and results over HTTP.
 
-`methods.py` has the methods that both clients share, one for each process. `async_client.py`, `async_jobs.py`,
-`async_watch.py` and `async_connection.py` are written by hand. From them `make client` generates the blocking modules
-`client.py`, `jobs.py`, `watch.py` and `connection.py`.
+`async_client.py`, `jobs.py` and `watch.py` are written once, as coroutines over a connection. `blocking.py` makes the
+blocking client of them, `process_methods.py` the methods of processes from the models of requests. `make tables` writes
+`client.pyi` and `methods.pyi`, which editors and mypy read.
 """
 
 from grazemap.client.async_client import AsyncClient

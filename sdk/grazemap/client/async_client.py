@@ -1,4 +1,4 @@
-"""A client of the service: the methods of processes, from `methods.py`, and handles on jobs."""
+"""A client of the service: the methods of processes and handles on jobs."""
 
 from __future__ import annotations
 
@@ -9,20 +9,17 @@ from typing import Any, Self
 import httpx2
 
 from grazemap import constants
-from grazemap.client import async_jobs
-from grazemap.client.arguments import (
-    validated,
-    validated_each,
-)
-from grazemap.client.async_connection import AsyncConnection
-from grazemap.client.async_jobs import AsyncJobHandle
+from grazemap.client import jobs
+from grazemap.client.arguments import validated, validated_each
+from grazemap.client.connection import AsyncConnection
 from grazemap.client.http import Settings, json_object
-from grazemap.client.methods import Awaited, ProcessMethods
+from grazemap.client.jobs import AsyncJobHandle
+from grazemap.client.methods import AsyncMethods
 from grazemap.results import html
 from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 
 
-class AsyncClient(ProcessMethods, Awaited):
+class AsyncClient(AsyncMethods):
     """Sends requests to a grazemap service from asyncio. Nothing is sent before a method is called.
 
     Parameters
@@ -48,6 +45,8 @@ class AsyncClient(ProcessMethods, Awaited):
         The address is not valid, or another argument is out of range.
     """
 
+    _connected, _handle = AsyncConnection, AsyncJobHandle
+
     def __init__(
         self,
         base_url: str | None = None,
@@ -60,7 +59,7 @@ class AsyncClient(ProcessMethods, Awaited):
     ) -> None:
         url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
         key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
-        self._connection = AsyncConnection(Settings(url, key, cache_dir, timeout, retries, group), transport)
+        self._connection = self._connected(Settings(url, key, cache_dir, timeout, retries, group), transport)
 
     @property
     def base_url(self) -> str:
@@ -109,7 +108,7 @@ class AsyncClient(ProcessMethods, Awaited):
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
         asked = validated(process, request)
-        return AsyncJobHandle(self._connection, await async_jobs.submit(self._connection, asked), asked)
+        return self._handle(self._connection, await jobs.submit(self._connection, asked), asked)
 
     def map(
         self,
@@ -140,7 +139,7 @@ class AsyncClient(ProcessMethods, Awaited):
         JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
             In place of a result; the results before it have been given.
         """
-        return async_jobs.answers(self._connection, validated_each(process, requests), return_exceptions)
+        return jobs.answers(self._connection, validated_each(process, requests), return_exceptions)
 
     async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
         """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
@@ -148,11 +147,11 @@ class AsyncClient(ProcessMethods, Awaited):
         Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
         ParameterError, which says the estimate and the limit.
         """
-        return await async_jobs.forecast(self._connection, validated(process, request))
+        return await jobs.forecast(self._connection, validated(process, request))
 
     async def job(self, job_id: str) -> AsyncJobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""
-        return AsyncJobHandle(self._connection, await async_jobs.look(self._connection, job_id))
+        return self._handle(self._connection, await jobs.look(self._connection, job_id))
 
     async def jobs(
         self,
@@ -174,5 +173,5 @@ class AsyncClient(ProcessMethods, Awaited):
         selected = {"status": status, "process": process, "group": group}
         if small is not None:
             selected["small"] = str(small).lower()
-        found = await async_jobs.list_jobs(self._connection, selected, limit)
-        return [AsyncJobHandle(self._connection, job) for job in found]
+        found = await jobs.list_jobs(self._connection, selected, limit)
+        return [self._handle(self._connection, job) for job in found]

@@ -1,179 +1,27 @@
-# Generated from async_client.py by `make client`: do not edit.
-"""A client of the service: the methods of processes, from `methods.py`, and handles on jobs."""
+"""The blocking client and its handles on jobs, made of the asynchronous ones; editors read `client.pyi`."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Generator, Iterable, Mapping
-from typing import Any, Self
+from typing import Self
 
-import httpx2
-
-from grazemap import constants
-from grazemap.client import jobs
-from grazemap.client.arguments import (
-    validated,
-    validated_each,
-)
+from grazemap.client.async_client import AsyncClient
+from grazemap.client.blocking import blocking
 from grazemap.client.connection import Connection
-from grazemap.client.http import Settings, json_object
-from grazemap.client.jobs import JobHandle
-from grazemap.client.methods import Blocking, ProcessMethods
-from grazemap.results import html
-from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
+from grazemap.client.job_state import JobState
+from grazemap.client.jobs import AsyncJobHandle
 
 
-class Client(ProcessMethods, Blocking):
-    """Sends requests to a grazemap service. Nothing is sent before a method is called.
+@blocking(AsyncJobHandle)
+class JobHandle(JobState):  # noqa: D101 - its docstring is made too
+    pass
 
-    Parameters
-    ----------
-    base_url : str, optional
-        Left out: the environment variable GRAZEMAP_URL, else http://127.0.0.1:8000.
-    api_key : str, optional
-        Sent as a bearer token. Left out: the environment variable GRAZEMAP_API_KEY, if it is set.
-    cache_dir : path, optional
-        Folder for results; a result is used again when the service confirms its ETag.
-    timeout : float
-        Seconds without data after which an answer counts as lost. It does not limit the time of a computation.
-    retries : int
-        Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
-    transport : httpx2.BaseTransport, optional
-        A transport of httpx2, for example to an application in the same process.
-    group : str, optional
-        A name for the jobs that are submitted, to find them in lists: up to 64 letters, digits, `.`, `_` and `-`.
 
-    Raises
-    ------
-    ValueError
-        The address is not valid, or another argument is out of range.
-    """
-
-    def __init__(
-        self,
-        base_url: str | None = None,
-        api_key: str | None = None,
-        cache_dir: str | os.PathLike[str] | None = None,
-        timeout: float = constants.DEFAULT_TIMEOUT,
-        retries: int = constants.DEFAULT_RETRIES,
-        transport: httpx2.BaseTransport | None = None,
-        group: str | None = None,
-    ) -> None:
-        url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
-        key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
-        self._connection = Connection(Settings(url, key, cache_dir, timeout, retries, group), transport)
-
-    @property
-    def base_url(self) -> str:
-        """The address of the service."""
-        return self._connection.settings.base_url
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self.base_url}>"
-
-    def _repr_html_(self) -> str:
-        return html.table(type(self).__name__, {"service": self.base_url})
-
-    def close(self) -> None:
-        """Close the connections."""
-        self._connection.close()
+@blocking(AsyncClient)
+class Client:  # noqa: D101 - its docstring is made too
+    _connected, _handle = Connection, JobHandle
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def describe(self) -> dict[str, Any]:
-        """Return the service's description: versions, processes, limits."""
-        response = self._connection.send("GET", constants.API_PREFIX)
-        return json_object(response.content, "the answer")
-
-    def status(self) -> ServiceStatus:
-        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
-        return ServiceStatus.read((self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
-
-    def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
-        """Submit a request and return its job without waiting; equal requests have the same job.
-
-        Parameters
-        ----------
-        process : str
-            For example "unfolding-maps".
-        request : mapping or wire model
-            The body as the HTTP interface takes it.
-
-        Raises
-        ------
-        ParameterError
-            Values that are not allowed; most are found before anything is sent.
-        QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        asked = validated(process, request)
-        return JobHandle(self._connection, jobs.submit(self._connection, asked), asked)
-
-    def map(
-        self,
-        process: str | Iterable[ProcessRequest | tuple[str, Mapping[str, Any]]],
-        requests: Iterable[ProcessRequest | Mapping[str, Any]] = (),
-        *,
-        return_exceptions: bool = False,
-    ) -> Generator[Any]:
-        """Compute many requests together, and yield their results in the order of the requests.
-
-        A thousand of them are sent at a time, which is much faster than one by one. Each has its own job.
-
-        Parameters
-        ----------
-        process : str, or iterable of wire models and pairs (process, request)
-            The process of all requests; or the requests themselves, of any processes.
-        requests : iterable of mappings or wire models
-            The bodies as the HTTP interface takes them, if `process` is a name.
-        return_exceptions : bool
-            Yield an exception in place of the result of a job that failed, was dismissed or was not accepted, and go
-            on, rather than raise it.
-
-        Raises
-        ------
-        ParameterError
-            Values that are not allowed; the pointers say in which request. Nothing is sent then. What is over a limit
-            of the service is found by it, a thousand requests at a time.
-        JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-            In place of a result; the results before it have been given.
-        """
-        return jobs.answers(self._connection, validated_each(process, requests), return_exceptions)
-
-    def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
-        """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
-
-        Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
-        ParameterError, which says the estimate and the limit.
-        """
-        return jobs.forecast(self._connection, validated(process, request))
-
-    def job(self, job_id: str) -> JobHandle:
-        """Return the handle of a job that was submitted before. Raises NotFound."""
-        return JobHandle(self._connection, jobs.look(self._connection, job_id))
-
-    def jobs(
-        self,
-        status: Status | None = None,
-        process: str | None = None,
-        limit: int = 50,
-        group: str | None = None,
-        small: bool | None = None,
-    ) -> list[JobHandle]:
-        """Return up to `limit` jobs, newest first.
-
-        Parameters
-        ----------
-        status, process, group : str, optional
-            Only jobs of these; of a group are those that a client of that `group` has submitted.
-        small : bool, optional
-            True: only jobs that take milliseconds, False: only the others.
-        """
-        selected = {"status": status, "process": process, "group": group}
-        if small is not None:
-            selected["small"] = str(small).lower()
-        found = jobs.list_jobs(self._connection, selected, limit)
-        return [JobHandle(self._connection, job) for job in found]

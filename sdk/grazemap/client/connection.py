@@ -1,5 +1,4 @@
-# Generated from async_connection.py by `make client`: do not edit.
-"""A connection to a service: sends requests, and repeats them after temporary failures.
+"""A connection to a service, awaited or blocking: sends requests, and repeats them after temporary failures.
 
 Every request can be repeated safely: GET and HEAD change nothing, DELETE is idempotent, and equal POSTs have the same
 job, which is computed once.
@@ -7,11 +6,11 @@ job, which is computed once.
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Callable, Generator, Mapping
-from contextlib import AbstractContextManager
-from time import monotonic
-from typing import ParamSpec, TypeVar
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from typing import Any, ParamSpec, TypeVar
 
 import httpx2
 
@@ -23,24 +22,18 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class Connection:
-    """Sends the requests of one client over one `httpx2.Client`."""
+class AsyncConnection:
+    """Sends the requests of one client over one `httpx2.AsyncClient`."""
 
-    def __init__(self, settings: Settings, transport: httpx2.BaseTransport | None = None) -> None:
+    def __init__(self, settings: Settings, transport: httpx2.AsyncBaseTransport | None = None) -> None:
         self.settings = settings
-        self._http = httpx2.Client(
-            base_url=settings.base_url,
-            headers=settings.headers,
-            timeout=settings.timeout,
-            transport=transport,
-            trust_env=settings.use_environment,
-        )
+        self._http: httpx2.AsyncClient | _BlockingHttp = httpx2.AsyncClient(**settings.http, transport=transport)
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """Close the connections."""
-        self._http.close()
+        await self._http.aclose()
 
-    def send(
+    async def send(
         self,
         method: str,
         path: str,
@@ -77,8 +70,8 @@ class Connection:
             retry_after: float | None = None
             try:
                 answer = self._http.stream(method, path, params=params, headers=headers, content=content)
-                with answer as streamed:
-                    response = _read(streamed)
+                async with answer as streamed:
+                    response = await _read(streamed)
             except httpx2.RequestError as error:
                 failure = failure_of(error)
                 again = not isinstance(error, httpx2.UnsupportedProtocol)
@@ -93,7 +86,7 @@ class Connection:
             seconds = pause(attempt) + (retry_after or 0.0)
             if deadline is not None and self.now() + seconds >= deadline:
                 break
-            self.sleep(seconds)
+            await self.sleep(seconds)
         raise failure
 
     def stream(
@@ -104,7 +97,7 @@ class Connection:
         *,
         params: Mapping[str, str | int] | None = None,
         content: bytes | None = None,
-    ) -> AbstractContextManager[httpx2.Response]:
+    ) -> AbstractAsyncContextManager[httpx2.Response]:
         """Return the context of a streamed answer, to a POST where there is content.
 
         It fails after `silence` seconds without data.
@@ -116,21 +109,70 @@ class Connection:
 
     def now(self) -> float:
         """Return the seconds of a monotonic clock."""
-        return monotonic()
+        return time.monotonic()
 
-    def sleep(self, seconds: float) -> None:
+    async def sleep(self, seconds: float) -> None:
+        """Wait for some seconds."""
+        await asyncio.sleep(seconds)
+
+    async def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
+        """Return what a function returns that may take long, to decode a result or to write it to a disk."""
+        return await asyncio.to_thread(function, *arguments, **keywords)
+
+
+class Connection(AsyncConnection):
+    """The connection of a blocking client: its coroutines block, and never wait for an event loop."""
+
+    def __init__(self, settings: Settings, transport: httpx2.BaseTransport | None = None) -> None:
+        self.settings = settings
+        self._http = _BlockingHttp(httpx2.Client(**settings.http, transport=transport))
+
+    async def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         time.sleep(seconds)
 
-    def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
-        """Return what a function returns that may take long, to decode a result or to write it to a disk."""
+    async def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
+        """Return what a function returns."""
         return function(*arguments, **keywords)
 
 
-def _read(streamed: httpx2.Response) -> httpx2.Response:
+class _BlockingHttp:
+    """What a connection uses of an `httpx2.AsyncClient`, over an `httpx2.Client`."""
+
+    def __init__(self, client: httpx2.Client) -> None:
+        self._client, self.timeout = client, client.timeout
+
+    @asynccontextmanager
+    async def stream(self, method: str, path: str, **options: Any) -> AsyncIterator[httpx2.Response]:
+        with self._client.stream(method, path, **options) as response:
+            response.stream = _BlockingStream(response.stream)
+            yield response
+
+    async def aclose(self) -> None:
+        self._client.close()
+
+
+class _BlockingStream(httpx2.SyncByteStream, httpx2.AsyncByteStream):
+    """The body of an answer to an `httpx2.Client`, in the form of one to an `httpx2.AsyncClient`."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        for part in self._stream:
+            yield part
+
+    def close(self) -> None:
+        self._stream.close()
+
+    async def aclose(self) -> None:
+        self._stream.close()
+
+
+async def _read(streamed: httpx2.Response) -> httpx2.Response:
     """Return an answer with its body. Raises ProtocolError where this is too long."""
     parts, size = [], 0
-    for part in streamed.iter_bytes():
+    async for part in streamed.aiter_bytes():
         size += len(part)
         if size > constants.LONGEST_ANSWER:
             raise ProtocolError(f"the answer is longer than {constants.LONGEST_ANSWER} bytes")
@@ -140,10 +182,10 @@ def _read(streamed: httpx2.Response) -> httpx2.Response:
     return httpx2.Response(streamed.status_code, headers=headers, content=b"".join(parts), request=streamed.request)
 
 
-def lines_of(response: httpx2.Response) -> Generator[str]:
+async def lines_of(response: httpx2.Response) -> AsyncGenerator[str]:
     """Yield the lines of a stream, without their ends. Raises ProtocolError where one is too long."""
     rest = ""
-    for text in response.iter_text():
+    async for text in response.aiter_text():
         *lines, rest = (rest + text).split("\n")
         if len(rest) > constants.LONGEST_EVENT:
             raise ProtocolError(f"a line is longer than {constants.LONGEST_EVENT} characters")

@@ -80,7 +80,17 @@ class Settings:
         return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
 
     @property
-    def use_environment(self) -> bool:
+    def http(self) -> dict[str, Any]:
+        """The arguments of the clients of httpx2."""
+        return {
+            "base_url": self.base_url,
+            "headers": self.headers,
+            "timeout": self.timeout,
+            "trust_env": self._uses_environment,
+        }
+
+    @property
+    def _uses_environment(self) -> bool:
         """Whether proxies of the environment are used; never for a service on this machine."""
         host = urlsplit(self.base_url).hostname or ""
         try:

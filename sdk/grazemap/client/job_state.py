@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from grazemap.client.connection import AsyncConnection
 from grazemap.errors import problem_text
 from grazemap.results import html
-from grazemap.wire import Job, Problem, Progress, Status
+from grazemap.wire import Job, Problem, ProcessRequest, Progress, Status
 
 
 class JobState:
     """Base of the handles: the job as last seen."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, connection: AsyncConnection, job: Job, request: ProcessRequest | None = None) -> None:
+        self._connection = connection
         self._job = job
+        self._request = request  # of a job that this client has submitted
 
     @property
     def id(self) -> str:

@@ -1,19 +1,18 @@
-# Generated from async_jobs.py by `make client`: do not edit.
 """Jobs of a service: submitting and listing them, fetching their results, and the handle of a job."""
 
 from __future__ import annotations
 
 import json
 from base64 import b64decode
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from contextlib import aclosing
 from typing import Any, TypeVar, cast
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
 
 from grazemap.client import messages
-from grazemap.client.connection import Connection
+from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
 from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
 from grazemap.client.job_state import JobState
@@ -51,31 +50,27 @@ _JSON = {"content-type": "application/json"}
 _NPZ_TYPE = "application/x-npz"
 
 
-class JobHandle(JobState):
-    """A job of an `Client`, in its last known state; `refresh` and `wait` update it."""
+class AsyncJobHandle(JobState):
+    """A job of a client (`AsyncClient`), in its last known state; `refresh` and `wait` update it."""
 
-    def __init__(self, connection: Connection, job: Job, request: ProcessRequest | None = None) -> None:
-        super().__init__(job)
-        self._connection = connection
-        self._request = request  # of a job that this client has submitted
-
-    def refresh(self) -> JobHandle:
+    async def refresh(self) -> AsyncJobHandle:
         """Update the handle from the service, and return it."""
-        self._job = look(self._connection, self.id)
+        self._job = await look(self._connection, self.id)
         return self
 
-    def events(self, timeout: float | None = None) -> Generator[Event]:
+    async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
         """Yield the job's events from its start until it is finished. Raises WaitTimeout.
 
         For a finished job, the events that the service still stores are repeated, at least the last progress and done.
         When less than 45 s remain, the job is polled, and only progress, waiting and done are yielded.
         """
         follower = Follower(self._connection, job_path(self.id), timeout, replay=True)
-        with closing(follower.events()) as events:
-            yield from events
+        async with aclosing(follower.events()) as events:
+            async for event in events:
+                yield event
         self._job = follower.job or self._job
 
-    def wait(self, timeout: float | None = None, progress: bool = False) -> JobHandle:
+    async def wait(self, timeout: float | None = None, progress: bool = False) -> AsyncJobHandle:
         """Wait until the job is successful, and return the handle.
 
         Parameters
@@ -96,15 +91,15 @@ class JobHandle(JobState):
         deadline = None if timeout is None else now() + timeout
         with Listener(self.process, progress) as listener:
             try:
-                self._job = Follower(self._connection, job_path(self.id), timeout).run(listener)
+                self._job = await Follower(self._connection, job_path(self.id), timeout).run(listener)
             except NotFound as error:
-                self._submit_again(error)
+                await self._submit_again(error)
                 remaining = None if deadline is None else max(0.0, deadline - now())
-                self._job = Follower(self._connection, job_path(self.id), remaining).run(listener)
+                self._job = await Follower(self._connection, job_path(self.id), remaining).run(listener)
         messages.require_success(self._job)
         return self
 
-    def result(self) -> Result:
+    async def result(self) -> Result:
         """Fetch the result of a finished job.
 
         If the service no longer stores the result, it is computed again, and this call waits for it; so is the request
@@ -116,40 +111,40 @@ class JobHandle(JobState):
             The job is not finished.
         """
         try:
-            return fetch(self._connection, self.id)
+            return await fetch(self._connection, self.id)
         except NotFound as error:
-            self._submit_again(error)
-        messages.require_success(Follower(self._connection, job_path(self.id), job=self._job).run())
-        return fetch(self._connection, self.id)
+            await self._submit_again(error)
+        messages.require_success(await Follower(self._connection, job_path(self.id), job=self._job).run())
+        return await fetch(self._connection, self.id)
 
-    def _submit_again(self, error: NotFound) -> None:
+    async def _submit_again(self, error: NotFound) -> None:
         """Submit the request again, of a job that the service has lost; otherwise raise the error."""
         if self._request is None or not messages.is_lost(error):
             raise error
-        self._job = submit(self._connection, self._request)
+        self._job = await submit(self._connection, self._request)
 
-    def cancel(self) -> JobHandle:
+    async def cancel(self) -> AsyncJobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
-        self._job = Job.read((self._connection.send("DELETE", job_path(self.id))).content)
+        self._job = Job.read((await self._connection.send("DELETE", job_path(self.id))).content)
         return self
 
 
-def submit(connection: Connection, request: ProcessRequest) -> Job:
+async def submit(connection: AsyncConnection, request: ProcessRequest) -> Job:
     """Submit a request and return its job, a new one or that of an earlier equal request."""
-    job = messages.job_of(_post(connection, request))
+    job = messages.job_of(await _post(connection, request))
     warn_of([*job.notes, *unstated(request)])
     return job
 
 
-def _post(connection: Connection, request: ProcessRequest, **headers: str) -> httpx2.Response:
+async def _post(connection: AsyncConnection, request: ProcessRequest, **headers: str) -> httpx2.Response:
     path = f"{API_PREFIX}/{request.operation.process}"
-    return connection.send("POST", path, headers=_JSON | headers, content=_body(request))
+    return await connection.send("POST", path, headers=_JSON | headers, content=_body(request))
 
 
-def forecast(connection: Connection, request: ProcessRequest) -> Forecast:
+async def forecast(connection: AsyncConnection, request: ProcessRequest) -> Forecast:
     """Return the expected cost of a request, which is not submitted."""
     path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
-    found = Forecast.read((connection.send("POST", path, headers=_JSON, content=body)).content)
+    found = Forecast.read((await connection.send("POST", path, headers=_JSON, content=body)).content)
     notes = [*found.notes, *unstated(request)]
     warn_of(notes)
     return found.model_copy(update={"notes": notes})
@@ -164,12 +159,12 @@ def _member(request: ProcessRequest) -> bytes:
     return b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
 
 
-def look(connection: Connection, job_id: str) -> Job:
+async def look(connection: AsyncConnection, job_id: str) -> Job:
     """Return a job as it is now. Raises NotFound."""
-    return Job.read((connection.send("GET", job_path(job_id))).content)
+    return Job.read((await connection.send("GET", job_path(job_id))).content)
 
 
-def list_jobs(connection: Connection, selected: Mapping[str, str | None], limit: int) -> list[Job]:
+async def list_jobs(connection: AsyncConnection, selected: Mapping[str, str | None], limit: int) -> list[Job]:
     """Return up to `limit` jobs, newest first, page by page, with these parameters of a list."""
     found: list[Job] = []
     asked = {name: text for name, text in selected.items() if text}
@@ -178,7 +173,7 @@ def list_jobs(connection: Connection, selected: Mapping[str, str | None], limit:
         params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
         if cursor:
             params["cursor"] = cursor
-        page = JobList.read((connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
+        page = JobList.read((await connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
         # Only the cursor is taken from the link; the address of the service remains the client's.
         next_links = [link.href for link in page.links if link.rel == "next"]
@@ -188,43 +183,45 @@ def list_jobs(connection: Connection, selected: Mapping[str, str | None], limit:
     return found[:limit]
 
 
-def answer(connection: Connection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+async def answer(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
     """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
     with Listener(request.operation.process, progress) as listener:
         try:
-            result = _answer(connection, request, listener)
+            result = await _answer(connection, request, listener)
         except NotFound as error:
             if not messages.is_lost(error):
                 raise
-            result = _answer(connection, request, listener)
+            result = await _answer(connection, request, listener)
     if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
     return cast(R, result)
 
 
-def _answer(connection: Connection, request: ProcessRequest, listen: Callable[[Event], None] | None = None) -> Result:
+async def _answer(
+    connection: AsyncConnection, request: ProcessRequest, listen: Callable[[Event], None] | None = None
+) -> Result:
     """Submit a request, wait for its job, and return the result."""
     prefer = f"wait={PREFER_WAIT}, return=representation"
-    response = _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
+    response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
     if response.headers.get("content-type") == _NPZ_TYPE:
         warn_of([*notes_on(request), *unstated(request)])
-        return _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
+        return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
     job = messages.job_of(response)
     warn_of([*job.notes, *unstated(request)])
-    messages.require_success(Follower(connection, job_path(job.id), job=job).run(listen))
-    return fetch(connection, job.id, listen)
+    messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
+    return await fetch(connection, job.id, listen)
 
 
-def _decoded(connection: Connection, job_id: str, response: httpx2.Response) -> Result:
+async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:
     """Return the result that an answer has, and keep it in the folder of the client."""
-    result = connection.work(decode_result, response.content)
-    connection.work(messages.keep, connection.settings, job_id, response)
+    result = await connection.work(decode_result, response.content)
+    await connection.work(messages.keep, connection.settings, job_id, response)
     return result
 
 
-def answers(
-    connection: Connection, asked: Sequence[ProcessRequest], return_exceptions: bool = False
-) -> Generator[Result | GrazemapError]:
+async def answers(
+    connection: AsyncConnection, asked: Sequence[ProcessRequest], return_exceptions: bool = False
+) -> AsyncGenerator[Result | GrazemapError]:
     """Submit requests together and yield their results in the order of the requests.
 
     Raises
@@ -243,8 +240,8 @@ def answers(
             missing = [index for index in range(given, len(bodies)) if index not in lines]
             failure: ServiceProblem | ConnectionFailed = ConnectionFailed("the answer ended before its last result")
             try:
-                with closing(_lines(connection, [bodies[index] for index in missing])) as arriving:
-                    for line in arriving:
+                async with aclosing(_lines(connection, [bodies[index] for index in missing])) as arriving:
+                    async for line in arriving:
                         refused = messages.refusal_of(line)
                         if refused is not None and refused.problem.status in RETRIED_STATUSES:
                             failure = refused
@@ -252,7 +249,7 @@ def answers(
                             lines[missing[messages.place_of(line, missing)]], attempt = line, 0
                         while given in lines:
                             request = asked[before + given]
-                            outcome = _outcome(connection, request, lines.pop(given), return_exceptions)
+                            outcome = await _outcome(connection, request, lines.pop(given), return_exceptions)
                             given += 1
                             yield outcome
             except ConnectionFailed as error:
@@ -264,21 +261,21 @@ def answers(
             if given < len(bodies):
                 if attempt >= connection.settings.retries:
                     raise failure
-                connection.sleep(pause(attempt))
+                await connection.sleep(pause(attempt))
                 attempt += 1
         before += len(bodies)
 
 
-def _lines(connection: Connection, bodies: Sequence[bytes]) -> Generator[dict[str, Any]]:
+async def _lines(connection: AsyncConnection, bodies: Sequence[bytes]) -> AsyncGenerator[dict[str, Any]]:
     """Yield the lines of the answer to a batch."""
     content, rest = b'{"requests":[%s]}' % b",".join(bodies), b""
     path = f"{API_PREFIX}/batches"
     try:
-        with connection.stream(path, _JSON, BATCH_SILENCE, params={"f": "npz"}, content=content) as response:
+        async with connection.stream(path, _JSON, BATCH_SILENCE, params={"f": "npz"}, content=content) as response:
             if response.status_code >= 400:
-                response.read()
+                await response.aread()
                 raise problem_of(response)
-            for piece in response.iter_bytes():
+            async for piece in response.aiter_bytes():
                 *whole, rest = (rest + piece).split(b"\n")
                 if len(rest) > MOST_OF_LINE:
                     raise ProtocolError("a line of the answer is too long")
@@ -289,36 +286,36 @@ def _lines(connection: Connection, bodies: Sequence[bytes]) -> Generator[dict[st
         raise failure_of(error) from None
 
 
-def _outcome(
-    connection: Connection, request: ProcessRequest, line: dict[str, Any], return_exceptions: bool
+async def _outcome(
+    connection: AsyncConnection, request: ProcessRequest, line: dict[str, Any], return_exceptions: bool
 ) -> Result | GrazemapError:
     try:
         try:
-            return _result(connection, line)
+            return await _result(connection, line)
         except NotFound as error:
             if not messages.is_lost(error):
                 raise
-            return _answer(connection, request)
+            return await _answer(connection, request)
     except (JobError, ServiceProblem) as error:
         if not return_exceptions:
             raise
         return error
 
 
-def _result(connection: Connection, line: dict[str, Any]) -> Result:
+async def _result(connection: AsyncConnection, line: dict[str, Any]) -> Result:
     """Return the result that a line has, or that its job has."""
     refused = messages.refusal_of(line)
     if refused is not None:
         raise refused
     if isinstance(line.get("npz"), str):
         try:
-            return connection.work(decode_result, b64decode(line["npz"], validate=True))
+            return await connection.work(decode_result, b64decode(line["npz"], validate=True))
         except ValueError as error:
             raise ProtocolError("a result of the answer cannot be read") from error
-    return fetch(connection, line["id"])
+    return await fetch(connection, line["id"])
 
 
-def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
+async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
     """Return a job's result; compute it again if it was evicted or is of another version.
 
     Raises
@@ -326,23 +323,23 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
     ResultNotReady, JobFailed, JobDismissed
     """
     cache = connection.settings.cache
-    cached = connection.work(cache.read, job_id) if cache else None
+    cached = await connection.work(cache.read, job_id) if cache else None
     headers = {"if-none-match": cached[0]} if cached else {}
     while True:
         try:
-            response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
+            response = await connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
             # A job that was not successful has no result, but a reason.
-            messages.require_success(look(connection, job_id))
+            messages.require_success(await look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
-            return connection.work(decode_result, cached[1])
+            return await connection.work(decode_result, cached[1])
         if response.status_code == 202:
             job = Job.read(response.content)
-            messages.require_success(Follower(connection, job_path(job.id)).run(listen))
+            messages.require_success(await Follower(connection, job_path(job.id)).run(listen))
             if job.id != job_id:  # the result is of another version, and this job computes it again
-                return fetch(connection, job.id, listen)
+                return await fetch(connection, job.id, listen)
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
-        return _decoded(connection, job_id, response)
+        return await _decoded(connection, job_id, response)

@@ -1,15 +1,14 @@
-# Generated from async_watch.py by `make client`: do not edit.
 """Following a job until it is finished: by its event stream or, where that fails, by polling."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import closing
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing
 
 import httpx2
 
 from grazemap import constants
-from grazemap.client.connection import Connection, lines_of
+from grazemap.client.connection import AsyncConnection, lines_of
 from grazemap.client.events import Event, EventDecoder, last_events
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
@@ -24,7 +23,7 @@ class Follower:
 
     Parameters
     ----------
-    connection : Connection
+    connection : AsyncConnection
     path : str
         The job's address.
     timeout : float, optional
@@ -43,7 +42,7 @@ class Follower:
 
     def __init__(
         self,
-        connection: Connection,
+        connection: AsyncConnection,
         path: str,
         timeout: float | None = None,
         job: Job | None = None,
@@ -62,30 +61,30 @@ class Follower:
         self._last_id = ""
         self._waiting_for: str | None = None
 
-    def run(self, listen: Callable[[Event], None] | None = None) -> Job:
+    async def run(self, listen: Callable[[Event], None] | None = None) -> Job:
         """Follow the job to its end, call `listen` with each event, and return the job. Raises WaitTimeout."""
-        with closing(self.events()) as events:
-            for event in events:
+        async with aclosing(self.events()) as events:
+            async for event in events:
                 if listen is not None:
                     listen(event)
         assert self.job is not None  # set before the first event
         return self.job
 
-    def events(self) -> Generator[Event]:
+    async def events(self) -> AsyncGenerator[Event]:
         """Yield the job's events until it is finished. Raises WaitTimeout."""
-        job = self.job or self._look()
+        job = self.job or await self._look()
         broken = 0
         while job.status not in FINISHED or (self._replay and not self._done):
             if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
-                with closing(self._poll(job)) as events:
-                    for event in events:
+                async with aclosing(self._poll(job)) as events:
+                    async for event in events:
                         yield event
                 return
             before = self._seen
-            with closing(self._listen()) as events:
-                for event in events:
+            async with aclosing(self._listen()) as events:
+                async for event in events:
                     yield event
-            job = self._look()
+            job = await self._look()
             broken = 0 if self._seen > before else broken + 1
             if job.status not in FINISHED:
                 self._done = False  # the end of an earlier computation of the same request
@@ -93,31 +92,31 @@ class Follower:
                 yield event
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
-                self._connection.sleep(pause(broken - 1))
+                await self._connection.sleep(pause(broken - 1))
         if not self._done:
             for event in last_events(job):
                 yield event
 
-    def _look(self) -> Job:
-        response = self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
+    async def _look(self) -> Job:
+        response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
         self.job = Job.read(response.content)
         return self.job
 
     def _near_deadline(self) -> bool:
         return self._deadline is not None and self._deadline - self._connection.now() < constants.STREAM_SILENCE
 
-    def _listen(self) -> Generator[Event]:
+    async def _listen(self) -> AsyncGenerator[Event]:
         """Yield the events of one connection until it ends or breaks, or the deadline is near."""
         headers = {"accept": "text/event-stream", "cache-control": "no-store"}
         if self._last_id:
             headers["last-event-id"] = self._last_id
         decoder = EventDecoder(self._last_id)
         try:
-            with self._connection.stream(self._path + "/events", headers, constants.STREAM_SILENCE) as response:
+            async with self._connection.stream(self._path + "/events", headers, constants.STREAM_SILENCE) as response:
                 kind = response.headers.get("content-type", "")
                 if response.status_code != 200 or not kind.startswith("text/event-stream"):
                     return
-                for line in lines_of(response):
+                async for line in lines_of(response):
                     event = decoder.feed(line)
                     if event is not None:
                         self._seen += event.id != self._last_id  # one without an id may come on every connection
@@ -132,7 +131,7 @@ class Follower:
             # No error: the caller requests the job itself, opens another stream, and finally polls.
             pass
 
-    def _poll(self, job: Job) -> Generator[Event]:
+    async def _poll(self, job: Job) -> AsyncGenerator[Event]:
         """Request the job at increasing intervals until it is finished, and yield its progress."""
         seconds = constants.POLL_START
         seen = None
@@ -147,9 +146,9 @@ class Follower:
                 if left <= 0:
                     raise WaitTimeout(f"job {job.id} is still {job.status}; it continues", job)
                 seconds = min(seconds, left)
-            self._connection.sleep(seconds)
+            await self._connection.sleep(seconds)
             seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
-            job = self._look()
+            job = await self._look()
         for event in last_events(job):
             yield event
 

@@ -6,10 +6,11 @@ Requests refuse unknown fields, responses ignore them, so that an older client r
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    ModelWrapValidatorHandler,
     SerializerFunctionWrapHandler,
     Tag,
     ValidationError,
@@ -33,45 +35,10 @@ from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import error_text, schema_of
 
-if TYPE_CHECKING:
-    from pydantic._internal._model_construction import ModelMetaclass
-else:  # its public way
-    ModelMetaclass = type(BaseModel)
-
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
-class _Constructed(ModelMetaclass):
-    """The class of models that say what is wrong and what is allowed in the words of a request's errors.
-
-    It concerns the models that Python code constructs, and not those that pydantic makes of a request's body.
-    """
-
-    if not TYPE_CHECKING:  # type checkers read the fields of each model
-
-        def __call__(cls, *values: Any, **fields: Any) -> Any:
-            if values:
-                names = ", ".join(schema_of(cls)["properties"])
-                raise TypeError(f"{cls.__name__} takes its fields by name: {names}")
-            try:
-                return super().__call__(**fields)
-            except ValidationError as error:
-                raise _in_our_words(error, cls) from None
-
-
-def _in_our_words(error: ValidationError, model: type[BaseModel]) -> ValidationError:
-    said = []
-    for one in error.errors(include_url=False, include_input=False):
-        text = error_text({**one, "loc": ("body", *one["loc"])}, schema_of(model), naming=True)
-        message = text.detail + (f" (allowed: {text.allowed})" if text.allowed else "")
-        context = {name: value for name, value in one.get("ctx", {}).items() if name != "at"}
-        kind = PydanticCustomError(one["type"], "{said}", {**context, "said": message})
-        place = (*text.where, *filter(None, (text.unknown,)))
-        said.append(InitErrorDetails(type=kind, loc=place, input=None))
-    return ValidationError.from_exception_data(error.title, said, hide_input=True)
-
-
-class Request(BaseModel, metaclass=_Constructed):
+class Request(BaseModel):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
     The text below a field is its description in the API's document.
@@ -95,6 +62,15 @@ class Request(BaseModel, metaclass=_Constructed):
         ]
         cls.__signature__ = Signature(fields)
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _says_what_is_allowed(cls, values: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Validate the fields; an error says what is wrong and what is allowed as that of a request does."""
+        try:
+            return handler(values)
+        except ValidationError as error:
+            raise _in_our_words(error, cls) from None
+
     def unused(self) -> Collection[str]:
         """Return the names of fields that other fields leave without meaning; the canonical text lacks them."""
         return ()
@@ -103,6 +79,20 @@ class Request(BaseModel, metaclass=_Constructed):
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         unused = self.unused()
         return {name: value for name, value in dump(self).items() if name not in unused}
+
+
+def _in_our_words(error: ValidationError, model: type[BaseModel]) -> ValidationError:
+    said = []
+    for one in error.errors(include_url=False, include_input=False):
+        text = error_text({**one, "loc": ("body", *one["loc"])}, schema_of(model), naming=True)
+        context = {name: value for name, value in one.get("ctx", {}).items() if name != "at"}
+        # the model around this one, and the service, make their own text of the same error
+        context.setdefault("reason", one["msg"])
+        context["said"] = text.detail + (f" (allowed: {text.allowed})" if text.allowed else "")
+        place = (*text.where, *filter(None, (text.unknown,)))
+        kind = PydanticCustomError(one["type"], "{said}", context)
+        said.append(InitErrorDetails(type=kind, loc=place, input=None))
+    return ValidationError.from_exception_data(error.title, said, hide_input=True)
 
 
 class Response(BaseModel):
@@ -137,6 +127,13 @@ def plain(value: Any) -> Any:
     if hasattr(value, "__array__"):
         return np.asarray(value).tolist()
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str | bytes) else value
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Names a type of fields: a client may take further forms of its values, such as a tuple for an interval."""
+
+    name: str
 
 
 def _sized(value: float) -> float:
@@ -267,11 +264,12 @@ _OF_ANY_SIGN = "an increasing list of numbers"
 _SEVERAL = Field(min_length=2, fail_fast=True)
 GridRange = Annotated[Range, Tag("[range]")]
 GridList = Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")]
-Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE)]
+Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE), Kind("grid")]
 CoordinateGrid = Annotated[
     Annotated[CoordinateRange, Tag("[range]")]
     | Annotated[list[Float], _SEVERAL, Listable, _increasing(_OF_ANY_SIGN), Tag("[list]")],
     _range_or_list(_OF_ANY_SIGN),
+    Kind("grid"),
 ]
 
 

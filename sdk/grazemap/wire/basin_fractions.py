@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import Float, Listable, Request, invalid
+from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.basins import INSIDE_STOPS
 from grazemap.wire.diagrams import OneParameterRequest
 from grazemap.wire.process import MaxPeriod, MaxPeriods, Operation
@@ -28,7 +28,7 @@ class StateRange(Request):
         return self
 
 
-StateRanges = Annotated[list[StateRange], Field(min_length=1, max_length=1000), Listable]
+StateRanges = Annotated[list[StateRange], Field(min_length=1, max_length=1000), Listable, Kind("state ranges")]
 
 
 class BasinFractionsRequest(OneParameterRequest):
@@ -60,6 +60,8 @@ class BasinFractionsRequest(OneParameterRequest):
                 "velocity": [{"start": -1, "stop": 1}, {"start": 0, "stop": 0}, {"start": 0, "stop": 0}],
             },
         },
+        "Menck, Heitzig, Marwan, Kurths, Nature Physics 9 (2013) 89-92; Datseris, Rossi, Wagemakers, Chaos 33 (2023) "
+        "073151.",
     )
 
     states: Annotated[int, Field(ge=1, le=100_000), Listable] = 200

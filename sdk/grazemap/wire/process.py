@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Float, Listable, Request, invalid
+from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import ClearancePair, as_pair
 
@@ -35,6 +35,8 @@ class Operation:
     operation_id, summary, description : str
     examples : dict
         Requests that can be posted as they are, by their names.
+    references : str
+        Where the theory is, for the docstrings of clients.
     """
 
     process: str
@@ -42,6 +44,7 @@ class Operation:
     summary: str
     description: str
     examples: Mapping[str, Mapping[str, Any]]
+    references: str = ""
 
 
 class ProcessRequest(Request):
@@ -110,4 +113,5 @@ InitialStates = Annotated[
             "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
         },
     ),
+    Kind("states"),
 ]

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import Grid, Interval, LeftOut, Listable, NonNegative, Positive, Range, invalid
+from grazemap.wire.base import Grid, Interval, Kind, LeftOut, Listable, NonNegative, Positive, Range, invalid
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
 from grazemap.wire.planes import (
@@ -70,6 +70,7 @@ class GrazingCurvesRequest(ProcessRequest):
                 "max_order": 4,
             },
         },
+        "Equations (16)-(19) for the curve, (33)-(40) for the recurrence.",
     )
 
     omega: Grid
@@ -103,6 +104,7 @@ class CodimensionTwoPointsRequest(ProcessRequest):
         "Codimension-two points",
         "Compute every codimension-two point of the grazing curve over an interval of omega.",
         {"default oscillator": {"omega": {"start": 0.25, "stop": 0.35}, "max_order": 4}},
+        "Equations (42), (45), (57), (58).",
     )
 
     omega: Interval
@@ -142,11 +144,12 @@ class DiscontinuityMappingsRequest(ProcessRequest):
                 "returns": 4,
             },
         },
+        "Equations (26), (27), (31), (32), (46); xi (33)-(40), (45), (57), (58).",
     )
 
     omega: Positive
     """Forcing frequency."""
-    overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
+    overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Kind("sizes")]
     """Displacements of the contact beyond the stop: one state for each."""
     stop: Literal["A", "C"] = "A"
     """The stop that is grazed: A at +clearance, C at -clearance."""

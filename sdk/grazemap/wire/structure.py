@@ -22,6 +22,7 @@ from grazemap.wire.base import (
     GridList,
     GridRange,
     Interval,
+    Kind,
     Listable,
     NonNegative,
     Positive,
@@ -287,10 +288,12 @@ def _clearance_tag(value: Any) -> str:
 Clearance = Annotated[
     Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
     Discriminator(_clearance_tag),
+    Kind("clearance"),
 ]
 FixedClearance = Annotated[
     Annotated[Positive, Tag("[of both]")] | Annotated[FixedStops, Tag("[of each]")],
     Discriminator(_clearance_tag),
+    Kind("clearance"),
 ]
 
 
@@ -322,6 +325,7 @@ MapOmega = Annotated[
             "allowed": '{"start": .., "stop": .., "points": ..}, an increasing list of numbers > 0, or a number'
         },
     ),
+    Kind("frequencies of a map"),
 ]
 _Side = Annotated[Annotated[Float, Tag("[fixed]")] | GridRange | GridList, Discriminator(_side_tag)]
 
@@ -377,6 +381,7 @@ MapClearance = Annotated[
             "right or left, with a number or null for the other stop; a number where it does not vary"
         },
     ),
+    Kind("clearances of a map"),
 ]
 
 
@@ -435,6 +440,7 @@ WindowOmega = Annotated[
         custom_error_message="Input should be an interval, or a number where it does not vary",
         custom_error_context={"allowed": f"{_INTERVAL}, or a number"},
     ),
+    Kind("frequencies of a window"),
 ]
 WindowClearance = Annotated[
     Annotated[Interval, Tag("[interval]")]
@@ -450,4 +456,5 @@ WindowClearance = Annotated[
             "number where it does not vary"
         },
     ),
+    Kind("clearances of a window"),
 ]

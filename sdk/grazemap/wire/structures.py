@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Listable, NonNegative, Positive, Range
+from grazemap.wire.base import Kind, Listable, NonNegative, Positive, Range
 from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.structure import Clearance, ClearancePair, as_pair
 
@@ -21,6 +21,7 @@ Frequencies = Annotated[
     Annotated[Range, Tag("[range]")]
     | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
     Discriminator(_frequencies_tag),
+    Kind("frequencies"),
 ]
 
 
@@ -48,6 +49,7 @@ class StructuresRequest(ProcessRequest):
                 "omega": [0.9, 1.0, 1.1],
             },
         },
+        'docs/theory.md, "Any linear structure".',
     )
 
     omega: Frequencies = []

@@ -1,0 +1,298 @@
+"""The method of a process, made from the model of its request: its signature, docstring, and the request it sends.
+
+An argument is a field of the request, in the forms of `arguments.py`. A method also has the arguments that complete
+ranges, and `progress`. What no request says stands in `_EXTRAS`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Coroutine, Mapping
+from inspect import Parameter, Signature, cleandoc
+from textwrap import fill, indent
+from typing import Any, NamedTuple
+
+from grazemap.client import jobs
+from grazemap.client.arguments import (
+    Argument,
+    Form,
+    Provable,
+    as_grid,
+    as_statement,
+    choices_of,
+    form_of,
+    is_pair,
+    refusal,
+    validated,
+)
+from grazemap.results import RESULTS, Result
+from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire.base import plain
+from grazemap.wire.error_texts import UNITS, suggestion
+from grazemap.wire.observables import ObservedRequest
+
+_POINTS = Form("int", "int", more="Number of values from start to stop, both included.")
+_SHAPE = Form(
+    "tuple[int, int] | None",
+    "(int, int)",
+    more="Numbers of vertical and of horizontal values, where they are given as (start, stop).",
+)
+_PROGRESS = Form(
+    "bool",
+    "bool",
+    more="Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line "
+    "on stderr for what it waits for longer than 5 s.",
+)
+_RAISES = "ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed"
+_WIDTH = 108
+
+
+class Extra(NamedTuple):
+    """What a method has that does not follow from its request.
+
+    Attributes
+    ----------
+    name : str
+        Of the method; "": that of the result's class.
+    result : str
+        The class of the result, of processes with several.
+    remark : str
+        A paragraph of the docstring.
+    forms, defaults : dict
+        Of arguments, in place of those of the fields; a field with a default here need not be given.
+    fields : function
+        Returns fields of the request that depend on several arguments.
+    several : tuple of str
+        An argument, and the class of the result where it is a sequence.
+    """
+
+    name: str = ""
+    result: str = ""
+    remark: str = ""
+    forms: Mapping[str, Form] = {}
+    defaults: Mapping[str, Any] = {}
+    fields: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {}
+    several: tuple[str, str] | None = None
+
+
+def _one_varies(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the name and the range of the parameter that varies, and the others' values. Raises ParameterError."""
+    if given["vary"] is not None:
+        return {}
+    both = {name: given[name] for name in ("omega", "clearance")}
+    numbers = [name for name, value in both.items() if isinstance(plain(value), int | float) or is_pair(value)]
+    if len(numbers) != 1 or None in both.values():
+        detail = "one of omega and clearance varies, and the other one is a number"
+        allowed = "(start, stop) with a number of points, or an increasing list or array"
+        raise refusal("/range", detail, f"one number, and for the other {allowed}; or vary and range")
+    varied = "clearance" if numbers == ["omega"] else "omega"
+    values = as_grid(Argument(varied, given["points"], "points"), given[varied])
+    return {"vary": varied, varied: None, "range": values}
+
+
+def _of_provable(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the oscillator and the statement of a point or an orbit."""
+    one = given["oscillator"]
+    if not isinstance(one, Provable):
+        return {}
+    return {"oscillator": one.oscillator, "statement": as_statement(Argument("statement"), one.statement())}
+
+
+_VARIES = "The one of omega and clearance that is a number is fixed, the other one varies, unless `vary` is given."
+_EXTRAS = {
+    # processes with two classes of results
+    "grazing-curves": Extra(
+        result="GrazingCurve",
+        remark="The result is of class StopGrazingCurves where the stops are not alike: with a fixed stop, a bias, or "
+        "even and odd harmonics.",
+    ),
+    "trajectories": Extra(
+        result="Trajectory",
+        remark="The result is of class Trajectories for a sequence of states.",
+        # the request has 200 only without times
+        defaults={"samples_per_period": None},
+        several=("initial", "Trajectories"),
+    ),
+    # shorter than vary and range, for the two parameters of most diagrams
+    "bifurcation-diagrams": Extra(
+        remark=_VARIES,
+        forms={
+            "omega": Form("float | Values", "float; (start, stop) or increasing list or array"),
+            "clearance": Form(
+                "ClearanceLike | Values",
+                "float, or mapping with right and left; (start, stop) or increasing list or array",
+            ),
+        },
+        defaults={"vary": None, "range": None},
+        fields=_one_varies,
+    ),
+    # a diagram needs no shape
+    "unfolding-diagrams": Extra(defaults={"shape": (256, 256)}),
+    "orbit-branches": Extra(
+        remark="A branch that meets this one at a special point is another request: with ``beyond = "
+        "point.beyond[0].request``, ``await client.orbit_branch(**beyond, range=...)`` computes the branch of twice "
+        "the period, of lost symmetry, or beyond a graze.",
+    ),
+    # an action, not its result; parts of results know what proves them
+    "proofs": Extra(
+        name="prove",
+        remark="The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Instead "
+        "of an oscillator and a statement, a codimension-two point or a periodic orbit of a result can be given, whose "
+        "statement has its own numbers. The worker needs python-flint.",
+        forms={"oscillator": Form("OscillatorLike | Provable", "Oscillator or mapping, or a point or an orbit")},
+        defaults={"statement": None},
+        fields=_of_provable,
+    ),
+}
+
+
+class ProcessMethod:
+    """The method of a process.
+
+    Parameters
+    ----------
+    process : str
+    result : type
+        The class of its result, which gives the method its name.
+
+    Attributes
+    ----------
+    name, process : str
+    signature : Signature
+    forms : dict
+        How each argument is given.
+    extra : Extra
+    """
+
+    def __init__(self, process: str, result: type[Result]) -> None:
+        self.process, self.extra, self._result = process, _EXTRAS.get(process, Extra()), result
+        self.name = self.extra.name or re.sub(r"(?<!^)(?=[A-Z])", "_", result.__name__).lower()
+        self._request = PROCESSES[process]
+        self._fields = self._request.model_fields
+        self.forms = {name: form_of(field) for name, field in self._fields.items()} | dict(self.extra.forms)
+        counted = [name for name, form in self.forms.items() if form.counted]
+        self._keyword = "points" if len(counted) == 1 else "shape" if counted else ""
+        self.signature = Signature(list(self._parameters(counted)), return_annotation=result.__name__)
+
+    def _parameters(self, counted: list[str]) -> list[Parameter]:
+        # what is read off motions comes last
+        observed = [name for name in ObservedRequest.__annotations__ if name in self._fields]
+        names = [name for name in self._fields if name not in observed] + observed
+        if counted:
+            names.insert(names.index(counted[-1]) + 1, self._keyword)
+            self.forms[self._keyword] = _POINTS if self._keyword == "points" else _SHAPE
+        self.forms["progress"] = _PROGRESS
+        shown = [Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)]
+        for name in (*names, "progress"):
+            default = True if name == "progress" else self._default(name)
+            kind = Parameter.POSITIONAL_OR_KEYWORD if name == "oscillator" else Parameter.KEYWORD_ONLY
+            annotation = self.forms[name].annotation
+            if default is None and name != "oscillator" and not annotation.endswith("None"):
+                annotation += " | None"
+            shown.append(Parameter(name, kind, default=default, annotation=annotation))
+        return shown
+
+    def _default(self, name: str) -> Any:
+        """Return the default of an argument: that of the field; None for models and mappings; () for lists."""
+        if name in self.extra.defaults or name not in self._fields:
+            return self.extra.defaults.get(name)
+        field = self._fields[name]
+        if field.is_required():
+            return Parameter.empty
+        if isinstance(field.default, list):
+            return ()
+        return field.default if isinstance(field.default, bool | int | float | str) else None
+
+    @property
+    def doc(self) -> str:
+        """The docstring of the asynchronous method."""
+        operation, parameters = self._request.operation, self.signature.parameters
+        sections = [
+            fill(operation.description, _WIDTH + 4),
+            cleandoc(self._request.__doc__ or ""),
+            self.extra.remark and fill(self.extra.remark, _WIDTH + 4),
+            "Parameters\n----------\n" + "\n".join(self._entry(one) for one in list(parameters.values())[1:]),
+            f"Returns\n-------\n{self._result.__name__}\n    {(self._result.__doc__ or '').partition(chr(10))[0]}",
+            f"Raises\n------\n{_RAISES}",
+            operation.references and f"References\n----------\n{fill(operation.references, _WIDTH + 4)}",
+        ]
+        return "\n\n".join(filter(None, sections)) + "\n"
+
+    def _entry(self, parameter: Parameter) -> str:
+        """Return the description of an argument."""
+        name, form, field = parameter.name, self.forms[parameter.name], self._fields.get(parameter.name)
+        choices = choices_of(field.annotation) if field else ()
+        listed = ", ".join(map(json.dumps, choices))
+        kind, more = form.text, form.more
+        if choices and form.text == "str":
+            kind = f"{{{listed}}}"
+        elif choices:
+            more = f"Any of {listed}."
+        optional = ", optional" if parameter.default is None else ""
+        unit = f"{UNITS[name]} in SI." if name in UNITS else ""
+        text = " ".join(filter(None, (field.description if field else "", unit, more)))
+        return f"{name} : {kind}{optional}\n{indent(fill(text, _WIDTH), '    ')}"
+
+    def asked(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
+        """Return the request for some arguments, and whether progress is shown. Raises TypeError, ParameterError."""
+        given = self._bound(arguments, keywords)
+        points = self._points(given)
+        body = dict(self.extra.fields(given))
+        for name in self._fields:
+            if name not in body and not self._is_left_out(name, given[name]):
+                place = Argument(name, points.get(name), self._keyword, given, body)
+                body[name] = self.forms[name].convert(place, given[name])
+        body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
+        return validated(self.process, body), given["progress"]
+
+    def _is_left_out(self, name: str, value: Any) -> bool:
+        """Whether the request lacks a field: its argument is None, as by default."""
+        return value is None and self.signature.parameters[name].default is None
+
+    def _bound(self, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> dict[str, Any]:
+        known = list(self.signature.parameters)[1:]
+        for name in keywords:
+            if name not in known:
+                near = suggestion(name, known)
+                raise TypeError(f"{self.name}() has no argument {name}{near} (allowed: {', '.join(known)})")
+        try:
+            given = self.signature.bind(None, *arguments, **keywords)
+        except TypeError as error:
+            raise TypeError(f"{self.name}(): {error}") from None
+        given.apply_defaults()
+        return given.arguments
+
+    def _points(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the number of values of each field that may be a range. Raises ParameterError."""
+        counted = [name for name, form in self.forms.items() if form.counted]
+        if self._keyword != "shape":
+            return dict.fromkeys(counted, given["points"] if counted else None)
+        try:
+            rows, columns = (None, None) if given["shape"] is None else given["shape"]
+        except (TypeError, ValueError):
+            raise refusal("/shape", "shape is not two numbers", "(vertical points, horizontal points)") from None
+        return {name: columns if name in ("omega", "horizontal") else rows for name in counted}
+
+    def function(self) -> Callable[..., Coroutine[Any, Any, Result]]:
+        """Return the method of the asynchronous client."""
+
+        async def awaited(self_: Any, *arguments: Any, **keywords: Any) -> Result:
+            return await jobs.answer(self_._connection, self._result, *self.asked(*arguments, **keywords))
+
+        made: Any = awaited
+        made.__name__, made.__doc__, made.__signature__ = self.name, self.doc, self.signature
+        made.__annotations__ = {
+            **{name: one.annotation for name, one in list(self.signature.parameters.items())[1:]},
+            "return": self._result.__name__,
+        }
+        return awaited
+
+
+def _result_of(process: str) -> type[Result]:
+    named = _EXTRAS.get(process, Extra()).result
+    return next(result for name, result in RESULTS.items() if result.process == process and named in ("", name))
+
+
+METHODS = {method.name: method for method in (ProcessMethod(process, _result_of(process)) for process in PROCESSES)}
+"""The methods of all processes by their names."""
