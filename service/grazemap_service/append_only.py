@@ -29,11 +29,14 @@ class StorageError(RuntimeError):
 
 
 class Repair(NamedTuple):
-    """The first damaged part, how many bytes were cut off, and the folder with the originals."""
+    """What was cut off a damaged append-only file."""
 
     file: Path
+    """The first damaged part."""
     lost_bytes: int
+    """How many bytes were cut off."""
     original: Path
+    """The folder with the originals."""
 
 
 def parts(folder: Path) -> list[Path]:

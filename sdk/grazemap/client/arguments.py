@@ -142,25 +142,18 @@ class Provable(Protocol):
 
 
 class Argument(NamedTuple):
-    """The place of a value that is converted.
-
-    Attributes
-    ----------
-    name : str
-        Leads to the value in the request.
-    points : int or None
-        The number of values of a range, as another argument gives it.
-    keyword : str
-        The name of that other argument.
-    given, fields : mapping
-        All arguments of the method, and the fields of the request that were converted before.
-    """
+    """The place of a value that is converted."""
 
     name: str
+    """Leads to the value in the request."""
     points: Any = None
+    """The number of values of a range, as another argument gives it."""
     keyword: str = ""
+    """The name of that other argument."""
     given: Mapping[str, Any] = {}
+    """All arguments of the method."""
     fields: Mapping[str, Any] = {}
+    """The fields of the request that were converted before."""
 
     def below(self, name: str) -> Argument:
         """Return the place of a value in this one."""
@@ -176,27 +169,18 @@ Convert = Callable[[Argument, Any], Any]
 
 
 class Form(NamedTuple):
-    """How the values of a type of fields are given.
-
-    Attributes
-    ----------
-    annotation : str
-        For the signature.
-    text : str
-        For the docstring.
-    convert : function
-        Returns a value as the request takes it; may raise ParameterError.
-    more : str
-        What the docstring says beside the description of the field.
-    counted : bool
-        Whether (start, stop) needs a number of points.
-    """
+    """How the values of a type of fields are given."""
 
     annotation: str
+    """For the signature."""
     text: str
+    """For the docstring."""
     convert: Convert = lambda _, value: plain(value)
+    """Returns a value as the request takes it; may raise ParameterError."""
     more: str = ""
+    """What the docstring says beside the description of the field."""
     counted: bool = False
+    """Whether (start, stop) needs a number of points."""
 
 
 def as_grid(argument: Argument, values: Any) -> Any:

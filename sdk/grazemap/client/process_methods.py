@@ -49,31 +49,22 @@ _WIDTH = 108
 
 
 class Extra(NamedTuple):
-    """What a method has that does not follow from its request.
-
-    Attributes
-    ----------
-    name : str
-        Of the method; "": that of the result's class.
-    result : str
-        The class of the result, of processes with several.
-    remark : str
-        A paragraph of the docstring.
-    forms, defaults : dict
-        Of arguments, in place of those of the fields; a field with a default here need not be given.
-    fields : function
-        Returns fields of the request that depend on several arguments.
-    several : tuple of str
-        An argument, and the class of the result where it is a sequence.
-    """
+    """What a method has that does not follow from its request."""
 
     name: str = ""
+    """Of the method; "": that of the result's class."""
     result: str = ""
+    """The class of the result, of processes with several."""
     remark: str = ""
+    """A paragraph of the docstring."""
     forms: Mapping[str, Form] = {}
+    """Forms of arguments, in place of those of the fields."""
     defaults: Mapping[str, Any] = {}
+    """Defaults of arguments, in place of those of the fields; a field with a default here need not be given."""
     fields: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {}
+    """Returns fields of the request that depend on several arguments."""
     several: tuple[str, str] | None = None
+    """An argument, and the class of the result where it is a sequence."""
 
 
 def _one_varies(given: Mapping[str, Any]) -> dict[str, Any]:

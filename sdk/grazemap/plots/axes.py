@@ -153,23 +153,16 @@ def fixed_text(result: Result) -> Wording:
 
 @dataclass(frozen=True)
 class Drawing:
-    """The axes of a picture, and what is written on and beside them.
-
-    Attributes
-    ----------
-    ax : Axes
-    legend : {"outside", "inside", "none"}
-        To the right of the axes, on them, or left out.
-    labels : bool
-        Whether there are a title, texts of the axes and names of regions.
-    may_be_left_out : bool
-        Whether a legend that would cover most of the axes has fewer entries, or is left out.
-    """
+    """The axes of a picture, and what is written on and beside them."""
 
     ax: Axes
+    """The axes."""
     legend: LegendPlace
+    """"outside": to the right of the axes, "inside": on them, or "none": left out."""
     labels: bool
+    """Whether there are a title, texts of the axes and names of regions."""
     may_be_left_out: bool = False
+    """Whether a legend that would cover most of the axes has fewer entries, or is left out."""
 
     def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
         """Record the units of the axes, and label the axes."""

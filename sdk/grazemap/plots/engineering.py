@@ -25,19 +25,14 @@ _ENGINEERING: ContextVar[bool] = ContextVar("in engineering units", default=Fals
 
 @dataclass(frozen=True)
 class Wording:
-    """A text of a picture in the units of the result, and the same text in engineering units.
-
-    Attributes
-    ----------
-    text, engineering : str
-        They differ where a frequency or a length in SI is in the text.
-    unit : str
-        Of the numbers along an axis with this text; empty without one.
-    """
+    """A text of a picture in the units of the result, and the same text in engineering units."""
 
     text: str
+    """The text. It differs from `engineering` where a frequency or a length in SI is in it."""
     engineering: str
+    """The text in engineering units."""
     unit: str = ""
+    """Of the numbers along an axis with this text; empty without one."""
 
     def __add__(self, after: str) -> Wording:
         return replace(self, text=self.text + after, engineering=self.engineering + after)

@@ -33,7 +33,9 @@ class TrajectoryAxes(NamedTuple):
     """The axes of a trajectory's picture."""
 
     history: Axes
+    """The axes of the motion over time."""
     portrait: Axes
+    """The axes of the phase portrait."""
 
     def _ipython_display_(self) -> None:
         from grazemap.plots.picture_axes import show_in_notebook
@@ -45,8 +47,11 @@ class TrajectoryDrawing(NamedTuple):
     """Where the two parts of a trajectory's picture are drawn."""
 
     history: Drawing
+    """The drawing of the motion over time."""
     portrait: Drawing
+    """The drawing of the phase portrait."""
     own_figure: bool
+    """Whether the figure was made for it."""
 
     @property
     def axes(self) -> TrajectoryAxes:
@@ -144,22 +149,16 @@ def plot_trajectories(
 
 
 class _Contact(NamedTuple):
-    """What hits the stops.
-
-    Attributes
-    ----------
-    row : ndarray of shape (N,)
-        The contact coordinate is row @ displacement.
-    mass : int or None
-        The mass of which it is the displacement, counted from 1; None: it is no displacement of one mass.
-    clearances, restitutions : tuple of float
-        Of the right and of the left stop; an absent one has an infinite clearance.
-    """
+    """What hits the stops."""
 
     row: Floats
+    """(N,) The contact coordinate is row @ displacement."""
     mass: int | None
+    """The mass of which it is the displacement, counted from 1; None: it is no displacement of one mass."""
     clearances: tuple[float, float]
+    """Of the right and of the left stop; an absent one has an infinite clearance."""
     restitutions: tuple[float, float]
+    """Of the right and of the left stop."""
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> _Contact:

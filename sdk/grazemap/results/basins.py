@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted, counted_points
-from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named
 from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, Motion, MotionShare
 from grazemap.results.unfolding import UnfoldingMap

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Unpack
 
 from grazemap.results.base import Result, counted
-from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.grazing import XI
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, IntArray, Record, field
 from grazemap.results.records import STOPS, Common
 

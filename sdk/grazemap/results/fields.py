@@ -22,22 +22,16 @@ _ALWAYS = frozenset({"rad", "forcing periods"})
 
 @dataclass(frozen=True)
 class RecordSchema:
-    """A nested document with fields of its own.
-
-    Attributes
-    ----------
-    name : str
-        Name of the class in `grazemap.results` and of the schema in the API's document.
-    description : str
-    fields : tuple of Field
-    kind : type
-        The class of its objects.
-    """
+    """A nested document with fields of its own."""
 
     name: str
+    """Name of the class in `grazemap.results` and of the schema in the API's document."""
     description: str
+    """One sentence."""
     fields: tuple[Field, ...]
+    """Its fields."""
     kind: type[Any] = dict
+    """The class of its objects."""
 
     def __getitem__(self, name: str) -> Field:
         """Return the field of a name. Raises KeyError."""
@@ -57,72 +51,48 @@ class RecordSchema:
 
 @dataclass(frozen=True)
 class Request:
-    """A nested document that can be posted to a process.
-
-    Attributes
-    ----------
-    process : str
-        The process that takes it.
-    """
+    """A nested document that can be posted to a process."""
 
     process: str
+    """The process that takes it."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a result or of a record.
-
-    Attributes
-    ----------
-    name : str
-    type : {"float", "int", "bool", "str", "complex"}, RecordSchema or Request
-        A complex number is stored as a pair, its real and imaginary part.
-    description : str
-        What it is, in one sentence.
-    dims : tuple of str
-        The roles of its dimensions; a record with one is a list of records.
-    unit : str
-        Unit in SI. For a nondimensional oscillator only angles and counts of forcing periods have a unit.
-    when : str
-        When it is present; empty: always.
-    null : bool
-        Whether its numbers may be NaN, or its value None; both are null in JSON.
-    dtype : str
-        dtype of the array, if it is not that of the type.
-    values : tuple
-        The allowed values, if there are few.
-    index_of : str
-        The field in which these numbers are positions.
-    replaces : str
-        The field of which this is a deprecated name.
-    variable : str or None
-        Its name in a Dataset, if that differs; None if it is not in Datasets.
-    prefix : str
-        Prefix of the names of a record's fields in a Dataset.
-    coordinate : bool
-        Whether it is a coordinate in a Dataset. A field named like its dimension always is one.
-    texts : bool
-        Whether the values are a tuple in the result, not an array.
-    stored_only : bool
-        Whether it is in documents only, and no attribute of the class.
-    """
+    """One field of a result or of a record."""
 
     name: str
+    """Its name."""
     type: Scalar | RecordSchema | Request
+    """A complex number is stored as a pair, its real and imaginary part."""
     description: str
+    """What it is, in one sentence."""
     dims: tuple[str, ...] = ()
+    """The roles of its dimensions; a record with one is a list of records."""
     unit: str = ""
+    """Unit in SI. For a nondimensional oscillator only angles and counts of forcing periods have a unit."""
     when: str = ""
+    """When it is present; empty: always."""
     null: bool = False
+    """Whether its numbers may be NaN, or its value None; both are null in JSON."""
     dtype: str = ""
+    """dtype of the array, if it is not that of the type."""
     values: tuple[str | int, ...] = ()
+    """The allowed values, if there are few."""
     index_of: str = ""
+    """The field in which these numbers are positions."""
     replaces: str = ""
+    """The field of which this is a deprecated name."""
     variable: str | None = ""
+    """Its name in a Dataset, if that differs; None if it is not in Datasets."""
     prefix: str = ""
+    """Prefix of the names of a record's fields in a Dataset."""
     coordinate: bool = False
+    """Whether it is a coordinate in a Dataset. A field named like its dimension always is one."""
     texts: bool = False
+    """Whether the values are a tuple in the result, not an array."""
     stored_only: bool = False
+    """Whether it is in documents only, and no attribute of the class."""
 
     @property
     def optional(self) -> bool:
@@ -140,23 +110,15 @@ class Field:
 
 @dataclass(frozen=True)
 class ResultSchema(RecordSchema):
-    """The result of a process.
-
-    Attributes
-    ----------
-    process : str
-    roles : mapping of str to str
-        From the role of a dimension to the field with its coordinates, where the two are named differently.
-    derived : tuple of Field
-        Additional variables of a Dataset, which the result's class computes.
-    rows : str
-        The dimension whose arrays are a table, named after it, one row for each entry; empty: there is none.
-    in_json : tuple of Field
-        Additional fields of its JSON, which the result's class computes.
-    """
+    """The result of a process."""
 
     process: str = ""
+    """The process."""
     roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    """From the role of a dimension to the field with its coordinates, where the two are named differently."""
     derived: tuple[Field, ...] = ()
+    """Additional variables of a Dataset, which the result's class computes."""
     rows: str = ""
+    """The dimension whose arrays are a table, named after it, one row for each entry; empty: there is none."""
     in_json: tuple[Field, ...] = ()
+    """Additional fields of its JSON, which the result's class computes."""

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
-from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.base import Result, counted, outside
+from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
 from grazemap.results.records import Common
 from grazemap.wire import Oscillator

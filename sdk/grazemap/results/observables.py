@@ -105,11 +105,14 @@ OBSERVABLES = tuple(one.name for one in Observed.schema if one.name != "outputs"
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Figures of the motions of a result, their name in words, and their unit, which is empty if there is none."""
+    """Figures of the motions of a result."""
 
     values: Any
+    """The figures."""
     name: str
+    """Their name in words."""
     unit: str
+    """Their unit; empty if there is none."""
 
 
 def quantity_of(result: Any, name: str) -> Quantity:

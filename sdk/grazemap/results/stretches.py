@@ -26,40 +26,30 @@ class Stretch:
 
     From an SB at which the parameter turns, the branch goes back as its own mirror image, and from such a PD as the
     same motions, some forcing periods later: the stretches repeat in reverse.
-
-    Attributes
-    ----------
-    kind : {"stable", "unstable", "not admissible"}
-    begins, ends : float
-        Values of the parameter that varies, in the order of the branch.
-    at_begin, at_end : str
-        Type of the special point there, "" where none was found, or why the branch ends.
     """
 
     kind: str
+    """"stable", "unstable" or "not admissible"."""
     begins: float
+    """Value of the parameter that varies where it begins, in the order of the branch."""
     ends: float
+    """Value where it ends."""
     at_begin: str
+    """Type of the special point where it begins, "" where none was found, or why the branch ends."""
     at_end: str
+    """The same where it ends."""
 
 
 @dataclass(frozen=True)
 class Knots:
-    """The orbits of a branch and its special points, in order.
-
-    Attributes
-    ----------
-    path : (n, 1 + 2 k)
-        Parameter, speeds and phases of the impacts.
-    types : list of str, n of them
-        Type of a special point, "" for an orbit.
-    kinds : list of str, n - 1 of them
-        "stable", "unstable" or "not admissible": the orbits between a knot and the next.
-    """
+    """The orbits of a branch and its special points, in order."""
 
     path: Floats
+    """(n, 1 + 2 k) Parameter, speeds and phases of the impacts."""
     types: list[str]
+    """(n,) Type of a special point, "" for an orbit."""
     kinds: list[str]
+    """(n - 1,) "stable", "unstable" or "not admissible": the orbits between a knot and the next."""
 
     def turns(self) -> list[int]:
         """Return the special points at which the parameter turns, as indices of knots."""

@@ -64,11 +64,14 @@ def dataframe(result: Result, name: str | None, engineering_units: bool) -> pand
 
 
 class Column(NamedTuple):
-    """A column of a table: its values, their type as pandas names it, None where it is that of the values, its unit."""
+    """A column of a table."""
 
     values: list[Any]
+    """Its values."""
     dtype: str | None = None
+    """Their type, as pandas names it; None where it is that of the values."""
     unit: str = ""
+    """Its unit."""
 
 
 def _in_engineering_units(column: Column) -> Column:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
+from grazemap.colours import COLOURED
 from grazemap.results.base import Result, counted_points, value_of
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.fields import ResultSchema

@@ -134,6 +134,7 @@ class Kind:
     """Names a type of fields: a client may take further forms of its values, such as a tuple for an interval."""
 
     name: str
+    """The type's name."""
 
 
 def _sized(value: float) -> float:

@@ -26,25 +26,20 @@ MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 @dataclass(frozen=True)
 class Operation:
-    """The description of a process in the API's document.
-
-    Attributes
-    ----------
-    process : str
-        Its name, and the last part of its address.
-    operation_id, summary, description : str
-    examples : dict
-        Requests that can be posted as they are, by their names.
-    references : str
-        Where the theory is, for the docstrings of clients.
-    """
+    """The description of a process in the API's document."""
 
     process: str
+    """Its name, and the last part of its address."""
     operation_id: str
+    """The operation's name for generated clients."""
     summary: str
+    """A few words."""
     description: str
+    """Some sentences."""
     examples: Mapping[str, Mapping[str, Any]]
+    """Requests that can be posted as they are, by their names."""
     references: str = ""
+    """Where the theory is, for the docstrings of clients."""
 
 
 class ProcessRequest(Request):

@@ -15,27 +15,39 @@ class Limits(NamedTuple):
     """The maximum quantities of a request, from the server's settings."""
 
     points: int
+    """Points of a curve or a diagram."""
     pixels: int
+    """Pixels of a map."""
     adaptive_pixels: int
+    """Pixels of an adaptive map."""
     tile_periods: int
+    """Forcing periods of one tile."""
     result_bytes: int
+    """Bytes of a result."""
 
 
 class Count(NamedTuple):
-    """A quantity that is known without a plan, and its limit; `pointer` is the address of the field that decides it."""
+    """A quantity that is known without a plan, and its limit."""
 
     pointer: str
+    """Pointer of the field that decides it."""
     quantity: str
+    """What it is."""
     number: int
+    """How many there are."""
     limit: int
+    """How many there may be."""
 
 
 class Step(NamedTuple):
-    """A step after the tiles of a job; if it is `timed`, the time limit of one tile applies to it."""
+    """A step after the tiles of a job."""
 
     pointer: str
+    """Pointer of the field that decides how long it takes."""
     seconds: float
+    """The expected processor time."""
     timed: bool
+    """Whether the time limit of one tile applies to it."""
 
 
 def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:

@@ -96,12 +96,16 @@ ANYBODY = Asker()
 
 
 class Submission(NamedTuple):
-    """A request for a process, how it is cut into tiles, and the name of the kernels that it needs."""
+    """A request for a process, and what is known of it."""
 
     process: str
+    """Name of the process."""
     request: ProcessRequest
+    """The request."""
     plan: Plan
+    """How it is cut into tiles, and the estimate of the cost."""
     kernels: str
+    """Name of the kernels that it needs."""
 
 
 class Bell(NamedTuple):

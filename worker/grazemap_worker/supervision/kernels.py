@@ -37,12 +37,16 @@ _MOST_PROCESSES = 2
 
 @dataclass
 class _Compiler:
-    """A process that compiles components one after another: those that it still has to, since when the first."""
+    """A process that compiles components one after another."""
 
     process: subprocess.Popen[bytes]
+    """The process."""
     liveness: Liveness
+    """Tells whether it goes on."""
     components: list[str]
+    """Those that it still has to compile."""
     began: float
+    """Since when it compiles the first of them."""
 
 
 class Kernels:

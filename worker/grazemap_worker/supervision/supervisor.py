@@ -51,18 +51,22 @@ _WORKER_TRIES = 14
 
 @dataclass
 class _Slot:
-    """One place for a worker, for small tiles or for others; `pid` 0: none runs.
-
-    `overran`: it was killed because its small tile took too long.
-    """
+    """One place for a worker."""
 
     small: bool
+    """Whether it is a worker for small tiles."""
     watched: Watched = field(default_factory=Watched.shared)
+    """What the worker shows of its work."""
     restarts: Restarts = field(default_factory=Restarts)
+    """When it may be started again."""
     liveness: Liveness | None = None
+    """Tells whether the worker goes on."""
     pid: int = 0
+    """Its process id; 0: none runs."""
     name: str = ""
+    """Its name."""
     overran: bool = False
+    """Whether it was killed because its small tile took too long."""
 
 
 class Supervisor:

@@ -8,21 +8,7 @@ import time
 
 
 class Watched(ctypes.Structure):
-    """Values in memory that is shared with forked processes; `shared` makes them.
-
-    Attributes
-    ----------
-    signs : int
-        How often the worker has said that it does something.
-    computing : float
-        Since when it has computed a small tile; 0.0: it computes none.
-    processor_seconds : float
-        The processor time that it had taken then.
-    job : bytes
-        The job of that tile.
-    asked_to_stop : bool
-        Whether the worker is to stop after what it does.
-    """
+    """Values in memory that is shared with forked processes; `shared` makes them."""
 
     _fields_ = (
         ("signs", ctypes.c_uint64),
@@ -33,10 +19,15 @@ class Watched(ctypes.Structure):
     )
 
     signs: int
+    """How often the worker has said that it does something."""
     computing: float
+    """Since when it has computed a small tile; 0.0: it computes none."""
     processor_seconds: float
+    """The processor time that it had taken then."""
     job: bytes
+    """The job of that tile."""
     asked_to_stop: bool
+    """Whether the worker is to stop after what it does."""
     _heard = 0
 
     @classmethod
