@@ -237,7 +237,7 @@ class Client:
         Returns
         -------
         Structure
-            The linear properties of an oscillator: the structure without contact, as the contact coordinate sees it.
+            Linear properties of an oscillator: the structure without contact, as the contact coordinate q = h x sees it.
 
         Raises
         ------
@@ -288,7 +288,7 @@ class Client:
         Returns
         -------
         GrazingCurve
-            The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
+            The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19).
 
         Raises
         ------
@@ -591,7 +591,7 @@ class Client:
         Returns
         -------
         BifurcationDiagram
-            Settled motions along one parameter.
+            Settled motions along clearance or omega.
 
         Raises
         ------
@@ -682,7 +682,7 @@ class Client:
         Returns
         -------
         UnfoldingMap
-            The motion that each point of a rectangle of two parameters settles to.
+            The motion that each point of a rectangle of the plane settles to.
 
         Raises
         ------
@@ -750,7 +750,7 @@ class Client:
         Returns
         -------
         UnfoldingDiagram
-            An unfolding map and the results drawn over it, each equal to that of its own request.
+            An unfolding map from rest and the results drawn over it, each equal to that of its own process.
 
         Raises
         ------
@@ -1018,7 +1018,7 @@ class Client:
         Returns
         -------
         OrbitBranch
-            A branch of periodic motions, m of them with k impacts each, in the order of the branch.
+            A branch of periodic motions over a parameter, in the order of the branch.
 
         Raises
         ------
@@ -1081,7 +1081,7 @@ class Client:
         Returns
         -------
         BifurcationCurves
-            Curves of special motions in a window of omega and clearance, or of two other parameters.
+            Bifurcation curves in a window of omega and clearance, or of two other parameters.
 
         Raises
         ------

@@ -76,7 +76,7 @@ class AsyncMethods:
         Returns
         -------
         Structure
-            The linear properties of an oscillator: the structure without contact, as the contact coordinate sees it.
+            Linear properties of an oscillator: the structure without contact, as the contact coordinate q = h x sees it.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class AsyncMethods:
         Returns
         -------
         GrazingCurve
-            The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
+            The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19).
 
         Raises
         ------
@@ -430,7 +430,7 @@ class AsyncMethods:
         Returns
         -------
         BifurcationDiagram
-            Settled motions along one parameter.
+            Settled motions along clearance or omega.
 
         Raises
         ------
@@ -521,7 +521,7 @@ class AsyncMethods:
         Returns
         -------
         UnfoldingMap
-            The motion that each point of a rectangle of two parameters settles to.
+            The motion that each point of a rectangle of the plane settles to.
 
         Raises
         ------
@@ -589,7 +589,7 @@ class AsyncMethods:
         Returns
         -------
         UnfoldingDiagram
-            An unfolding map and the results drawn over it, each equal to that of its own request.
+            An unfolding map from rest and the results drawn over it, each equal to that of its own process.
 
         Raises
         ------
@@ -857,7 +857,7 @@ class AsyncMethods:
         Returns
         -------
         OrbitBranch
-            A branch of periodic motions, m of them with k impacts each, in the order of the branch.
+            A branch of periodic motions over a parameter, in the order of the branch.
 
         Raises
         ------
@@ -920,7 +920,7 @@ class AsyncMethods:
         Returns
         -------
         BifurcationCurves
-            Curves of special motions in a window of omega and clearance, or of two other parameters.
+            Bifurcation curves in a window of omega and clearance, or of two other parameters.
 
         Raises
         ------
