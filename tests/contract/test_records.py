@@ -12,8 +12,6 @@ ROOT = Path(__file__).parents[2]
 LEFT_OUT = re.compile(
     r"sdk/grazemap/(client/events|results/(base|record|structures|unfolding|unfolding_diagram)|checker/__init__)\.py"
 )
-    r"sdk/grazemap/(client/events|results/(base|record|structures|unfolding|unfolding_diagram)|checker/__init__)\.py"
-)
 """Users read the help of these classes of the SDK, which knows their docstrings alone."""
 
 

@@ -591,7 +591,7 @@ class Client:
         Returns
         -------
         BifurcationDiagram
-            Settled motions along clearance or omega.
+            Settled motions along one parameter.
 
         Raises
         ------

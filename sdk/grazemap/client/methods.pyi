@@ -430,7 +430,7 @@ class AsyncMethods:
         Returns
         -------
         BifurcationDiagram
-            Settled motions along clearance or omega.
+            Settled motions along one parameter.
 
         Raises
         ------

@@ -37,7 +37,7 @@ class Section(Record):
 
 
 class BifurcationDiagram(Observed, Result, process="bifurcation-diagrams", over="parameter", outputs="OutputOfDiagram"):
-    """Settled motions along clearance or omega."""
+    """Settled motions along one parameter."""
 
     parameter: FloatArray = field("Values of the parameter that varies, increasing.", "parameter")
     sections: tuple[Section, ...] = field("The sections, one for each value.", "parameter")
