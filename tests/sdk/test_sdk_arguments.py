@@ -230,6 +230,7 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
 @pytest.mark.parametrize(
     ("wrong", "pointer", "said"),
     [
+        ({"": 1}, "", 'Unknown field ""'),
         ({"omga": 1}, "", 'Unknown field "omga"; did you mean omega'),
         ({"wobble": 1}, "", 'Unknown field "wobble"'),
         ({"oscillator": {"mases": [1]}}, "/oscillator", 'Unknown field "mases"; did you mean masses'),

@@ -295,6 +295,7 @@ def test_bad_values_are_named(
 @pytest.mark.parametrize(
     ("body", "pointer", "detail"),
     [
+        ({**TRAJECTORY, "": 1}, "", "Unknown field"),
         ({**TRAJECTORY, "omga": 1}, "", "Unknown field; did you mean omega"),
         ({**TRAJECTORY, MARKER: 1}, "", "Unknown field"),
         ({**TRAJECTORY, "omega" * 1000: 1}, "", "Unknown field"),

@@ -322,18 +322,29 @@ def test_it_starts_soon_on_an_inherited_socket_and_stops_in_order(redis_server: 
 def test_starting_is_cheap(redis_server: RedisServer) -> None:
     """Processor time until the first answer, beside that of importing the libraries which it needs, in the same run."""
     libraries = "import fastapi, httpx2, numpy, prometheus_client, pydantic_settings, redis, rq, structlog, uvicorn"
-    with subprocess.Popen([sys.executable, "-c", libraries]) as importing:
-        _, status, needed = os.wait4(importing.pid, 0)
-        importing.returncode = os.waitstatus_to_exitcode(status)
-    assert importing.returncode == 0
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        environment = {"GRAZEMAP_FD": str(listener.fileno()), "GRAZEMAP_REDIS_URL": redis_server.url}
-        with process(environment, pass_fds=[listener.fileno()]) as started:
-            wait_for(f"http://127.0.0.1:{listener.getsockname()[1]}/healthz", started)
-            started.terminate()
-            _, status, usage = os.wait4(started.pid, 0)
-            started.returncode = os.waitstatus_to_exitcode(status)
-    assert usage.ru_utime + usage.ru_stime < 2.0 * (needed.ru_utime + needed.ru_stime)
+
+    def spent(started: subprocess.Popen[Any]) -> float:
+        """Wait for a process, and return its processor time."""
+        _, status, usage = os.wait4(started.pid, 0)
+        started.returncode = os.waitstatus_to_exitcode(status)
+        return usage.ru_utime + usage.ru_stime
+
+    def importing() -> float:
+        with subprocess.Popen([sys.executable, "-c", libraries]) as started:
+            needed = spent(started)
+        assert started.returncode == 0
+        return needed
+
+    def starting() -> float:
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            environment = {"GRAZEMAP_FD": str(listener.fileno()), "GRAZEMAP_REDIS_URL": redis_server.url}
+            with process(environment, pass_fds=[listener.fileno()]) as started:
+                wait_for(f"http://127.0.0.1:{listener.getsockname()[1]}/healthz", started)
+                started.terminate()
+                return spent(started)
+
+    # what else runs makes both take longer
+    assert min(starting() for _ in range(3)) < 2.0 * min(importing() for _ in range(3))
 
 
 @pytest.mark.parametrize(

@@ -89,9 +89,9 @@ def _in_our_words(error: ValidationError, model: type[BaseModel]) -> ValidationE
         # the model around this one, and the service, make their own text of the same error
         context.setdefault("reason", one["msg"])
         context["said"] = text.detail + (f" (allowed: {text.allowed})" if text.allowed else "")
-        place = (*text.where, *filter(None, (text.unknown,)))
+        place = (*text.where, text.unknown) if one["type"] == "extra_forbidden" else text.where
         kind = PydanticCustomError(one["type"], "{said}", context)
-        said.append(InitErrorDetails(type=kind, loc=place, input=None))
+        said.append(InitErrorDetails(type=kind, loc=tuple(place), input=None))
     return ValidationError.from_exception_data(error.title, said, hide_input=True)
 
 
