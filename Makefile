@@ -90,7 +90,7 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
 	@$(MAKE) --no-print-directory test NARROW=1
 
-all-checks: $(STAMP)  #: every long check, recorded in tests/checks.md (three hours)
+all-checks: $(STAMP)  #: every long check, recorded in tests/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
 
 # one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
