@@ -40,21 +40,14 @@ def _field(record: RecordSchema, name: str) -> Field | None:
     return next((one for one in record if one.name == name), None)
 
 
-def _each(one: Field | None, value: Any, change: Any) -> Any:
-    """Return a value with `change(item, record)` in place of each record in it."""
-    if one is None or not isinstance(one.type, RecordSchema) or value is None:
-        return value
-    record = one.type
-    return [change(item, record) for item in value] if one.dims else change(value, record)
-
-
 def _value_from_json(one: Field | None, value: Any) -> Any:
     if one is None:
         return _guessed(value)
     if isinstance(one.type, Request) or value is None:
         return value
     if isinstance(one.type, RecordSchema):
-        return _each(one, value, lambda item, inside: from_json(inside, item))
+        record = one.type
+        return [from_json(record, item) for item in value] if one.dims else from_json(record, value)
     if not one.dims or (one.texts and one.type != "str"):
         return value
     if one.type == "str":

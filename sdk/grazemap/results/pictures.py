@@ -69,5 +69,7 @@ def plots() -> Any:
         for module in iter_modules(package.__path__, f"{package.__name__}."):
             import_module(module.name)
     except ImportError as error:
+        if (error.name or "").partition(".")[0] == "grazemap":
+            raise
         raise MissingExtra("a picture", "plot") from error
     return package

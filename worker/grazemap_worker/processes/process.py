@@ -33,7 +33,7 @@ class Process:
     lasting: Callable[[Document], bool] = lambda document: True
     """Whether a result is the answer whenever the request is made again; else it is computed again then."""
 
-    seconds: Callable[[Any], float] = lambda request: 0.0
+    seconds: Callable[[Any], float] | None = None
     """The expected processor time."""
     periods: Callable[[Any], float] = lambda request: 0.0
     """The expected number of forcing periods that are simulated."""
@@ -60,4 +60,6 @@ class Process:
         """Return the tiles of a request, and the estimate of its cost."""
         if self.tiling is not None:
             return self.tiling(request)
+        if self.seconds is None:
+            raise TypeError("a process says how its requests are planned, by `tiling` or `seconds`")
         return Plan(estimate=Estimate(periods=self.periods(request), seconds=self.seconds(request)))
