@@ -12,7 +12,9 @@ from tools import first_start
 
 WORDS = (
     "import signal, sys, time; signal.signal(signal.SIGINT, lambda *_: sys.exit(0)); print('starting', flush=True);"
-    "time.sleep(0.6); print('explorer  http://127.0.0.1:9/', flush=True); time.sleep(60)"
+    "time.sleep(0.6); print('explorer  http://127.0.0.1:9/', flush=True);"
+    # a signal just before one long sleep would be handled after it
+    "[time.sleep(0.1) for _ in range(600)]"
 )
 
 
