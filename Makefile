@@ -11,15 +11,15 @@ SOURCES := sdk core worker service benchmarks tests examples paper tools
 
 # NARROW=1, with any target: no wider vectors than those of x86-64-v3 in numba, numpy and BLAS together
 ifdef NARROW
-$(foreach setting,$(shell $(PYTHON) tests/narrow.py),$(eval export $(setting)))
+$(foreach setting,$(shell $(PYTHON) tests/support/narrow.py),$(eval export $(setting)))
 endif
 
 # tests without kernels, which begin while these are compiled; tests of arithmetic alone, which leave the processor to
 # all others; the others start workers and stacks, and often wait
 # these compile a few kernels into folders of their own
-OWN_KERNELS := tests/core/test_kernel_folder.py tests/core/test_without_parts.py
-WITHOUT_KERNELS := tests/contract tests/sdk tests/service $(OWN_KERNELS)
-ARITHMETIC := tests/core tests/performance
+OWN_KERNELS := tests/unit/core/test_kernel_folder.py tests/unit/core/test_without_parts.py
+WITHOUT_KERNELS := tests/unit/contract tests/unit/sdk tests/system/service $(OWN_KERNELS)
+ARITHMETIC := tests/unit/core tests/unit/benchmarks
 # one cache of compiled kernels, for the tests and the workers that they start. In recipes paths are relative, whatever
 # the name of this folder is; in variables of the environment they are not, for processes in other folders.
 TEST_CACHE := .cache/grazemap
@@ -66,9 +66,8 @@ published: $(RUN_STAMP)  #: compute published numbers of other oscillators again
 
 resonance: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 resonance: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-resonance: export PYTHONPATH = .
 resonance: $(STAMP)  #: the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
-	$(BIN)/python tests/resonance.py 50
+	$(BIN)/python -m tests.slow.resonance 50
 
 borders: $(RUN_STAMP)  #: compute unfolding diagrams with every border explained, into out/ (three minutes)
 	$(BIN)/python examples/unfolding_borders.py
@@ -90,7 +89,7 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
 	@$(MAKE) --no-print-directory test NARROW=1
 
-all-checks: $(STAMP)  #: every long check, recorded in tests/checks.md (eight hours)
+all-checks: $(STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
 
 # one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
@@ -106,7 +105,7 @@ test-arithmetic: kernels $(STAMP)
 	nice $(BIN)/python -m pytest $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
 
 test-processes: kernels $(STAMP)
-	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
+	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/system/browser,--ignore=$(folder))
 
 # the unit tests run on each further Python that runs, without kernels
 ci: lint types test  ## what continuous integration runs: style, types, every test, the unit tests on other Pythons
@@ -117,11 +116,11 @@ digests digests-all: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/nu
 digests digests-all: export OPENBLAS_NUM_THREADS = 1
 digests: $(STAMP)  #: say which results changed, and by how much, and record their digests (ten minutes; kernels stored: one)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	$(BIN)/python -m tests.digests
+	$(BIN)/python -m tests.support.digests
 
 digests-all: $(STAMP)  #: compare all results with their digests, and labels with this processor's own (twenty minutes; two)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	$(BIN)/python -m tests.digests --check
+	$(BIN)/python -m tests.support.digests --check
 
 # What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
 NEWEST := .cache/newest
@@ -144,8 +143,8 @@ test-newest: $(STAMP)  #: the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m pip list --disable-pip-version-check
 	$(NEWEST)/venv/bin/python -c "$$OF_THE_WHEEL"
 	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
-	$(NEWEST)/venv/bin/python -m pytest -m "not hardware" tests/service tests/worker tests/chaos tests/sdk \
-		tests/integration/test_notebook.py
+	$(NEWEST)/venv/bin/python -m pytest -m "not hardware" tests/system/service tests/system/worker tests/system/chaos tests/unit/sdk \
+		tests/system/integration/test_notebook.py
 
 first-start: $(STAMP)  #: what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
 	$(BIN)/python -m tools.first_start
@@ -160,87 +159,84 @@ thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` h
 
 general: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 general: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-general: export PYTHONPATH = tests:.
 general: $(STAMP)  #: systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	$(BIN)/python -m general_checks
+	$(BIN)/python -m tests.slow.general_checks
 
 hardware: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  #: compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
-	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
+	$(BIN)/python -m pytest -m hardware tests/unit/core/test_hardware.py
 
 verify: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 verify: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  #: a thousand verified points of maps, simulated again in 50 digits (ten minutes)
-	$(BIN)/python tests/verified_points.py 1000
+	$(BIN)/python -m tests.slow.verified_points 1000
 
 beside-borders: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 beside-borders: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 beside-borders: $(STAMP)  #: verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
-	$(BIN)/python tests/beside_borders.py 300 400
+	$(BIN)/python -m tests.slow.beside_borders 300 400
 
 chaotic-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 chaotic-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaotic-transients: $(STAMP)  #: chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
-	$(BIN)/python tests/chaotic_transients.py 300
+	$(BIN)/python -m tests.slow.chaotic_transients 300
 
 long-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 long-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 long-transients: $(STAMP)  #: how many of 500 long transients that double precision follows are called sensitive (ten minutes)
-	$(BIN)/python tests/long_transients.py 500
+	$(BIN)/python -m tests.slow.long_transients 500
 
 one-period: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 one-period: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
-	$(BIN)/python -m tests.one_period
+	$(BIN)/python -m tests.slow.one_period
 
 resolve: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 resolve: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resolve: $(STAMP)  #: 200 points after long transients, resolved and run once more exactly (an hour)
-	$(BIN)/python tests/resolved_points.py 200
+	$(BIN)/python -m tests.slow.resolved_points 200
 
 memory: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 memory: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-memory: export PYTHONPATH = .
 memory: $(STAMP)  #: the peak memory of requests at every limit, each for two minutes at most (half an hour)
-	$(BIN)/python tests/limits_of_memory.py
+	$(BIN)/python -m tests.slow.limits_of_memory
 
 # another program's environment, as it needs other versions
 SCHEMATHESIS := .cache/schemathesis
-schemathesis: export PYTHONPATH = .
 schemathesis: $(STAMP)  #: a thousand requests from the API's document to each operation, and sequences of them (an hour)
 	$(PYTHON) -m venv $(SCHEMATHESIS)
 	$(SCHEMATHESIS)/bin/python -m pip install --quiet --disable-pip-version-check "schemathesis>=4.32,<5"
-	$(BIN)/python tests/described_requests.py $(SCHEMATHESIS)/bin/schemathesis 1000
+	$(BIN)/python -m tests.slow.described_requests $(SCHEMATHESIS)/bin/schemathesis 1000
 
 storage: $(STAMP)  #: append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
-	$(BIN)/python -m pytest -m "" tests/service/test_storage.py tests/service/test_http_storage_full.py
+	$(BIN)/python -m pytest -m "" tests/system/service/test_storage.py tests/system/service/test_http_storage_full.py
 
 chaos: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 chaos: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaos: kernels $(STAMP)  #: 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
-	$(BIN)/python tests/signals_at_random.py
+	$(BIN)/python -m tests.slow.signals_at_random
 
 fairness: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 fairness: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 fairness: kernels $(STAMP)  #: 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
-	$(BIN)/python tests/fairness.py
+	$(BIN)/python -m tests.slow.fairness
 
 unfair: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 unfair: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 unfair: kernels $(STAMP)  #: small questions and maps beside dense zeros and long trajectories of another client (five minutes)
-	$(BIN)/python tests/unfair_askers.py
+	$(BIN)/python -m tests.slow.unfair_askers
 
 first-window: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 first-window: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 first-window: kernels chromium $(STAMP)  #: the explorer's first window: previews, and verified, on two cores (three minutes)
-	$(BIN)/python tests/first_window.py
+	$(BIN)/python -m tests.slow.first_window
 
 load: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 load: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 load: kernels $(STAMP)  #: 500 event streams, and twice a thousand clients for a minute (ten minutes)
-	$(BIN)/python tests/load.py
+	$(BIN)/python -m tests.slow.load
 
 small-questions: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 small-questions: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
@@ -273,16 +269,14 @@ $(BENCH_STAMP): $(STAMP)
 
 proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 proofs: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-proofs: export PYTHONPATH = tests:.
 proofs: $(STAMP)  #: prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
-	$(BIN)/python -m tests.proven_statements
-	$(BIN)/python -m tests.proven_points
+	$(BIN)/python -m tests.slow.proven_statements
+	$(BIN)/python -m tests.slow.proven_points
 
 mutants: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 mutants: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-mutants: export PYTHONPATH = tests:.
 mutants: $(STAMP)  #: change certificates at random, and judge in 100 digits what the checker accepts (hours)
-	$(BIN)/python -W ignore -m tests.mutated_certificates $(MUTANTS)
+	$(BIN)/python -W ignore -m tests.slow.mutated_certificates $(MUTANTS)
 
 bench: $(BENCH_STAMP)  #: compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
@@ -309,7 +303,7 @@ lint: $(STAMP)  #: check style, spelling, import contracts, import circles and t
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell $(SOURCES) docs *.md
 	$(BIN)/lint-imports
-	$(BIN)/python tests/import_circles.py
+	$(BIN)/python -m tests.support.import_circles
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
 
@@ -322,7 +316,7 @@ chromium:
 browser: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 browser: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 browser: kernels chromium $(STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest tests/system/browser
 
 lock: $(STAMP)  #: pin the newest version of every dependency, with hashes
 	$(BIN)/python -m tools.lock

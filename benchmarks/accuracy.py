@@ -1,8 +1,8 @@
 """Errors of impact times, by 48-digit arithmetic: ``python benchmarks/accuracy.py [points] [--lockstep]``.
 
 Random chains by the trajectory kernel, or, with ``--lockstep``, random points of the default oscillator's plane by the
-kernel of maps. Prints one line for each point, the worst last. The method is that of ``tests/impact_accuracy.py``,
-which the tests use on some of the same points.
+kernel of maps. Prints one line for each point, the worst last. The method is that of
+``tests/oracles/impact_accuracy.py``, which the tests use on some of the same points.
 """
 
 from __future__ import annotations
@@ -11,15 +11,11 @@ import argparse
 import sys
 from collections.abc import Iterator
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-
-from impact_accuracy import Accuracy, compare, compare_lockstep, plane_points, random_point
-
 from grazemap_core.model.oscillator import Oscillator
+from tests.oracles.impact_accuracy import Accuracy, compare, compare_lockstep, plane_points, random_point
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 CLEARANCES = 10

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.work import Floats, Work
-from tests.event_oracle import EventOracle
+from tests.oracles.event_oracle import EventOracle
 
 
 def exact_impact_times(work: Work, count: int) -> list[str]:

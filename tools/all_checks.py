@@ -1,8 +1,8 @@
 """Every long check, one after another, with a record of the outcomes.
 
 `python -m tools.all_checks` (`make all-checks`) runs the targets below with `make`, continues after a failure, and
-writes tests/checks.md after each of them. It exits with 1 when one has failed. With targets as arguments it runs these,
-and keeps the rows of the others. `--age` prints how old the record is.
+writes tests/slow/checks.md after each of them. It exits with 1 when one has failed. With targets as arguments it runs
+these, and keeps the rows of the others. `--age` prints how old the record is.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "tests" / "checks.md"
+PAGE = ROOT / "tests" / "slow" / "checks.md"
 TARGETS = (
     "lint",
     "types",
@@ -116,7 +116,7 @@ def age(page: Path = PAGE, now: datetime | None = None) -> str:
     """Return a line with the age of the oldest outcome, in commits and days, and the number of failures."""
     outcomes = recorded(page)
     if not outcomes:
-        return "make all-checks has no record in tests/checks.md"
+        return "make all-checks has no record in tests/slow/checks.md"
     oldest = min(outcomes, key=lambda outcome: outcome.finished)
     days = ((now or datetime.now(UTC)).date() - oldest.finished.date()).days
     distance = _git("rev-list", "--count", f"{oldest.commit.split()[0]}..HEAD")

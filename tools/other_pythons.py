@@ -14,7 +14,7 @@ from pathlib import Path
 from tools.first_start import PYTHONS, ROOT
 from tools.lock import LOCK, PARTS
 
-UNIT = ("tests/contract", "tests/sdk")
+UNIT = ("tests/unit/contract", "tests/unit/sdk")
 FOLDER = ROOT / ".cache" / "pythons"
 _PIP = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check")
 

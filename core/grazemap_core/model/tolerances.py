@@ -68,8 +68,8 @@ RESPONSE_ROUNDOFF: Final = 16.0 * EPSILON
 """Round-off of an impulse response or periodic sum, relative to its terms plus time times the terms of its derivative.
 
 Frequencies and decays carry up to about 6 roundings (3 units of EPSILON), sines and exponentials and their sums as
-many again; measured errors stay below a third of this bound (tests/core/test_impulse_response.py). It is multiplied by
-the conditioning of the modal model.
+many again; measured errors stay below a third of this bound (tests/unit/core/test_impulse_response.py). It is
+multiplied by the conditioning of the modal model.
 """
 
 BOUND_SAFETY: Final = 1.0 + 1.0e-9

@@ -1,0 +1,81 @@
+"""The explorer's first window after a warm start, in headless Chromium: `python -m tests.slow.first_window`.
+
+Prints when the first motions are there, when previews of all tiles, and when all of them are verified, in seconds since
+the address was opened, and which processor time the tiles took; exits with 1 if one of them is late. Nothing else
+should run on the machine.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from datetime import datetime
+from statistics import median
+from typing import Any
+
+from playwright.sync_api import Browser, expect, sync_playwright
+
+from tests.support.running_stack import RunningStack
+from tests.support.watched_page import FLAGS
+
+MOST_SECONDS = {"first motions": 2.0, "previews": 6.0, "verified": 15.0}
+ROUNDS = 3
+IDLE_SHARE, IDLE_SECONDS = 0.05, 2.0
+LONGEST = 120_000  # milliseconds
+
+
+def rest(stack: RunningStack) -> None:
+    """Wait until the processes of a stack do nothing: its workers have loaded their kernels."""
+
+    def used() -> float:
+        processes = [stack.process, *stack.process.children(recursive=True)]
+        return sum(sum(one.cpu_times()[:2]) for one in processes if one.is_running())
+
+    before = -1.0
+    while used() - before > IDLE_SHARE * IDLE_SECONDS:
+        before = used()
+        time.sleep(IDLE_SECONDS)
+
+
+def one_round(browser: Browser) -> dict[str, float]:
+    """Open the page of a new stack; return the seconds of the three stages, and the processor time of tiles."""
+    stack = RunningStack("--die-with-parent")
+    try:
+        rest(stack)
+        page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
+        began = time.time()
+        page.goto(stack.url)
+        expect(page.locator("#legend li").first).to_be_attached(timeout=LONGEST)
+        first = time.time() - began
+        expect(page.locator("#says")).to_have_text(re.compile(r"^12 tiles complete"), timeout=LONGEST)
+        verified = time.time() - began
+        jobs: list[dict[str, Any]] = stack.request("/v1/jobs?process=unfolding-maps&limit=500")["jobs"]
+        page.context.close()
+    finally:
+        stack.popen.terminate()
+        stack.popen.wait(20)
+    previews = [
+        datetime.fromisoformat(job["finished"]).timestamp() - began for job in jobs if "preview" in job["request"]
+    ]
+    return {
+        "first motions": first,
+        "previews": max(previews),
+        "verified": verified,
+        "processor": sum(job["cpu_seconds"] for job in jobs),
+    }
+
+
+def main() -> int:
+    """Print the figures of some rounds; return whether a median is late."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", headless=True, args=FLAGS)
+        rounds = [one_round(browser) for _ in range(ROUNDS)]
+        browser.close()
+    for name in rounds[0]:
+        print(f"{name}: {', '.join(f'{one[name]:.1f}' for one in rounds)} s", flush=True)
+    return any(median(one[name] for one in rounds) > most for name, most in MOST_SECONDS.items())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

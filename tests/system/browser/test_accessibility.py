@@ -1,0 +1,86 @@
+"""What axe finds in the explorer: nothing that keeps a person from using it, in any of its states."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, expect
+
+from tests.support.explorer_page import USUAL, WAIT, place, show
+from tests.support.watched_page import Watched
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+BARRIERS = {"serious", "critical"}
+
+
+def barriers(page: Page) -> list[str]:
+    """Return axe's serious and critical findings, each with its rule and the element."""
+    found: list[dict[str, Any]] = Axe().run(page).response["violations"]
+    return [
+        f"{one['id']} ({one['impact']}): {' '.join(map(str, node['target']))}"
+        for one in found
+        if one["impact"] in BARRIERS
+        for node in one["nodes"]
+    ]
+
+
+def with_everything_open(page: Page) -> list[str]:
+    """Return the findings while every section of the page is open."""
+    page.evaluate("for (const section of document.querySelectorAll('details')) section.open = true")
+    return barriers(page)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "width", "height"), [("light", 1280, 800), ("dark", 1280, 800), ("light", 360, 740), ("dark", 360, 740)]
+)
+def test_axe_finds_no_barrier(watched: Watched, url: str, scheme: Any, width: int, height: int) -> None:
+    page = watched.page
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": height})
+    found = {}
+    show(watched, url, USUAL)
+    found["the first window"] = barriers(page)
+    page.locator("#plane").scroll_into_view_if_needed()
+    page.mouse.click(*place(page, 0.27, 1.5))
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    expect(page.locator("#history svg")).to_be_visible(timeout=WAIT)
+    found["an opened point"] = barriers(page)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_label("Restitution").fill("2")
+    expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
+    found["a form with an error"] = barriers(page)
+    found["every section"] = with_everything_open(page)
+    page.get_by_label("Colour").select_option("exponent")
+    expect(page.locator("#ramp-text")).to_contain_text("Lyapunov exponent")
+    found["a layer with a ramp"] = barriers(page)
+    assert {state: findings for state, findings in found.items() if findings} == {}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_what_is_asked_about_a_point(small: Watched, url: str, scheme: Any) -> None:
+    page = small.page
+    page.emulate_media(color_scheme=scheme)
+    show(small, url, f"{USUAL}&at=0.27%2C1.5", wait=False)
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    for name, answer in (("Basins", "#basins li"), ("Follow the branch", "#branch svg")):
+        page.get_by_role("button", name=name).click()
+        expect(page.locator(answer).first).to_be_visible(timeout=WAIT)
+    assert barriers(page) == []
+
+
+def test_axe_sees_a_barrier(small: Watched, url: str) -> None:
+    """A page with faults is not found to be without any."""
+    page = show(small, url, USUAL, wait=False)
+    page.evaluate(
+        """() => {
+            document.getElementById("home").removeAttribute("aria-label");
+            document.getElementById("home").textContent = "";
+            Object.assign(document.getElementById("reading").style, { color: "#bbb", background: "#ccc" });
+        }"""
+    )
+    found = " ".join(barriers(page))
+    assert "button-name (critical): #home" in found
+    assert "color-contrast (serious): #reading" in found

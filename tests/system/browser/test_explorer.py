@@ -1,0 +1,584 @@
+"""The explorer in a real browser, without internet, over a whole stack."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import gzip
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+from playwright.sync_api import Route, expect
+
+import grazemap_service
+from grazemap import Client
+from grazemap.plots import palette
+from tests.support.explorer_page import (
+    ALSO_HARD,
+    FIRST,
+    HARD,
+    LEFT,
+    QUICK,
+    USUAL,
+    WAIT,
+    ended,
+    maps,
+    place,
+    show,
+    soon,
+    verified,
+    window,
+)
+from tests.support.watched_page import Watched
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+STATIC = Path(grazemap_service.__file__).parent / "static"
+MOST_BYTES = 400_000
+
+
+def test_the_page_is_small() -> None:
+    files = [STATIC / "index.html", STATIC / "icon.svg", *(STATIC / "explorer").iterdir()]
+    assert sum(len(gzip.compress(path.read_bytes())) for path in files) < MOST_BYTES
+
+
+def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pictures(
+    watched: Watched, url: str
+) -> None:
+    page = watched.page
+    page.goto(f"{url}/")
+    expect(page.locator("#legend")).to_contain_text("1-1r-1l", timeout=WAIT)  # of a preview
+    verified(page)
+    requests = watched.posted("unfolding-maps")
+    previews, tiles = ([one for one in requests if one.get("preview", False) is kind] for kind in (True, False))
+    assert requests.index(previews[0]) == 0
+    distinct = {json.dumps(one) for one in tiles}
+    assert len(distinct) == 12
+    for one in tiles:  # tiles of the dyadic lattice
+        for axis, size in (("omega", 2.0**-6), ("clearance", 2.0**-2)):
+            start, stop, points = (one[axis][name] for name in ("start", "stop", "points"))
+            assert points == 128
+            assert (start - size / 256) % size == 0
+            assert stop - start == size * 127 / 128
+    seen = page.evaluate(
+        """() => {
+            const canvas = document.getElementById("plane"), counts = new Map();
+            const data = canvas.getContext("2d").getImageData(60, 12, canvas.width - 80, canvas.height - 60).data;
+            for (let i = 0; i < data.length; i += 4) {
+                const parts = [data[i], data[i + 1], data[i + 2]];
+                const colour = "#" + parts.map((part) => part.toString(16).padStart(2, "0")).join("").toUpperCase();
+                counts.set(colour, (counts.get(colour) ?? 0) + 1);
+            }
+            return [...counts].sort((one, other) => other[1] - one[1]).map(([colour]) => colour);
+        }"""
+    )
+    assert seen[0] == palette.NAMED["1-(-1)r-(-1)l"]
+    assert {palette.NAMED["1-1r-1l"], palette.NAMED["1-2r-2l"]} <= set(seen[:8])
+
+
+def test_an_address_opens_a_map_that_another_client_has_computed(watched: Watched, url: str) -> None:
+    request = {
+        "omega": {"start": 0.36, "stop": 0.40, "points": 48},
+        "clearance": {"right": {"start": 0.6, "stop": 0.9, "points": 48}, "left": None},
+        "max_periods": 300,
+    }
+    with Client(url) as client:
+        job = client.submit("unfolding-maps", request)
+        umap = job.wait(120).result()
+    page = watched.page
+    page.route("**/v1/unfolding-maps", lambda _: None)  # no tile of the page comes
+    page.goto(f"{url}/#map={job.id}")
+    expect(page.locator("#legend")).to_contain_text(umap.motions()[0].label, timeout=WAIT)
+    row, column = 30, 12
+    page.mouse.move(*place(page, umap.omega[column], umap.clearance[row]))
+    expect(page.locator("#reading")).to_contain_text(f": {umap.labels()[row, column]}")
+    expect(page).to_have_url(re.compile("machine=.*right"))
+    expect(page).not_to_have_url(re.compile("map="))
+
+
+def test_an_address_of_a_job_that_is_no_such_map_says_so(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.goto(f"{url}/#map={'0' * 64}")
+    expect(page.locator("#says")).to_contain_text("job", timeout=WAIT)
+    expect(page.locator("#says")).to_contain_text("12 tiles complete", timeout=WAIT)
+
+
+def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL)
+    request = next(
+        one
+        for one in watched.posted("unfolding-maps")
+        if "preview" not in one
+        and one["omega"]["start"] < 0.27 < one["omega"]["stop"]
+        and one["clearance"]["stop"] > 1.6
+        and one["clearance"]["start"] < 1.6
+    )
+    answer = httpx2.post(f"{url}/v1/unfolding-maps", json=request, headers={"Prefer": "wait=20, return=representation"})
+    umap = answer.json()
+    row, column = 40, 70
+    page.mouse.move(*place(page, umap["omega"][column], umap["clearance"][row]))
+    label = umap["motions"][umap["motion"][row][column]]["label"]
+    expect(page.locator("#reading")).to_contain_text(f": {label}; ")
+    kinds = np.array(umap["kind"])
+    unresolved = np.argwhere(kinds == umap["kinds"].index("unresolved"))
+    row, column = unresolved[0]
+    page.mouse.move(*place(page, umap["omega"][column], umap["clearance"][row]))
+    reason, _, _ = umap["reasons"][umap["reason"][row][column]].partition(". Remedy:")
+    expect(page.locator("#reading")).to_contain_text(f"unresolved; {reason}")
+
+
+def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL)
+    curve = httpx2.post(
+        f"{url}/v1/grazing-curves",
+        json={"omega": {"start": 0.25, "stop": 0.3125, "points": 33}},
+        headers={"Prefer": "wait=20, return=representation"},
+    ).json()
+    page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
+    expect(page.locator("#reading")).to_contain_text("Grazing curve")
+    order = next(point for point in curve["points"] if point["kind"] == "recurrence" and point["omega"] > 0.26)
+    page.mouse.move(*place(page, order["omega"], order["clearance"]))
+    expect(page.locator("#reading")).to_contain_text(f"Recurrence point of order {order['order']}")
+    page.get_by_label("bifurcation curves").check()
+    expect(page).to_have_url(re.compile("curves=all"))
+    page.get_by_label("bifurcation curves").uncheck()
+    page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
+    expect(page.locator("#reading")).to_contain_text("Grazing curve")  # it stays
+
+
+def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.25..1.25&clearance=1..9", wait=False)
+    with Client(url) as client:
+        curve = client.grazing_curve(omega=(0.25, 1.25), points=33)
+    places = [place(page, one.omega, one.clearance) for one in curve.points if 1 < one.clearance < 9]
+    covered = next(one for k, one in enumerate(places) if any(math.dist(one, other) < 4 for other in places[:k]))
+    page.mouse.move(*covered)
+    expect(page.locator("#reading")).to_contain_text("more here: zoom in", timeout=WAIT)
+
+
+def test_previews_leave_motions_open(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.28125..0.296875&clearance=1.125..1.25", wait=False)
+    expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
+    expect(page.locator("#legend")).not_to_contain_text("unresolved")
+    expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
+
+
+def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL)
+    page.wait_for_timeout(500)
+    before = len(watched.requests)
+    shot = page.locator("#plane").screenshot()
+    page.locator("#legend input").first.uncheck()
+    soon(page, lambda: page.locator("#plane").screenshot() != shot)
+    page.locator("#legend input").first.check()
+    for layer, text in (
+        ("exponent", "Lyapunov exponent per forcing period: "),
+        ("speed", "Minimum impact speed: 0 to "),
+    ):
+        page.get_by_label("Colour").select_option(layer)
+        expect(page.locator("#ramp-text")).to_contain_text(text)
+        expect(page).to_have_url(re.compile(f"layer={layer}"))
+    assert [request.url for request in watched.requests[before:] if "/v1/" in request.url] == []
+
+
+def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    first = window(page)
+    page.locator("#plane").focus()
+    for _ in range(8):
+        page.keyboard.press("ArrowRight")
+    moved = [[0.28125, 0.3125], first[1]]
+    soon(page, lambda: np.allclose(window(page), moved, rtol=1e-12))
+    verified(page)
+    count = len(maps(url))
+    for _ in range(8):
+        page.keyboard.press("ArrowLeft")
+    soon(page, lambda: window(page) == first)  # without the digits of round-off
+    verified(page)
+    assert len(maps(url)) == count
+    # windows at which the keys paused are places of the history too
+    for there, go in ((moved, page.go_back), (first, page.go_forward)):
+        for _ in range(8):
+            go()
+            if np.allclose(window(page), there, rtol=1e-12):
+                break
+        assert np.allclose(window(page), there, rtol=1e-12)
+
+
+def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
+    page = show(small, url, HARD, wait=False)
+    running: list[dict[str, Any]] = []
+    while len(running) < 2:
+        page.wait_for_timeout(200)
+        running = [job for job in maps(url) if job["status"] == "running" and "preview" not in job["request"]]
+    kept, *others = (job["id"] for job in running)
+    httpx2.post(f"{url}/v1/unfolding-maps", json=running[0]["request"], headers={"Grazemap-Client": "another"})
+    page.evaluate(f"location.hash = '{QUICK}'")
+    verified(page)
+    for one in others:
+        assert ended(url, one) in {"dismissed", "successful"}
+    assert httpx2.get(f"{url}/v1/jobs/{kept}").json()["status"] != "dismissed"
+    httpx2.delete(f"{url}/v1/jobs/{kept}?for=all")
+
+
+def test_a_page_waits_for_a_service_that_is_away(small: Watched, url: str) -> None:
+    page = show(small, url, "omega=0.25..0.28125&clearance=3..3.25")
+    page.route("**/v1/**", lambda route: route.abort())
+    page.get_by_label("Zoom out").click()
+    expect(page.locator("#says")).to_contain_text("The service does not answer; trying again.")
+    page.unroute_all()
+    verified(page)
+    assert small.complaints
+    assert all("net::ERR_FAILED" in text for text in small.complaints)
+    small.complaints.clear()
+
+
+def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    across, up = place(page, 0.26, 2.1)
+    page.mouse.move(across, up)
+    page.mouse.wheel(0, -600)
+    expect(page).not_to_have_url(re.compile(re.escape(QUICK)))
+    assert np.allclose(place(page, 0.26, 2.1), (across, up), atol=2)  # the wheel knows whole pixels
+    page.keyboard.down("Shift")
+    page.mouse.move(*place(page, 0.259, 2.09))
+    page.mouse.down()
+    page.mouse.move(*place(page, 0.261, 2.11))
+    before = page.url
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    expect(page).not_to_have_url(before)
+    assert np.allclose(window(page), ([0.259, 0.261], [2.09, 2.11]), rtol=1e-3)
+    page.locator("#plane").focus()
+    before = page.url
+    page.keyboard.press("-")
+    expect(page).not_to_have_url(before)
+    assert np.ptp(window(page)[0]) == pytest.approx(1.5 * 0.002, rel=0.02)
+    page.keyboard.press("Home")
+    expect(page).to_have_url(re.compile(re.escape(FIRST)))
+    page.keyboard.press("Enter")
+    expect(page.locator("#point-name")).to_be_focused()
+
+
+def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, url: str) -> None:
+    asked = {"omega": {"start": 0.28, "stop": 0.285, "points": 3}}
+    points = httpx2.post(
+        f"{url}/v1/grazing-curves", json=asked, headers={"Prefer": "wait=20, return=representation"}
+    ).json()["points"]
+    (recurrence,) = (one for one in points if one["kind"] == "recurrence" and one["order"] == 2)
+    at = recurrence["omega"], recurrence["clearance"]
+    page = show(small, url, FIRST)
+    for _ in range(3):
+        before = page.url
+        page.mouse.move(*place(page, *at))
+        page.mouse.wheel(0, -math.log(4.0) / 0.0015)
+        expect(page).not_to_have_url(before)
+    (left, right), (low, high) = window(page)
+    assert left < at[0] < right
+    assert low < at[1] < high
+    assert (right - left, high - low) == pytest.approx((0.0625 / 64, 0.75 / 64), rel=0.01)
+    verified(page)
+    tiles = [one for one in small.posted("unfolding-maps") if "preview" not in one]
+    steps = [(one["omega"]["stop"] - one["omega"]["start"]) / (one["omega"]["points"] - 1) for one in tiles]
+    assert min(steps) <= max(steps) / 64
+    page.mouse.move(*place(page, *at))
+    expect(page.locator("#reading")).to_contain_text("Recurrence point of order 2")
+    assert page.locator("#legend input").count() >= 3  # the families of motions that meet there
+
+
+def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    session = page.context.new_cdp_session(page)
+    across, up = place(page, 0.265, 2.12)
+
+    def touch(kind: str, *offsets: float) -> None:
+        points = [{"x": across + offset, "y": up, "id": k} for k, offset in enumerate(offsets)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", -40, 40)
+    touch("touchMove", -60, 60)
+    touch("touchMove", -80, 80)
+    touch("touchEnd")
+    expect(page).not_to_have_url(re.compile(re.escape(QUICK)))
+    (left, right), _ = window(page)
+    assert right - left == pytest.approx(0.03125 / 2, rel=0.02)
+    assert (0.265 - left) / (right - left) == pytest.approx((0.265 - 0.25) / 0.03125, abs=0.03)
+    touch("touchStart", 0)
+    touch("touchMove", 10)
+    touch("touchMove", 40)
+    touch("touchEnd")
+    box = page.locator("#plane").bounding_box()
+    assert box is not None
+    soon(page, lambda: abs(place(page, left, 2.1)[0] - (box["x"] + LEFT + 40)) < 11)
+
+
+def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> None:
+    width = 2.0**-42
+    page = show(small, url, f"omega=0.25..{0.25 + width!r}&clearance=2.125..{2.125 + 2.0**-36!r}")
+    expect(page.locator("#says")).to_contain_text("Double precision ends here")
+    for one in small.posted("unfolding-maps"):
+        for axis in ("omega", "clearance"):
+            start, stop, points = (one[axis][name] for name in ("start", "stop", "points"))
+            values = start + np.arange(points) * ((stop - start) / (points - 1))
+            assert np.diff(values).min() >= 64 * np.spacing(values).max() * (1 - 1e-9)
+    address = page.url
+    page.get_by_label("Zoom in").click()
+    page.wait_for_timeout(500)
+    assert page.url == address
+
+
+def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL, wait=False)
+    page.mouse.click(*place(page, 0.27, 1.5))
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    omega, clearance = (float(value) for value in re.search(r"at=([\d.]+)%2C([\d.]+)", page.url).groups())  # type: ignore[union-attr]
+    orbit = httpx2.post(
+        f"{url}/v1/periodic-orbits",
+        json={"omega": omega, "clearance": clearance, "observables": ["dissipated_power"]},
+        headers={"Prefer": "wait=20, return=representation"},
+    ).json()
+    figures = dict(
+        zip(*(page.locator(f"#point-figures {name}").all_inner_texts() for name in ("dt", "dd")), strict=True)
+    )
+    assert figures["verified"] == "yes"
+    assert float(figures["dissipated power"]) == pytest.approx(orbit["dissipated_power"], rel=1e-3)
+    slowest = min(abs(velocity) for velocity in orbit["velocities"])
+    assert float(figures["minimum impact speed"]) == pytest.approx(slowest, rel=1e-3)
+    assert float(figures["largest multiplier"]) == pytest.approx(abs(complex(*orbit["multipliers"][0])), rel=1e-3)
+    for name in ("portrait", "history"):
+        expect(page.locator(f"#{name} svg")).to_be_visible()
+    assert page.locator("#history .impact").count() >= 8
+    assert page.locator("#multipliers .inside").count() == 6
+    page.get_by_role("button", name="Pause").click()
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    page.get_by_role("button", name="Basins").click()
+    expect(page.locator("#basins")).to_contain_text("1-2r-2l: 100.0 %", timeout=WAIT)
+    page.get_by_role("button", name="Follow the branch").click()
+    expect(page.locator("#branch")).to_contain_text("GR at clearance", timeout=WAIT)
+    page.get_by_role("button", name="Bifurcation curves of this motion").click()
+    expect(page.locator("#own-curves")).to_contain_text("of 1-2r-2l are drawn into the plane", timeout=WAIT)
+    address = page.url
+    page.reload()
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    assert page.url == address
+
+
+def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Watched, url: str) -> None:
+    page = show(watched, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    expect(page.locator("#modes")).to_contain_text("0.4189, damping ratio 0.02095")
+    expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
+    low, high = page.get_by_label("ω from"), page.locator("#overview").get_by_label("to")
+    high.fill("0.3")
+    for text, said in (
+        ("abc", "“abc” is not a number"),
+        ("-5", "-5 is out of range; allowed: numbers > 0"),
+        ("0.5", ""),
+    ):
+        low.fill(text)
+        page.get_by_role("button", name="Show this window").click()
+        assert low.evaluate("(field) => field.validationMessage").startswith(said)
+    expect(page.locator("#overview-says")).to_contain_text("below the second")
+    restitution, masses = page.get_by_label("Restitution"), page.get_by_label("Masses, from")
+    restitution.fill("2")
+    expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
+    expect(restitution).to_have_attribute("aria-invalid", "true")
+    restitution.fill("0.8")
+    expect(page.locator("#error-restitution")).to_be_empty()
+    restitution.fill("0,8")
+    expect(page.locator("#error-restitution")).to_contain_text("“0,8” is not a number; write 0.8")
+    restitution.fill("")
+    expect(page.locator("#error-restitution")).to_contain_text("Enter a number")
+    restitution.fill("0.8")
+    damping = page.get_by_label("Damping")
+    damping.fill("0,05")
+    expect(page.locator("#error-damping")).to_contain_text("“0,05” is not a number; write 0.05")
+    damping.fill("0.05")
+    further = page.get_by_label("Further fields")
+    further.fill("5")
+    expect(page.locator("#error-further")).to_contain_text("This is not JSON")
+    further.fill('{"base": {"amplitude": 0.1}}')
+    expect(page.locator("#error-further")).to_contain_text("base/stops_move: ")
+    further.fill("")
+    masses.fill("1, x")
+    expect(page.locator("#error-masses")).to_contain_text("“x” is not a number")
+    masses.fill("1, 2")
+    expect(page.locator("#error-stiffnesses")).to_contain_text("3 numbers and masses has 2")
+    expect(page.locator("#error-masses")).to_contain_text("2 masses, but 3 stiffnesses")
+    chart = page.locator("#overview-chart svg")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 50)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 50)
+    shown = page.url
+    page.mouse.up()
+    expect(page).not_to_have_url(shown)
+    low, high = 0.3 * 0.41892744, 1.6 * 1.19352411
+    chosen = [low + (320 * part - 62) / 250 * (high - low) for part in (0.6, 0.7)]
+    assert np.allclose(window(page)[0], chosen, atol=0.01)
+    masses.fill("2, 10, 10")
+    expect(page.locator("#modes")).not_to_contain_text("0.4189,")
+    expect(page.locator("#overview-chart svg")).to_be_visible()
+    assert len(watched.refusals) == 3
+
+
+def test_machines_are_drawn(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    for preset, words in (
+        ("hammer", "One mass: mass 1 with a stop on the right."),
+        ("damper", "2 masses: mass 1 between two stops on mass 2."),
+        ("rack", "3 masses: mass 1 between two stops that move with the base."),
+    ):
+        page.get_by_label("Begin with").select_option(preset)
+        drawing = page.get_by_role("img", name=words)
+        expect(drawing).to_be_visible()
+        assert drawing.locator(".stop").count() == (1 if preset == "hammer" else 2)
+    page.get_by_label("Begin with").select_option("paper")
+    for name in ("Masses, from", "Stiffnesses", "Damping", "Forces"):
+        page.get_by_label(name).fill("")
+    matrices = {"mass": [[1, 0], [0, 2]], "damping": {"modal": [0.02, 0.02]}, "stiffness": [[2, -1], [-1, 3]]}
+    others = {"matrices": matrices, "contact": {"row": [1, -0.5]}, "forcing": [1, 0]}
+    page.get_by_label("Further fields").fill(json.dumps(others))
+    expect(page.get_by_role("img", name="2 masses: a sum of displacements between two stops.")).to_be_visible()
+
+
+def test_the_address_shares_the_machine(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_label("Begin with").select_option("hammer")
+    expect(page).to_have_url(re.compile("machine="))
+    address, asked = page.url, small.posted("unfolding-maps")
+    page.goto("about:blank")
+    page.goto(address)
+    expect(page.locator("#modes")).to_contain_text("63.25 rad/s, damping ratio 0.02372", use_inner_text=False)
+    expect(page.locator("#says")).to_contain_text("tiles complete")
+    again = small.posted("unfolding-maps")[len(asked) :]
+    assert again
+    assert all(one["clearance"]["left"] is None for one in again)
+
+
+def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
+    page = small.page
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.route("**/v1/unfolding-maps", lambda route: None)  # an answer that does not come
+    show(small, url, QUICK, wait=False)
+    page.get_by_text("Take home", exact=True).click()
+    page.get_by_role("button", name="CSV of the points").click()
+    expect(page.locator("#copied")).to_have_text("No tile of this window is complete yet.")
+    page.unroute_all(behavior="ignoreErrors")
+    page.goto("about:blank")
+    show(small, url, QUICK)
+    page.get_by_text("Take home", exact=True).click()
+    saved = {}
+    for name in ("PNG", "SVG of the curves", "CSV of the points", "npz of the tile in the middle"):
+        with page.expect_download() as download:
+            page.get_by_role("button", name=name).click()
+        saved[name[:3]] = tmp_path / download.value.suggested_filename
+        download.value.save_as(saved[name[:3]])
+    assert saved["PNG"].read_bytes().startswith(b"\x89PNG")
+    assert "<path" in saved["SVG"].read_text()
+    umap = np.load(saved["npz"], allow_pickle=False)
+    assert umap["verified"].shape == (128, 128)
+    rows = list(csv.DictReader(saved["CSV"].read_text().splitlines()))
+    points = {(float(row["omega"]), float(row["clearance"])): row["motion"] for row in rows}
+    assert points[umap["omega"][3], umap["clearance"][5]] == "1-(-1)r-(-1)l"
+
+    def copied(name: str) -> str:
+        page.get_by_role("button", name=name).click()
+        expect(page.locator("#copied")).to_contain_text("copied")
+        text: str = page.evaluate("navigator.clipboard.readText()")
+        return text
+
+    assert copied("Copy link") == page.url
+    command = copied("Copy as curl").replace("curl -s", "curl -sf", 1)
+    assert len(json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)["omega"]) == 128
+    program = copied("Copy as Python")
+    ast.parse(program)
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
+    assert (tmp_path / "map.png").exists()
+
+
+def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str, tmp_path: Path) -> None:
+    page, kept = small.page, []
+
+    def answer(route: Route) -> None:
+        """Let one tile come, and the previews; the others do not."""
+        body = route.request.post_data_json
+        if not body.get("preview"):
+            kept.append(body)
+        if body.get("preview") or body == kept[0]:
+            route.continue_()
+
+    page.route("**/v1/unfolding-maps", answer)
+    show(small, url, QUICK, wait=False)
+    expect(page.locator("#says")).to_contain_text(re.compile(r"\b1 of [0-9]+ tiles"), timeout=WAIT)
+    total = int(re.search(r"1 of (\d+) tiles", page.locator("#says").inner_text())[1])
+    page.get_by_text("Take home", exact=True).click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="CSV of the points").click()
+    assert f"-1-of-{total}-tiles" in download.value.suggested_filename
+    expect(page.locator("#copied")).to_contain_text(f"1 of the {total} tiles")
+    download.value.save_as(tmp_path / "part.csv")
+    rows = list(csv.DictReader((tmp_path / "part.csv").read_text().splitlines()))
+    places = [(float(row["clearance"]), float(row["omega"])) for row in rows]
+    assert places == sorted(set(places))
+    assert len(places) == len({x for x, _ in places}) * len({y for _, y in places})
+    there = [row for row in rows if row["motion"] != "not computed"]
+    assert 0 < len(there) <= 128 * 128 < len(rows)
+    page.unroute_all(behavior="ignoreErrors")
+
+
+def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
+    page = show(small, url, ALSO_HARD, wait=False)
+    page.get_by_text("Jobs", exact=True).click()
+    verified_tiles = page.locator("#jobs li").filter(has_text="unfolding-maps", has_not_text="preview")
+    button = verified_tiles.get_by_role("button").first
+    name = button.get_attribute("aria-label")
+    assert name is not None
+    identity = name.split()[-1]
+    button.click()
+    job = next(one["id"] for one in maps(url) if one["id"].startswith(identity))
+    assert ended(url, job) == "dismissed"
+    expect(page.locator("#says")).to_contain_text("The job was cancelled", timeout=30_000)
+    page.evaluate(f"location.hash = '{QUICK}'")
+
+
+def test_a_service_with_keys_is_asked_with_the_key_that_one_enters(small: Watched, url: str) -> None:
+    page, keys = small.page, []
+
+    def check(route: Any) -> None:
+        keys.append(route.request.headers.get("authorization"))
+        if keys[-1] == "Bearer open sesame":
+            route.continue_()
+        else:
+            route.fulfill(status=401, json={"title": "Key required"})
+
+    page.route("**/v1/**", check)
+    page.goto(f"{url}/#{QUICK}")
+    page.get_by_label("Key", exact=True).fill("open sesame")
+    page.get_by_role("button", name="Continue").click()
+    verified(page)
+    assert set(keys) == {None, "Bearer open sesame"}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_phone_shows_the_page_without_scrolling_sideways(small: Watched, url: str, scheme: Any) -> None:
+    page = small.page
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": 360, "height": 740})
+    show(small, url, QUICK)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert (np.mean([int(part) for part in re.findall(r"\d+", background)][:3]) > 128) == (scheme == "light")

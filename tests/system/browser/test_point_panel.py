@@ -1,0 +1,142 @@
+"""What a person sees of a point that was clicked: its own motion, where one can see it."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import pytest
+from playwright.sync_api import Page, Route, expect
+
+from tests.support.explorer_page import FIRST, QUICK, USUAL, WAIT, place, show, window
+from tests.support.watched_page import Watched
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+FIRST_POINT = (0.27, 1.5)  # of 1-2r-2l
+SECOND_POINT = (0.29, 1.75)  # of 1-1r-1l
+QUESTIONS = ("Follow the branch", "Bifurcation curves of this motion")
+
+
+def open_point(page: Page, at: tuple[float, float], name: str) -> None:
+    """Click a point, and wait for the name of its motion."""
+    page.mouse.click(*place(page, *at))
+    expect(page.locator("#point-name")).to_have_text(name, timeout=WAIT)
+
+
+def test_a_new_point_shows_nothing_of_the_orbit_before(watched: Watched, url: str) -> None:
+    """While the orbit of a point is awaited, there is none to ask about, and no figures of the last one."""
+    page = show(watched, url, USUAL, wait=False)
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    held: list[Route] = []
+    page.route("**/v1/periodic-orbits", lambda route: held.append(route))
+    open_point(page, SECOND_POINT, "1-1r-1l")
+    for question in QUESTIONS:
+        expect(page.get_by_role("button", name=question)).to_be_disabled()
+    expect(page.locator("#multipliers svg")).to_have_count(0)
+    for route in held:
+        route.continue_()
+    page.unroute_all()
+    for question in QUESTIONS:
+        expect(page.get_by_role("button", name=question)).to_be_enabled(timeout=WAIT)
+    page.get_by_role("button", name="Bifurcation curves of this motion").click()
+    expect(page.locator("#own-curves")).to_contain_text("of 1-1r-1l are drawn", timeout=WAIT)
+
+
+def test_a_clicked_point_comes_into_sight(small: Watched, url: str) -> None:
+    """Also where another section of the panel was read before."""
+    page = show(small, url, USUAL, wait=False)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_role("button", name="Show this window").scroll_into_view_if_needed()
+    expect(page.locator("#point-section summary")).not_to_be_in_viewport()
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#point-name")).to_be_in_viewport()
+
+
+def test_a_question_says_in_sight_that_it_is_computed(small: Watched, url: str) -> None:
+    page = show(small, url, USUAL, wait=False)
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    page.route("**/v1/basins", lambda route: None)  # an answer that does not come
+    page.get_by_role("button", name="Basins").click()
+    expect(page.get_by_text("Basins: computing")).to_be_in_viewport()
+    page.unroute_all(behavior="ignoreErrors")
+
+
+def test_a_point_is_entered_and_left_by_keys(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    form = page.locator("#point-form")
+    across, up = form.get_by_label("forcing frequency"), form.get_by_label("clearance")
+    for text, said in (("1,7", "“1,7” is not a number; write 1.7"), ("-1", "-1 is out of range; allowed: numbers > 0")):
+        across.fill("0.26")
+        up.fill(text)
+        up.press("Enter")
+        assert up.evaluate("(field) => field.validationMessage").startswith(said)
+    assert not small.posted("trajectories")
+    up.fill("1.7")
+    up.press("Enter")
+    expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
+    expect(page.locator("#point-place")).to_have_text("ω = 0.26, clearance 1.7")
+    assert window(page) == ([0.25, 0.28125], [1.575, 1.825])  # the window follows
+    up.press("Escape")
+    expect(page.locator("#plane")).to_be_focused()
+
+
+def test_axes_of_small_machines_have_powers_of_ten(small: Watched, url: str) -> None:
+    page = show(small, url, QUICK)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_label("Begin with").select_option("rotor")
+    expect(page).to_have_url(re.compile("machine="))
+    form = page.locator("#point-form")
+    form.get_by_label("forcing frequency ω (rad/s)").fill("150")
+    form.get_by_label("clearance (m)").fill("0.0004")
+    form.get_by_label("clearance (m)").press("Enter")
+    expect(page.locator("#portrait svg")).to_contain_text("displacement (10⁻⁴ m)", timeout=WAIT)
+    page.get_by_role("button", name="Basins").click()
+    basins = page.locator("#basins svg")
+    expect(basins).to_contain_text("displacement of mass 1 (10⁻⁴ m)", timeout=WAIT)
+    expect(basins).to_contain_text("velocity of mass 1 (m/s)")
+
+
+def test_a_chaotic_point_is_called_so(small: Watched, url: str) -> None:
+    """Trajectories have no exponents, which tell chaos: a map of the point has."""
+    page = show(small, url, f"{FIRST}&at=0.30926,2.0627", wait=False)
+    expect(page.locator("#point-name")).to_have_text("chaotic", timeout=WAIT)
+    expect(page.locator("#point-why")).to_contain_text("Lyapunov exponent 0.")
+
+
+def test_rebounds_are_drawn_on_the_stops(small: Watched, url: str) -> None:
+    page = show(small, url, USUAL, wait=False)
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#portrait .stop")).to_have_count(2)
+    stops = [page.locator("#portrait .stop").nth(k).get_attribute("x1") for k in range(2)]
+    path = page.locator("#portrait path.motion").get_attribute("d") or ""
+    points = [point.split() for point in re.split("[ML]", path)[1:]]
+    rebounds = [
+        (one, other)
+        for one, other in itertools.pairwise(points)
+        if one[0] == other[0] and one[0] in stops and one[1] != other[1]
+    ]
+    assert len(rebounds) >= 40  # of four in each of twelve periods
+
+
+def test_the_form_of_a_point_keeps_no_number_of_another_plane(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    up = page.locator("#point-form input").nth(1)
+    expect(up).to_have_value("1.5")
+    page.locator("#up").select_option("restitution")
+    expect(up).to_have_value("")
+    up.fill("1")
+    page.locator("#point-form input").nth(0).fill("0.27")
+    up.press("Enter")  # a restitution may be 1
+    expect(page.locator("#point-place")).to_contain_text("restitution 1", timeout=WAIT)
+
+
+def test_a_tap_on_a_phone_leaves_the_plane_where_it_is(small: Watched, url: str) -> None:
+    small.page.set_viewport_size({"width": 360, "height": 740})
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    assert page.evaluate("scrollY") == 0
+    open_point(page, SECOND_POINT, "1-1r-1l")
+    assert page.evaluate("scrollY") == 0

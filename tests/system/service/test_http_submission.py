@@ -1,0 +1,322 @@
+"""The same request is one job, in any form and at any number of repetitions."""
+
+from __future__ import annotations
+
+import json
+import time
+from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
+from typing import Any
+
+import httpx2
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap.wire import UnfoldingDiagramsRequest, canonical
+from grazemap_service.request_body import JsonRequest
+from grazemap_worker.queue import bells
+from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
+from grazemap_worker.store.jobs import Jobs
+from grazemap_worker.store.keys import job_key
+from tests.support import parsing
+
+CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
+ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
+EVERY_PROCESS = {
+    "structures": {"omega": [0.29], "times": [1.0]},
+    "grazing-curves": CURVE,
+    "codimension-two-points": {"omega": {"start": 0.25, "stop": 0.35}},
+    "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},
+    "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
+    "unfolding-maps": MAP,
+    "unfolding-diagrams": MAP,
+    "bifurcation-diagrams": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6},
+    "periodic-orbits": ORBIT,
+    "orbit-branches": {**ORBIT, "range": {"start": 1.8, "stop": 1.9}},
+    "bifurcation-curves": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}},
+    "proofs": {"statement": {"kind": "attraction", "omega": 0.29, "clearance": 1.6}},
+    "basins": {
+        "omega": 0.29,
+        "clearance": 1.6,
+        "horizontal": {"quantity": "displacement", "values": {"start": -1, "stop": 1, "points": 9}},
+        "vertical": {"quantity": "velocity", "values": {"start": -1, "stop": 1, "points": 9}},
+    },
+    "basin-fractions": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6, "states": 9},
+}
+
+
+@pytest.mark.parametrize("process", EVERY_PROCESS)
+def test_a_new_request_is_201_with_its_job(client: TestClient, process: str) -> None:
+    answer = client.post(f"/v1/{process}", json=EVERY_PROCESS[process])
+    assert answer.status_code == 201
+    job = answer.json()
+    assert answer.headers["location"] == f"/v1/jobs/{job['id']}"
+    assert (job["process"], job["status"]) == (process, "accepted")
+    assert job["progress"]["done"] == 0
+    steps_after_tiles = {"unfolding-diagrams": 1}
+    assert job["progress"]["total"] == job["estimate"]["tiles"] + steps_after_tiles.get(process, 0)
+    assert job["progress"]["unit"] == ("steps" if process in steps_after_tiles else "tiles")
+    assert {"self", "monitor", "cancel"} <= {link["rel"] for link in job["links"]}
+    assert client.get(answer.headers["location"]).json() == job
+
+
+def test_the_same_request_in_another_form_is_the_same_job(client: TestClient) -> None:
+    full = {
+        "oscillator": {
+            "units": "nondimensional",
+            "masses": [1.0, 10.0, 10.0],
+            "stiffnesses": [1.0, 5.0, 5.0],
+            "damping": 0.05,
+            "forcing": [1.0, 0.0, 0.0],
+            "restitution": 0.8,
+        },
+        "omega": {"start": 1.0, "stop": 2.0, "points": 5},
+        "max_order": 8,
+    }
+    permuted = (
+        '{"max_order": 8, "omega": {"points": 5, "stop": 2, "start": 1}, '
+        '"oscillator": {"restitution": 0.8, "masses": [1, 10, 10]}}'
+    )
+    terse = '{"omega":{"start":1,"stop":2e0,"points":5}}'
+    signed = '{"omega":{"start":1,"stop":2,"points":5},"oscillator":{"forcing":[1,-0.0,0]}}'
+    answers = [
+        client.post("/v1/grazing-curves", content=body, headers={"Content-Type": "application/json"})
+        for body in (json.dumps(full), permuted, terse, signed)
+    ]
+    assert [answer.status_code for answer in answers] == [201, 200, 200, 200]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    other = client.post("/v1/grazing-curves", json={**full, "max_order": 9})
+    assert other.status_code == 201
+    assert other.json()["id"] != answers[0].json()["id"]
+
+
+def test_rest_written_out_is_the_same_request(client: TestClient) -> None:
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 5}
+    zeros = [0, 0.0, -0.0]
+    initials = [{}, {"phase": 0}, {"displacement": zeros}, {"displacement": zeros, "velocity": zeros, "phase": 0.0}]
+    answers = [client.post("/v1/trajectories", json=body)]
+    answers += [client.post("/v1/trajectories", json={**body, "initial": initial}) for initial in initials]
+    assert [answer.status_code for answer in answers] == [201, 200, 200, 200, 200]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert client.post("/v1/trajectories", json={**body, "initial": {"phase": 1}}).status_code == 201
+
+
+def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: Any) -> None:
+    def post(_: int) -> httpx2.Response:
+        return httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP, timeout=30)
+
+    with ThreadPoolExecutor(50) as pool:
+        answers = list(pool.map(post, range(50)))
+    assert sorted(answer.status_code for answer in answers) == [200] * 49 + [201]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    tiles = answers[0].json()["estimate"]["tiles"]
+    assert tiles > 1
+    assert store.counts().pending_tiles == tiles
+    assert len(store.jobs.page()[0]) == 1
+
+
+def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert store.redis.hget(job_key(job["id"]), "fingerprint") == b""
+    assert not store.redis.keys("rq:queue:*")
+
+
+def test_a_job_has_notes_on_what_is_probably_not_meant(client: TestClient) -> None:
+    body = MAP | {"clearance": {"start": 9.0, "stop": 10.0, "points": 64}}
+    submitted = client.post("/v1/unfolding-maps", json=body).json()
+    (note,) = submitted["notes"]
+    assert note["code"] == "above-grazing-curve"
+    assert "the grazing curve, which lies between" in note["detail"]
+    assert client.get(f"/v1/jobs/{submitted['id']}").json()["notes"] == submitted["notes"]
+    waited = client.post("/v1/unfolding-maps", json=body, headers={"prefer": "wait=1"}).json()
+    assert waited["notes"] == submitted["notes"]
+    assert client.post("/v1/unfolding-maps", json=MAP).json()["notes"] == []
+
+
+def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert store.redis.hget(job_key(job["id"]), "fingerprint") == b"f00d"
+    assert store.tiles.waiting("f00d") == {("small", "curves")}
+    assert bells.queue(store.redis, "f00d", small=True).count == 1
+    client.post("/v1/unfolding-maps", json=MAP)
+    assert bells.queue(store.redis, "f00d", small=False).count == 1
+
+
+def test_the_result_itself_is_the_answer_where_it_is_preferred(client: TestClient, worker: Any) -> None:
+    path = client.post("/v1/grazing-curves", json=CURVE).headers["location"]
+    data = worker.finish(path.rpartition("/")[2])
+    prefer = {"Prefer": "return=representation, wait=5"}
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={**prefer, "Accept": "application/x-npz"})
+    assert (answer.status_code, answer.content) == (200, data)
+    assert answer.headers["preference-applied"] == "wait=5, return=representation"
+    assert (answer.headers["location"], answer.headers["content-location"]) == (path, f"{path}/result")
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers=prefer)
+    assert answer.json() == client.get(f"{path}/result").json()
+
+
+def test_without_a_result_in_time_the_job_is_the_answer(client: TestClient, worker: Any) -> None:
+    answer = client.post("/v1/unfolding-maps", json=MAP, headers={"Prefer": "return=representation, wait=0"})
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.headers["preference-applied"] == "wait=0"
+
+
+@pytest.mark.parametrize(("priority", "status"), [("0", 201), ("9", 200), ("10", 422), ("-1", 422), ("high", 422)])
+def test_a_priority_is_no_part_of_the_id(client: TestClient, worker: Any, priority: str, status: int) -> None:
+    if status == 200:
+        client.post("/v1/grazing-curves", json=CURVE)
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Priority": priority})
+    assert answer.status_code == status
+    if status == 422:
+        (error,) = answer.json()["errors"]
+        assert (error["pointer"], error["allowed"]) == ("?priority", "0 to 9")
+
+
+def test_the_priority_that_browsers_send_is_ignored(client: TestClient) -> None:
+    assert client.post("/v1/grazing-curves", json=CURVE, headers={"Priority": "u=1, i"}).status_code == 201
+
+
+def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    finisher = Thread(target=lambda: (time.sleep(0.2), worker.finish(job["id"])))
+    finisher.start()
+    began = time.monotonic()
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "respond-async, wait=20"})
+    finisher.join()
+    assert 0.1 < time.monotonic() - began < 5
+    assert answer.json()["status"] == "successful"
+    assert answer.headers["preference-applied"] == "wait=20"
+
+
+def test_waiting_does_not_read_the_request_repeatedly(
+    client: TestClient, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads = []
+    whole = Jobs.get
+    monkeypatch.setattr(Jobs, "get", lambda self, identity: reads.append(identity) or whole(self, identity))
+    client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
+    assert len(reads) <= 2  # once as submitted, once at the end; it was 100 times in this second
+
+
+def test_prefer_wait_gives_up_after_its_time(client: TestClient) -> None:
+    began = time.monotonic()
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
+    assert 0.9 < time.monotonic() - began < 3
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.headers["preference-applied"] == "wait=1"
+
+
+def test_prefer_may_be_a_repeated_header(serve: Any) -> None:
+    headers = [("Prefer", "respond-async"), ("Prefer", "wait=7")]
+    answer = serve(max_wait_seconds=0).post("/v1/grazing-curves", json=CURVE, headers=headers)
+    assert answer.headers["preference-applied"] == "wait=0"
+
+
+@pytest.mark.parametrize(("prefer", "applied"), [("wait=3600", "wait=0"), ("wait=x", None), ("waiting=5", None)])
+def test_prefer_is_bounded_and_ignored_when_strange(serve: Any, prefer: str, applied: str | None) -> None:
+    client = serve(max_wait_seconds=0)
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": prefer})
+    assert answer.status_code == 201
+    assert answer.headers.get("preference-applied") == applied
+
+
+def test_a_full_queue_is_429_and_leaves_nothing(serve: Any, store: Store) -> None:
+    client = serve(max_pending_tiles=4)
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 201
+    answer = client.post("/v1/unfolding-maps", json=MAP)
+    assert answer.status_code == 429
+    assert answer.json()["type"] == "urn:grazemap:problem:queue-full"
+    assert int(answer.headers["retry-after"]) >= 1
+    assert len(store.jobs.page()[0]) == 1
+    # what is there already is still answered
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 200
+
+
+def test_a_finished_request_is_200_with_its_result(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    worker.finish(job["id"])
+    answer = client.post("/v1/grazing-curves", json=CURVE)
+    assert (answer.status_code, answer.json()["status"]) == (200, "successful")
+    results = [link for link in answer.json()["links"] if link["rel"].endswith("/results")]
+    assert {client.get(link["href"]).headers["content-type"] for link in results} == {link["type"] for link in results}
+
+
+def test_a_dismissed_request_is_started_again(client: TestClient) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert client.delete(f"/v1/jobs/{job['id']}").json()["status"] == "dismissed"
+    answer = client.post("/v1/grazing-curves", json=CURVE)
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.json()["id"] == job["id"]
+
+
+def test_logs_carry_request_and_job(client: TestClient, logs: list[Any]) -> None:
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"X-Request-Id": "mine-42"})
+    assert answer.headers["x-request-id"] == "mine-42"
+    for event in ("job accepted", "request"):
+        (entry,) = [entry for entry in logs if entry["event"] == event]
+        assert entry["request_id"] == "mine-42"
+    (entry,) = [entry for entry in logs if entry["event"] == "job accepted"]
+    assert entry["job_id"] == answer.json()["id"]
+
+
+@pytest.mark.parametrize("sent", ["a b", "x" * 65, "<script>", ""])
+def test_a_strange_request_id_is_replaced(client: TestClient, sent: str) -> None:
+    given = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
+    assert given != sent
+    assert len(given) == 16
+
+
+def test_a_request_is_parsed_canonicalised_and_hashed_once(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies, hashes = [], []
+    read, hashed = JsonRequest.json, jobs.canonical_id
+    monkeypatch.setattr(JsonRequest, "json", lambda self: bodies.append(1) or read(self))
+    monkeypatch.setattr(jobs, "canonical_id", lambda *arguments: hashes.append(1) or hashed(*arguments))
+    counts = parsing.count(monkeypatch)
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    assert client.post("/v1/unfolding-diagrams", json=window).status_code == 201
+    assert counts == {"parsed": 0, "canonicalised": 1}  # the body is parsed by the route
+    assert (len(bodies), len(hashes)) == (1, 1)
+
+
+def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    request = UnfoldingDiagramsRequest.model_validate(window)
+    for name in ("unfolding_map", "grazing_curve", "codimension_two_points", "bifurcation_curves"):
+        assert getattr(request, name) is getattr(request, name)
+    assert canonical(request) == canonical(UnfoldingDiagramsRequest.model_validate(window))
+    assert request == UnfoldingDiagramsRequest.model_validate(window)
+
+
+def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, store: Store) -> None:
+    chain = {"masses": [1, 2], "stiffnesses": [1, 2], "forcing": [1, 0]}
+
+    def noted(process: str, body: dict[str, Any]) -> list[str]:
+        notes = client.post(f"/v1/{process}/estimate", json=body).json()["notes"]
+        return [note["detail"] for note in notes if note["code"] == "compiles-first"]
+
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3"})), 60)
+    (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
+    assert detail.startswith("kernels for this number of masses, 2, are compiled first, usually in about 40 s")
+    assert noted("unfolding-maps", MAP) == []
+    assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
+    (detail,) = noted("periodic-orbits", ORBIT)
+    assert detail.startswith("kernels are compiled first, usually in about 8 s")
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3", "maps-2"})), 60)
+    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
+
+
+def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) -> None:
+    body = MAP | {"clearance": {"start": 9.0, "stop": 10.0, "points": 64}}
+    forecast = client.post("/v1/unfolding-maps/estimate", json=body)
+    assert forecast.status_code == 200
+    assert client.get("/v1/jobs").json()["jobs"] == []
+    job = client.post("/v1/unfolding-maps", json=body).json()
+    assert forecast.json() == {**job["estimate"], "notes": job["notes"]}
+    si = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
+    unstated = client.post("/v1/grazing-curves/estimate", json={"oscillator": si, "omega": [15.0, 20.0, 25.0]}).json()
+    assert [note["code"] for note in unstated["notes"]] == ["default-restitution"]
+    refused = client.post("/v1/unfolding-maps/estimate", json=MAP | {"max_periods": 0})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["pointer"] == "/max_periods"
+    huge = MAP | {"omega": {"start": 0.2, "stop": 0.3, "points": 10**9}}
+    assert client.post("/v1/unfolding-maps/estimate", json=huge).json()["type"].endswith("too-much-work")

@@ -1,0 +1,233 @@
+"""Steps of kernels: compiled in processes of their own, loaded when they are cached, and said meanwhile."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numba
+import pytest
+
+from grazemap.wire import parse_request
+from grazemap_core import kernel_folder, warmup
+from grazemap_worker import liveness
+from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.processes import kernels_of
+from grazemap_worker.supervision import kernels as kernels_module
+from grazemap_worker.supervision.kernels import Kernels
+from tests.support.kernels_used import APART, MORE
+from tests.support.sdk_documents import REQUESTS
+from tests.support.watching import until
+
+ROOT = Path(__file__).parents[3]
+USED = "tests.support.kernels_used"
+
+
+@pytest.fixture
+def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The steps that were loaded here; nothing is compiled, and processes that should compile sleep."""
+    found: list[str] = []
+    sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
+    popen = subprocess.Popen
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernel_folder, "_used", set())
+    monkeypatch.setattr(warmup, "load", found.append)
+    monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))
+    monkeypatch.setattr(kernels_module, "available_cores", lambda: 2)
+    return found
+
+
+def kill(kernels: Kernels, component: str) -> None:
+    """Kill the process that compiles a component, and tell of it as a supervisor does."""
+    (pid,) = (pid for pid, compiler in kernels._compilers.items() if component in compiler.components)
+    os.kill(pid, signal.SIGKILL)
+    kernels.ended(*os.waitpid(pid, 0))
+
+
+def end(kernels: Kernels) -> None:
+    kernels.stop()
+    for pid in list(kernels._compilers):
+        kernels.ended(*os.waitpid(pid, 0))
+
+
+def test_only_steps_are_compiled(loaded: list[str]) -> None:
+    kernels = Kernels(())
+    kernels.want(["core", "maps-", "maps-x", "maps-0", "another", "-3"])
+    assert not kernels.advance()
+    assert kernels.said() == {}
+
+
+@pytest.mark.parametrize("masses", [1, 2, 8])
+def test_diagrams_of_any_number_of_masses_are_loaded(monkeypatch: pytest.MonkeyPatch, masses: int) -> None:
+    found: list[tuple[str, int]] = []
+    for name in warmup._COMPONENTS:
+        monkeypatch.setitem(warmup._COMPONENTS, name, lambda chain, name=name: found.append((name, chain.size)))
+    warmup.load(f"diagrams-{masses}")
+    assert ("lockstep", masses) in found
+    assert {size for component, size in found if component != "lockstep"} == {3}
+    assert {component for component, _ in found} == {"curves", "trajectories", "classification", "lockstep", "orbits"}
+
+
+def test_what_does_not_depend_on_the_number_of_masses_is_compiled_once(loaded: list[str]) -> None:
+    for component in warmup.components_of("maps-3"):
+        kernel_folder.record(component)
+    kernels = Kernels(["maps-3", "maps-5", "maps-7"])
+    assert kernels.advance()
+    assert [compiler.components for compiler in kernels._compilers.values()] == [["lockstep-5", "lockstep-7"]]
+    kernel_folder.record("lockstep-5")
+    assert kernels.advance()
+    assert kernels.ready == {"maps-3", "maps-5"}
+    end(kernels)
+
+
+def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list[str]) -> None:
+    for component in {component for step in warmup.STEPS for component in warmup.components_of(step)}:
+        kernel_folder.record(component)
+    kernels = Kernels()
+    assert kernels.advance()
+    assert loaded == list(warmup.STEPS)
+    assert kernels.ready == set(warmup.STEPS)
+    assert kernels._compilers == {}
+    assert not kernels.advance()
+
+
+def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: list[str]) -> None:
+    kernels = Kernels()
+    assert not kernels.advance()
+    components = [compiler.components for compiler in kernels._compilers.values()]
+    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep-3"]]
+    said = kernels.said()
+    assert said["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
+    assert said["trajectories"] == "kernels for trajectories, after others"
+    assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
+    kernel_folder.record("curves")  # as the process does
+    assert kernels.advance()
+    assert kernels.ready == {"curves"} == set(loaded)
+    assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
+    assert not kernels.advance()
+    kernel_folder.record("lockstep-3")
+    assert not kernels.advance()  # a map also needs what names its motions
+    for component in ("trajectories", "classification"):
+        kernel_folder.record(component)
+    assert kernels.advance()
+    assert kernels.ready == {"curves", "trajectories", "maps-3"}
+    end(kernels)
+
+
+def test_a_process_that_is_killed_compiles_again_and_keeps_what_it_had(loaded: list[str]) -> None:
+    kernels = Kernels()
+    kernels.advance()
+    kernel_folder.record("curves")
+    kernels.advance()
+    for _ in range(2):
+        kill(kernels, "trajectories")
+        assert not kernels.advance()
+        assert kernel_folder.holds("curves")
+    assert kernels.ready == {"curves"}
+    kill(kernels, "trajectories")
+    assert kernels.advance()  # left to the tiles
+    assert kernels.ready == {"curves", "trajectories"}
+    end(kernels)
+
+
+def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(liveness, "HUNG_SECONDS", 0.5)
+    kernels = Kernels(["curves"])
+    assert not kernels.advance()
+    (stopped,) = kernels._compilers
+    os.kill(stopped, signal.SIGSTOP)
+
+    def ended() -> bool:
+        kernels.advance()
+        pid, status = os.waitpid(stopped, os.WNOHANG)
+        if pid:
+            kernels.ended(pid, status)
+        return bool(pid)
+
+    until(ended, 10)
+    kernels.advance()
+    (again,) = kernels._compilers.values()
+    assert again.components == ["curves"]
+    end(kernels)
+
+
+def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(step: str) -> None:
+        raise ArithmeticError
+
+    for component in warmup.components_of("maps-5"):
+        kernel_folder.record(component)
+    monkeypatch.setattr(warmup, "load", broken)
+    kernels = Kernels(["maps-5"])
+    assert kernels.advance()
+    assert "maps-5" in kernels.ready
+
+
+def test_a_process_that_compiles_ends_with_its_supervisor(tmp_path: Path) -> None:
+    script = (
+        "from grazemap_worker.supervision.kernels import Kernels\n"
+        "kernels = Kernels(['curves'])\nkernels.advance()\nprint(*kernels._compilers, flush=True)\n"
+        "import time; time.sleep(60)"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, env=environment) as supervisor:
+        assert supervisor.stdout is not None
+        pid = int(supervisor.stdout.readline())
+        assert Path(f"/proc/{pid}").exists()
+        supervisor.kill()
+    until(lambda: not running(pid), 10)
+
+
+def running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_every_process_names_a_step() -> None:
+    for name, body in REQUESTS.items():
+        process = name.partition(" ")[0]
+        step = kernels_of(process, parse_request(process, body))
+        assert step in warmup.STEPS
+        assert compiling_seconds(step) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("process", "more", "expected"),
+    [
+        ("unfolding-maps", {}, "apart_maps-3"),
+        ("unfolding-diagrams", {}, "apart_diagrams-3"),
+        ("unfolding-maps", {"observables": ["rms_displacement"]}, "apart_map_observables-3"),
+        ("unfolding-maps", {"policy": "ensemble"}, "maps-3"),
+        ("unfolding-maps", {"policy": "sweep-up"}, "maps-3"),
+    ],
+)
+def test_points_that_share_no_tables_need_a_step_of_their_own(
+    process: str, more: dict[str, object], expected: str
+) -> None:
+    step = kernels_of(process, parse_request(process, APART | more))
+    assert step == expected
+    assert warmup.is_step(step)
+    assert ("apart-3" in warmup.components_of(step)) is expected.startswith("apart")
+    assert compiling_seconds(step) >= compiling_seconds(step.removeprefix("apart_"))
+
+
+@pytest.mark.timeout(600)  # the kernels may have to be compiled
+@pytest.mark.thorough
+def test_a_step_has_all_that_its_processes_need() -> None:
+    began = time.monotonic()
+    run = subprocess.run([sys.executable, "-m", USED], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert run.returncode == 0, run.stderr
+    lines = [json.loads(line) for line in run.stdout.splitlines()]
+    assert len(lines) == len(REQUESTS) + len(MORE), time.monotonic() - began
+    assert [line for line in lines if line[2]] == []

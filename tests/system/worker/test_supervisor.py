@@ -1,0 +1,367 @@
+"""Real workers, supervisor and Redis: the work of killed processes is done again, and stopped processes end.
+
+The tiles are planted (`planted.py`), so that nothing is compiled here.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import psutil
+import pytest
+
+from grazemap.codec import decode_npz
+from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
+from grazemap_service.redis_server import RedisServer
+from grazemap_worker.liveness import HUNG_SECONDS
+from grazemap_worker.planning import Plan
+from grazemap_worker.queue import bells
+from grazemap_worker.settings import LEASE_SECONDS
+from grazemap_worker.store import Asker, Store, connect, core_version
+from grazemap_worker.store.keys import job_key
+from grazemap_worker.supervision.supervisor import SMALL_TILE_SECONDS
+from grazemap_worker.tasks import STOPPED_AFTER_SECONDS
+from tests.support import submitting
+from tests.support.hostile import hostile_entries
+from tests.support.steps import pending
+from tests.support.watching import living, until
+
+PLANTED = Path(__file__).parents[2] / "support" / "planted.py"
+REQUEST = UnfoldingMapsRequest.model_validate(
+    {"omega": {"start": 1, "stop": 2, "points": 6}, "clearance": {"start": 1, "stop": 3, "points": 4}}
+)
+SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2, estimate=Estimate(seconds=3.0))
+ONE = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6, estimate=Estimate(seconds=3.0))
+
+Start = Callable[..., psutil.Process]
+
+
+def horses(supervisor: psutil.Process) -> list[psutil.Process]:
+    """The processes that compute tiles: grandchildren of the supervisor."""
+    found: list[psutil.Process] = []
+    for worker in supervisor.children():
+        try:
+            found += worker.children()
+        except psutil.NoSuchProcess:
+            continue
+    return living(found)
+
+
+@pytest.fixture
+def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
+    """Start supervisors; at the end nothing of them may be left."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def begin(mode: str, workers: int = 2, url: str = redis_server.url, log: IO[bytes] | None = None) -> psutil.Process:
+        process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode], stderr=log)
+        started.append(process)
+        # as many for small tiles
+        until(lambda: len(psutil.Process(process.pid).children()) == 2 * workers, 120)
+        return psutil.Process(process.pid)
+
+    yield begin
+    everything = [child for process in started if process.poll() is None for child in descendants(process.pid)]
+    for process in started:
+        process.send_signal(signal.SIGTERM)
+    for process in started:
+        process.wait(30)
+    assert living(everything) == []
+
+
+def descendants(pid: int) -> list[psutil.Process]:
+    return psutil.Process(pid).children(recursive=True)
+
+
+def submit(store: Store, plan: Plan = SIX) -> Job:
+    job, bell = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
+    assert bell is not None
+    if bell.fingerprint:
+        bells.ring(store.redis, bell.fingerprint, small=bell.small)
+    return job
+
+
+def status(store: Store, identity: str) -> str:
+    job = store.jobs.get(identity)
+    assert job is not None
+    return job.status
+
+
+def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
+    until(lambda: status(store, identity) not in ("accepted", "running"), 25)
+    job = store.jobs.get(identity)
+    assert job is not None
+    assert job.status == "successful", job.problem
+    data = store.results.data(identity)
+    assert data is not None
+    document, meta = decode_npz(data)
+    expected = grid_values(REQUEST.clearance)[:, None] * grid_values(REQUEST.omega)
+    np.testing.assert_array_equal(document["product"], expected)
+    assert meta["numerics"]["fingerprint"] == "planted"
+    assert [event.name for event in store.jobs.events(identity)].count("tile") == tiles
+
+
+def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) -> None:
+    job = submit(store)
+    start("fast")
+    assert_whole(store, job.id)
+
+
+def test_a_tile_of_seconds_is_computed_at_the_first_attempt(start: Start, store: Store, tmp_path: Path) -> None:
+    """The worker renews its lease meanwhile."""
+    with (tmp_path / "log").open("wb") as log:
+        supervisor = start("long", workers=1, log=log)
+        workers = supervisor.children()
+        job = submit(store, ONE)
+        assert_whole(store, job.id, ONE.count)
+    assert supervisor.children() == workers
+    assert store.counts().events == {}
+    records = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert [record["event"] for record in records] == ["supervisor started"]
+
+
+def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horses(supervisor)[0].kill()
+    assert_whole(store, job.id)
+
+
+def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horse = horses(supervisor)[0]
+    worker = horse.parent()
+    assert worker is not None
+    worker.kill()
+    until(lambda: not living([horse]), 1)
+    until(lambda: len(supervisor.children()) == 4, 5)
+    assert_whole(store, job.id)
+
+
+def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, store: Store) -> None:
+    first = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(first)) == 2, 5)
+    start("fast")
+    until(lambda: len(store.tiles.finished(job.id)) == SIX.count - 2, 15)
+    everything = descendants(first.pid)
+    first.kill()  # and with it, at once, all that it started
+    assert len(everything) == 6
+    until(lambda: not living(everything), 1)
+    killed = time.monotonic()
+    assert_whole(store, job.id)
+    assert time.monotonic() - killed < 3 * LEASE_SECONDS  # a slow machine also takes seconds to compute
+
+
+def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store) -> None:
+    supervisor = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(supervisor)) == 2, 5)
+    store.jobs.dismiss(job.id)
+    assert until(lambda: not horses(supervisor), 2) < 2
+    assert len(supervisor.children()) == 4
+    assert store.counts().events == {}
+
+
+def test_a_stopped_process_hands_its_tile_to_another(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    stopped = horses(supervisor)[0]
+    stopped.suspend()
+    assert until(lambda: not living([stopped]), HUNG_SECONDS + 5) >= HUNG_SECONDS - 1
+    assert_whole(store, job.id)
+    assert store.counts().events == {"failures:hung": 1}
+
+
+def test_stopped_workers_are_replaced(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    stopped = [supervisor.children()[place] for place in (0, 2)]  # for small tiles, and for others
+    for worker in stopped:
+        worker.suspend()
+    until(lambda: not living(stopped), HUNG_SECONDS + 5)
+    until(lambda: len(supervisor.children()) == 4, 5)
+    assert_whole(store, job.id)
+
+
+def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_nothing(
+    start: Start, store: Store
+) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horse = horses(supervisor)[0]
+    worker = horse.parent()
+    assert worker is not None
+    for process in (worker, horse):
+        process.suspend()
+    until(lambda: store.counts().events == {"failures:lost": 1}, LEASE_SECONDS + 4)
+    until(lambda: len(store.tiles.finished(job.id)) == SIX.count, 10)
+    for process in (worker, horse):
+        process.resume()
+    until(lambda: not living([horse]), 5)
+    assert_whole(store, job.id)
+
+
+def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(start: Start, store: Store) -> None:
+    start("endless", workers=1)
+    small = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
+    assert small.lane == "small"
+    submit(store, small)
+    until(lambda: store.counts().events.get("overran:small") == 1, SMALL_TILE_SECONDS + 10)
+    assert store.tiles.waiting("planted") <= {("short", "maps-3")}
+
+
+def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, bell: bool = True) -> Job:
+    """A job of a client whose tiles each compute for so long in the mode "asked"."""
+    request = REQUEST.model_copy(update={"max_periods": milliseconds})
+    asker = Asker(f"client:{name}")
+    job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, asker)
+    if bell:
+        bells.ring(store.redis, "planted", small=plan.lane == "small")
+    return job
+
+
+SMALL = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
+MINUTES = SMALL.model_copy(update={"estimate": Estimate(seconds=344.0)})
+
+
+def lane(store: Store, job: Job) -> str:
+    value = store.redis.hget(job_key(job.id), "lane")
+    assert isinstance(value, bytes)
+    return value.decode()
+
+
+def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(start: Start, store: Store) -> None:
+    unfair = [asked(store, "unfair", 60_000 + k, SMALL, bell=False) for k in range(4)]
+    innocent = [asked(store, "unfair", 1 + k, SMALL, bell=False) for k in range(3)]
+    start("asked", workers=2)
+    until(lambda: store.counts().jobs["running"] > 0, 10)
+    others = [asked(store, "fair", 10 + k, SMALL) for k in range(3)]
+    until(lambda: all(status(store, job.id) == "successful" for job in others), 4 * SMALL_TILE_SECONDS)
+    until(lambda: store.counts().events.get("overran:small") == len(unfair), 60)
+    until(lambda: all(status(store, job.id) == "successful" for job in innocent), 20)
+    assert [lane(store, job) for job in innocent + others] == ["small"] * 6
+    assert [lane(store, job) for job in unfair] == ["short"] * 4
+    assert set(store.counts().events) == {"overran:small"}
+    for job in unfair:
+        store.jobs.dismiss(job.id, everyone=True)
+
+
+def test_one_worker_stops_a_long_tile_for_a_short_job_and_continues_it(start: Start, store: Store) -> None:
+    supervisor = start("asked", workers=1)
+    long = asked(store, "first", 600_000, MINUTES)
+    until(lambda: horses(supervisor), 5)
+    (horse,) = horses(supervisor)
+    time.sleep(STOPPED_AFTER_SECONDS)
+    short = asked(store, "other", 100, SIX)
+    until(lambda: status(store, short.id) == "running", 5)
+    until(lambda: horse.status() == psutil.STATUS_STOPPED, 2)
+    until(lambda: status(store, short.id) == "successful", 60)
+    until(lambda: horse.status() != psutil.STATUS_STOPPED, 5)
+    assert status(store, long.id) == "running"
+    assert horses(supervisor) == [horse]
+    store.jobs.dismiss(long.id, everyone=True)
+    assert store.counts().events == {}
+
+
+TRIES = [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 10))]
+
+
+@pytest.mark.parametrize("attempt", TRIES)
+def test_a_full_redis_loses_no_tile(start: Start, own_redis_server: RedisServer, attempt: int) -> None:
+    client = connect(own_redis_server.url)
+    own = Store(client)
+    start("slow", url=own_redis_server.url)
+    job = submit(own)
+    until(lambda: own.tiles.finished(job.id), 10)
+    client.config_set("maxmemory", 1)
+    time.sleep(2 * LEASE_SECONDS + 0.1 * attempt)
+    assert own.tiles.finished(job.id) != []
+    client.config_set("maxmemory", 0)
+    assert_whole(own, job.id)
+    assert {kind for kind in own.counts().events if kind.startswith("failures")} == set()
+    client.close()
+
+
+def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store: Store) -> None:
+    start("raises")
+    job = submit(store)
+    until(lambda: status(store, job.id) == "failed", 10)
+    failed = store.jobs.get(job.id)
+    assert failed is not None
+    assert failed.problem is not None
+    assert failed.problem.type == "urn:grazemap:problem:computation-failed"
+    assert "secret" not in failed.model_dump_json()
+
+
+def test_a_tile_that_kills_its_worker_is_tried_again_and_counted_as_lost(start: Start, store: Store) -> None:
+    start("dies")
+    job = submit(store)
+
+    def lost() -> int:
+        failures = store.redis.hgetall(f"grazemap:4:job:{job.id}:failures")
+        assert isinstance(failures, dict)
+        assert not any(b"exception" in name for name in failures)
+        return max((int(count) for count in failures.values()), default=0)
+
+    until(lambda: lost() >= 2, 10)
+    assert status(store, job.id) == "running"
+    store.jobs.dismiss(job.id)
+
+
+def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: RedisServer) -> None:
+    client = connect(own_redis_server.url)
+    own = Store(client)
+    supervisor = start("slow", url=own_redis_server.url)
+    job = submit(own)
+    until(lambda: own.tiles.finished(job.id), 10)
+    own_redis_server.stop()
+    time.sleep(0.5)
+    own_redis_server.start()
+    own_redis_server.wait()
+    assert_whole(own, job.id)
+    assert supervisor.is_running()
+    client.close()
+
+
+def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: Store) -> None:
+    supervisor = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(supervisor)) == 2, 5)
+    everything = descendants(supervisor.pid)
+    supervisor.send_signal(signal.SIGTERM)
+    assert supervisor.wait(4) == 0
+    assert living(everything) == []
+    assert store.workers.live() == []
+    assert len(pending(store, "planted")) == SIX.count
+    assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
+
+
+def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, tmp_path: Path) -> None:
+    queue = bells.queue(store.redis, "planted", small=False)
+    hostile = [entry for entry, _ in hostile_entries(tmp_path, queue)]
+    for entry in hostile:
+        queue.enqueue_job(entry)
+    store.redis.hset(f"rq:job:{hostile[-1].id}", "rate_limit_concurrency", "not a number")
+    supervisor = start("fast", workers=1)
+    workers = supervisor.children()
+    job = submit(store)
+    assert_whole(store, job.id)
+    assert supervisor.children() == workers
+    assert list(tmp_path.iterdir()) == []
+    until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in hostile), 2)
+    ids = {entry.id.encode() for entry in hostile}
+    until(lambda: ids.isdisjoint(store.redis.lrange(queue.intermediate_queue_key, 0, -1)), 2)

@@ -1,0 +1,453 @@
+"""`drain` with planted processes: what a worker computes when a bell rings, and the problem when that fails."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grazemap.codec import Document, decode_npz
+from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
+from grazemap_core.errors import ParameterError
+from grazemap_worker import liveness, tasks
+from grazemap_worker.planning import Plan, Tile
+from grazemap_worker.processes import Process
+from grazemap_worker.processes.conversion import Report
+from grazemap_worker.queue import horse
+from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
+from tests.support import parsing, submitting
+from tests.support.planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
+from tests.support.steps import commit_tile
+
+REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
+LONG = Plan(estimate=Estimate(seconds=1.0))
+TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3, estimate=Estimate(seconds=1.0))
+ONE = Plan(rows=2, columns=3, tile_rows=2, tile_columns=3, estimate=Estimate(seconds=1.0))
+
+
+SMALL = replace(INFO, name="s", small=True)
+
+
+@pytest.fixture
+def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """This process as a worker of planted maps."""
+    store.workers.renew(INFO, 60)
+    monkeypatch.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("fast")})
+    return monkeypatch
+
+
+def drain(store: Store, info: WorkerInfo = INFO, tiles: int = 1000) -> None:
+    """Compute what is to be claimed, or a number of tiles of it."""
+    left = iter([False] * tiles)
+    tasks.drain(tasks.Context(store, info, NUMERICS, stopping=lambda: next(left, True)))
+
+
+def submit(store: Store, plan: Plan = TWO) -> Job:
+    return submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100)[0]
+
+
+def submit_curve(store: Store, number: int = 0, plan: Plan = Plan()) -> Job:  # noqa: B008
+    request = GrazingCurvesRequest(omega=[1, 2 + number])
+    return submitting.submit(store, "grazing-curves", request, core_version(), plan, 100)[0]
+
+
+def whole(store: Store, identity: str) -> bytes:
+    data = store.results.data(identity)
+    assert data is not None
+    return data
+
+
+def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Store) -> None:
+    job = submit(store)
+    drain(store, tiles=1)
+    assert store.results.data(job.id) is None
+    tile, meta = decode_npz(store.tiles.data(job.id, 0) or b"")
+    np.testing.assert_array_equal(tile["product"], [[1, 2, 3]])
+    assert meta["tile"] == {"index": 0, "rows": [0, 1], "columns": [0, 3]}
+    drain(store, tiles=1)
+    document, meta = decode_npz(whole(store, job.id))
+    np.testing.assert_array_equal(document["product"], [[1, 2, 3], [2, 4, 6]])
+    assert meta["request"]["max_periods"] == 1000
+    assert "tile" not in meta
+
+
+def test_a_result_has_the_deprecated_names_of_its_fields_too(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def whole_map(request: UnfoldingMapsRequest, report: Report) -> Document:
+        return {"verified": np.array([[True, False, True]]), "period": np.array([[1, 2, 3]])}
+
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
+    job = submit(store, ONE)
+    drain(store)
+    document, _ = decode_npz(whole(store, job.id))
+    assert set(document) == {"verified", "certified", "period"}
+    np.testing.assert_array_equal(document["certified"], document["verified"])
+
+
+@pytest.mark.parametrize("mode", ["busy", "slow"])
+def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted(mode)})
+    job = submit(store)
+    drain(store)
+    done = store.jobs.get(job.id)
+    assert done is not None
+    assert done.status == "successful"
+    assert done.cpu_seconds is not None
+    busy = 3 * BUSY_SECONDS if mode == "busy" else 0.0  # one that sleeps computes nothing
+    assert busy <= done.cpu_seconds < busy + 0.5 * BUSY_SECONDS
+
+
+def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> None:
+    job = submit(store)
+    drain(store)
+    cut_in_two = whole(store, job.id)
+    store.redis.flushall()
+    store.workers.renew(INFO, 60)
+    assert submit(store, ONE).id == job.id
+    drain(store)
+    assert whole(store, job.id) == cut_in_two
+
+
+def test_when_the_assembling_worker_dies_another_assembles(worker: object, store: Store) -> None:
+    job = submit(store)
+    drain(store, tiles=1)
+    assert store.tiles.claim(job.id, 1, "dead", "planted", 5)
+    assert commit_tile(store, job.id, 1, store.tiles.data(job.id, 0) or b"", "planted", 0.0) == 0
+    assert store.tiles.claim(job.id, ASSEMBLY, "dead", "planted", 5)
+    drain(store)
+    assert store.results.data(job.id) is None  # it is held
+    store.workers.remove("dead")
+    assert store.tiles.lost_claims() == [(job.id, ASSEMBLY, "dead")]
+    store.tiles.record_failure(job.id, ASSEMBLY, "lost", "dead")
+    drain(store)
+    assert whole(store, job.id)
+
+
+def test_small_tiles_are_computed_in_the_worker_and_committed_together(
+    worker: pytest.MonkeyPatch, store: Store
+) -> None:
+    processes = []
+
+    def compute(request: GrazingCurvesRequest, report: object) -> Document:
+        processes.append(os.getpid())
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    jobs = [submit_curve(store, number) for number in range(20)]
+    store.redis.config_resetstat()
+    watched: list[str] = []
+    tasks.drain(tasks.Context(store, SMALL, NUMERICS, watched=watched.append))
+    assert processes == [os.getpid()] * 20
+    assert watched == [said for job in jobs for said in (job.id, "")]
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
+    calls = store.redis.info("commandstats")["cmdstat_evalsha"]["calls"]
+    assert calls < 20  # two commits, three visits for claims, renewals
+
+
+def noting(file: Path, compute: Callable[[int], None]) -> Process:
+    """A map whose tiles call `compute` with their row, and append the row and their process to a file."""
+    plain = planted("fast")
+
+    def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
+        compute(rectangle[0])
+        with file.open("a") as notes:
+            notes.write(f"{rectangle[0]} {os.getpid()}\n")
+        assert plain.tile is not None
+        return plain.tile(request, rectangle)
+
+    return Process(tile=tile, assembled=plain.assembled)
+
+
+def noted(file: Path) -> list[list[int]]:
+    """The rows of the tiles of every process, in the order in which these began."""
+    rows: dict[str, list[int]] = {}
+    for line in file.read_text().splitlines():
+        row, process = line.split()
+        rows.setdefault(process, []).append(int(row))
+    return list(rows.values())
+
+
+ROWS = Plan(rows=6, columns=3, tile_rows=1, tile_columns=3, estimate=Estimate(seconds=1.0))
+SIX = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2, 3, 4, 5, 6])
+
+
+def submit_six(store: Store, request: UnfoldingMapsRequest = SIX) -> Job:
+    return submitting.submit(store, "unfolding-maps", request, core_version(), ROWS, 100)[0]
+
+
+def test_tiles_share_a_process_until_it_has_worked_for_a_while(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    worker.setattr(tasks, "TILE_SECONDS", 2.5 * BUSY_SECONDS)
+    maps = noting(tmp_path / "notes", lambda row: compute_for(BUSY_SECONDS))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    job = submit_six(store)
+    drain(store)
+    assert store.jobs.status(job.id) == "successful"
+    assert noted(tmp_path / "notes") == [[0, 1, 2], [3, 4, 5]]
+
+
+def test_a_process_goes_on_with_the_next_job(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:
+    worker.setattr(tasks, "_RENEW_SECONDS", 0.0)  # whether the job is wanted is asked all the time
+    worker.setattr(horse, "_LOOK_SECONDS", 0.001)
+    maps = noting(tmp_path / "notes", lambda row: time.sleep(0.02))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    jobs = [submit_six(store, SIX.model_copy(update={"max_periods": 10 + k})) for k in range(3)]
+    drain(store)
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 3
+    (rows,) = noted(tmp_path / "notes")
+    assert sorted(rows) == sorted(3 * list(range(6)))
+    assert store.counts().events.get("failures:lost", 0) == 0
+
+
+def test_a_tile_after_others_in_its_process_fails_alone(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    def die_once(row: int) -> None:
+        if row == 2 and not (tmp_path / "died").exists():
+            (tmp_path / "died").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
+    job = submit_six(store)
+    drain(store)
+    assert store.jobs.status(job.id) == "successful"
+    first, second = noted(tmp_path / "notes")
+    assert first == [0, 1]
+    assert sorted(second) == [2, 3, 4, 5]
+    assert store.counts().events["failures:lost"] == 1
+
+
+def test_the_limit_of_a_tile_counts_from_its_own_start(
+    worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
+) -> None:
+    worker.setattr(tasks, "CPU_MORE", 0.3)
+    worker.setattr(tasks, "CPU_FACTOR", 0.0)
+    worker.setattr(horse, "_LOOK_SECONDS", 0.01)
+    maps = noting(tmp_path / "notes", lambda row: compute_for(1.0 if row == 5 else 0.1))
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    job = submit_six(store)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-too-long"
+    assert "tile 5" in found.problem.detail.lower()
+    assert noted(tmp_path / "notes") == [[0, 1, 2, 3, 4]]
+
+
+def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def compute(request: GrazingCurvesRequest, report: object) -> Document:
+        if float(np.max(grid_values(request.omega))) == 4.0:
+            raise ZeroDivisionError
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    jobs = [submit_curve(store, number) for number in range(5)]
+    drain(store, SMALL)
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 2 + ["running"] + ["successful"] * 2
+    drain(store)  # in a process of its own
+    assert store.jobs.status(jobs[2].id) == "failed"
+
+
+def large(store: Store, compute: Callable[[], None], worker: pytest.MonkeyPatch, megabytes: int = 200) -> Job:
+    """The end of a job that is computed in a process of its own."""
+
+    def whole_map(request: UnfoldingMapsRequest, report: Report) -> Document:
+        compute()
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
+    job = submit(store, ONE)
+    tasks.drain(tasks.Context(store, INFO, NUMERICS, megabytes << 20))
+    found = store.jobs.get(job.id)
+    assert found is not None
+    return found
+
+
+def test_too_much_memory_is_a_problem_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
+    found = large(store, lambda: bytearray(300 << 20) and None, worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-memory"
+    assert "200 MiB" in found.problem.detail
+    assert store.counts().events == {"failures:memory": 1}
+
+
+def test_an_abort_near_the_limit_of_memory_is_too_much_memory(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def compute() -> None:
+        keep = bytearray(b"1" * (160 << 20))
+        os.abort()
+        del keep
+
+    found = large(store, compute, worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-memory"
+
+
+def test_an_abort_with_little_memory_is_a_lost_attempt(worker: pytest.MonkeyPatch, store: Store) -> None:
+    found = large(store, os.abort, worker, megabytes=4000)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:worker-lost"
+    assert store.counts().events == {"failures:lost": 10}
+
+
+def test_a_tile_over_its_processor_time_ends_with_a_problem(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(tasks, "CPU_MORE", 0.3)
+    worker.setattr(tasks, "CPU_FACTOR", 0.1)
+    found = large(store, lambda: compute_for(30.0), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-too-long"
+
+
+@pytest.mark.parametrize(("estimate", "limit", "stopped"), [(0.02, 0.06, True), (1.0, 0.06, False), (0.02, 1.0, False)])
+def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
+    worker: pytest.MonkeyPatch, store: Store, estimate: float, limit: float, stopped: bool
+) -> None:
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("busy")})
+    plan = TWO.model_copy(update={"estimate": Estimate(seconds=estimate)})
+    # a tile ends before it is looked at, so it is the commit that notices
+    worker.setattr(horse, "_LOOK_SECONDS", 60.0)
+    job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.status == ("failed" if stopped else "successful")
+    if stopped:
+        assert store.tiles.finished(job.id) == [0]
+        assert found.problem is not None
+        assert found.problem.type == "urn:grazemap:problem:too-much-time"
+        assert "0.02 s" in found.problem.detail
+        assert "0.08 s" in found.problem.detail
+        assert f"{found.cpu_seconds:.3g} s" in found.problem.detail
+        # another request goes on from there, with the same time again
+        submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
+        drain(store)
+        again = store.jobs.get(job.id)
+        assert again is not None
+        assert again.status == "successful"
+
+
+def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.MonkeyPatch, store: Store) -> None:
+    process = Process(whole=lambda request, report: compute_for(30.0) or {"x": np.zeros(1)})
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": process})
+    plan = ONE.model_copy(update={"estimate": Estimate(seconds=0.1)})
+    job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-time"
+    assert "its limit is 0.4 s" in found.problem.detail
+
+
+def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(liveness, "HUNG_SECONDS", 0.5)
+    found = large(store, lambda: os.kill(os.getpid(), signal.SIGSTOP), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-hung"
+    assert store.counts().events == {"failures:hung": 3}
+
+
+def test_a_process_that_waits_for_ever_is_hung_too(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(liveness, "HUNG_SECONDS", 0.5)
+    found = large(store, lambda: time.sleep(60), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-hung"
+
+
+def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def refuse(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
+        raise ParameterError("damping", "must be greater than 0 at a resonance")
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
+    job = submit_curve(store)
+    drain(store, SMALL)
+    failed = store.jobs.get(job.id)
+    assert failed is not None
+    assert failed.status == "failed"
+    assert failed.problem is not None
+    assert failed.problem.status == 422
+    assert failed.problem.errors[0].pointer == "/oscillator/damping"
+
+
+def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def steps(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
+        assert callable(report)
+        report(1, 4)
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    job = submit_curve(store, plan=LONG)
+    drain(store)
+    reported = [event.data for event in store.jobs.events(job.id) if event.name == "progress"]
+    assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
+
+
+def counting(*said: tuple[int, int]) -> Process:
+    """A map whose assembly says how far it is, and ends with an error if it is not stopped."""
+    plain = planted("fast")
+
+    def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
+        for done, total in said:
+            report(done, total)
+        assert plain.assembled is not None
+        return plain.assembled(request, plan, tiles, report)
+
+    return Process(tile=plain.tile, assembled=assembled)
+
+
+def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
+    said = [(k, 1000) for k in range(1000)]
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": counting(*said)})
+    job = submit(store, TWO.model_copy(update={"after": 10}))
+    drain(store)
+    told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
+    assert [one for one in told if one > 2] == list(range(3, 13))
+    assert told == sorted(told)
+    # whose plan has none is told of tiles alone
+    store.redis.flushall()
+    job = submit(store)
+    drain(store)
+    units = {event.data["unit"] for event in store.jobs.events(job.id) if event.name == "progress"}
+    assert units == {"tiles"}
+
+
+def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:
+    def steps(request: GrazingCurvesRequest, report: Report) -> Document:
+        store.jobs.dismiss(job.id)
+        report(1, 4)
+        (tmp_path / "reached").touch()
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    job = submit_curve(store, plan=LONG)
+    drain(store)
+    assert list(tmp_path.iterdir()) == []
+    assert store.jobs.status(job.id) == "dismissed"
+    assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
+
+
+class Here:
+    """A `Horse` in this process, so that what it calls can be counted."""
+
+    def __init__(self, run: Callable[[], int], memory_bytes: int, slate: horse.Slate) -> None:
+        run()
+
+    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> horse.Ended:
+        return horse.Ended(0)
+
+
+def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
+    job = submit(store)
+    worker.setattr(tasks, "Horse", Here)
+    counts = parsing.count(worker)
+    drain(store, tiles=1)
+    assert counts == {"parsed": 1, "canonicalised": 0}
+    drain(store, tiles=1)  # and the assembly
+    assert counts == {"parsed": 3, "canonicalised": 0}
+    assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)

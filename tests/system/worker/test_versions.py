@@ -1,0 +1,84 @@
+"""Releases side by side on one Redis: each computes its own jobs and no others."""
+
+from __future__ import annotations
+
+import pytest
+
+from grazemap.wire import GrazingCurvesRequest, Job
+from grazemap_worker import numerics as numerics_module
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Store
+from tests.support import submitting
+from tests.support.steps import register
+
+LEASE = 5.0
+
+
+def submit(store: Store, version: str) -> Job:
+    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2]), version, Plan(), 100)[0]
+
+
+def a_minute_passes(store: Store, job: Job) -> None:
+    """What is remembered of workers that are gone is forgotten, and the job is old."""
+    for pattern in ("grazemap:4:fingerprint:*", "grazemap:4:version:*"):
+        for key in store.redis.scan_iter(pattern):
+            store.redis.delete(key)
+    store.redis.hincrbyfloat(f"grazemap:4:job:{job.id}", "created", -61.0)
+
+
+@pytest.mark.parametrize("part", ["core_version", "source_fingerprint"])
+def test_another_core_is_another_fingerprint(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    numerics_module.numerics.cache_clear()
+    here = numerics_module.numerics().fingerprint
+    numerics_module.numerics.cache_clear()
+    assert numerics_module.numerics().fingerprint == here
+    numerics_module.numerics.cache_clear()
+    target = "grazemap_core.compiled_ahead" if part == "source_fingerprint" else "grazemap_worker.numerics"
+    monkeypatch.setattr(f"{target}.{part}", lambda: "another")
+    assert numerics_module.numerics().fingerprint != here
+    numerics_module.numerics.cache_clear()
+
+
+def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -> None:
+    register(store, "new", "y", LEASE, "2")
+    job = submit(store, "1")
+    assert store.jobs.bind("y", "2", [job.id]) == []
+    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]
+    a_minute_passes(store, job)
+    register(store, "old", "x", LEASE, "1")
+    assert store.jobs.bind("y", "2", [job.id]) == []
+    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]  # its version lives again
+    store.workers.remove("old")
+    a_minute_passes(store, job)
+    store.jobs.bind("y", "2", [job.id])
+    failed = store.jobs.get(job.id)
+    assert failed is not None
+    assert failed.problem is not None
+    assert failed.problem.type == "urn:grazemap:problem:core-outdated"
+
+
+def test_renewing_keeps_a_version_remembered(store: Store) -> None:
+    register(store, "old", "x", LEASE, "1")
+    job = submit(store, "1")
+    a_minute_passes(store, job)
+    register(store, "old", "x", LEASE, "1")
+    store.jobs.bind("y", "2", [job.id])
+    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]
+
+
+def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> None:
+    register(store, "old", "f", LEASE, "1")
+    job = submit(store, "1")
+    store.workers.remove("old")
+    a_minute_passes(store, job)
+    register(store, "new", "f", LEASE, "2")
+    store.jobs.bind("f", "2", [job.id])
+    assert [found.status for found in store.jobs.page()[0]] == ["failed"]
+
+
+def test_a_worker_whose_lease_expired_is_registered_again(store: Store) -> None:
+    register(store, "w", "f", LEASE, "1")
+    store.redis.delete("grazemap:4:worker:w")
+    assert store.workers.live() == []
+    register(store, "w", "f", LEASE, "1")
+    assert [worker.name for worker in store.workers.live()] == ["w"]

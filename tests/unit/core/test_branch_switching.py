@@ -1,0 +1,214 @@
+"""Orbits beyond special points, against 50-digit shooting, the tangent flow and the event-exact simulation."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import pytest
+from test_one_impact_orbits import mismatch
+from test_orbit_branches import start
+from test_periodic_orbits import DEFAULT, default_orbit
+
+from grazemap_core.continuation.branch_switching import merged, starts_beyond
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.tolerances import SWITCH_STEPS
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.fifty_digits import digits
+from tests.oracles.impact_orbit_oracle import solved
+
+FAMILIES = {"PD": (0.285, False), "SB": (0.27, True), "one-sided": (0.27, False)}
+
+
+@functools.cache
+def parent(kind):
+    """A branch of motions with one impact, by the closed form's own start, and its special points."""
+    omega, symmetric = FAMILIES[kind]
+    known = one_impact_branch(DEFAULT, omega, 1, symmetric)
+    return orbit_branch(DEFAULT, start(known, 1.3), 0.8 * known.amplitude, 1.05 * known.amplitude)
+
+
+def special(branch, kind, admissible=True, impact=None):
+    (point,) = [p for p in branch.special_points if (p.type, p.admissible, p.impact) == (kind, admissible, impact)]
+    return point
+
+
+def orbit_of(start):
+    """The orbit of a start beyond a special point."""
+    chain = dataclasses.replace(DEFAULT, restitution=start.restitution)
+    return periodic_orbit(chain, start.omega, start.clearance, start.impacts)
+
+
+def against_digits(orbit):
+    """The largest difference from 50-digit shooting, phases and speeds, and that of the multipliers."""
+    exact = solved(DEFAULT, orbit.omega, orbit.clearance, orbit.impacts)
+    with digits():
+        phases = [float(t * exact.omega - float(p)) for t, p in zip(exact.times, orbit.impacts.phases, strict=True)]
+        speeds = [float(v - float(w)) for v, w in zip(exact.velocities, orbit.impacts.velocities, strict=True)]
+        theirs = exact.multipliers()
+    ours = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
+    return max(np.max(np.abs(phases)), np.max(np.abs(speeds))), mismatch(ours, theirs)
+
+
+@pytest.mark.parametrize(("kind", "label"), [("PD", "2-2r-(-1)l"), ("SB", "1-1r-1l")])
+def test_the_orbit_on_the_new_branch_differs_from_its_parent(kind, label):
+    point = special(parent(kind), kind)
+    (beyond,) = starts_beyond(DEFAULT, point)
+    orbit = orbit_of(beyond)
+    assert (orbit.converged, orbit.isolated, orbit.admissible, orbit.stable) == (True,) * 4
+    assert (orbit.label, orbit.symmetric, orbit.least_period) == (label, False, 2 if kind == "PD" else 1)
+    assert orbit.residual <= 1e-15
+    error, apart = against_digits(orbit)
+    assert error <= orbit.radius
+    assert apart < 1e-9
+    state = orbit.start
+    tangent = monodromy(
+        DEFAULT, orbit.omega, orbit.clearance, state.displacement, state.velocity, period=orbit.least_period
+    )
+    assert tangent.closing < 1e-12
+    assert mismatch(orbit.multipliers, tangent.multipliers) < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["PD", "SB"])
+def test_the_simulation_settles_to_the_orbit_on_the_new_branch(kind):
+    point = special(parent(kind), kind)
+    (beyond,) = starts_beyond(DEFAULT, point)
+    clearance = point.clearance + math.copysign(3e-4, beyond.clearance - point.clearance)
+    orbit = periodic_orbit(DEFAULT, point.omega, clearance, beyond.impacts)
+    assert orbit.stable
+    state = orbit.start
+    run = trajectory(
+        DEFAULT,
+        point.omega,
+        clearance,
+        state.displacement * (1.0 - 1e-4),
+        state.velocity,
+        periods=64,
+        transient_periods=1500,
+    )
+    assert (run.motion.kind, run.motion.period, run.motion.symmetric) == ("periodic", 2 if kind == "PD" else 1, False)
+    speeds = np.sort(np.abs(run.impacts.velocity))
+    halves = len(speeds) // 2
+    slow, fast = np.sort(np.abs(orbit.impacts.velocities))
+    np.testing.assert_allclose(speeds[:halves], slow, rtol=1e-7)
+    np.testing.assert_allclose(speeds[halves:], fast, rtol=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["PD", "SB"])
+def test_amplitudes_grow_as_the_root_of_the_distance(kind):
+    point = special(parent(kind), kind)
+    (beyond,) = starts_beyond(DEFAULT, point)
+    side = 1.0 if beyond.clearance > point.clearance else -1.0
+    distances = np.array([1e-5, 4e-5])
+    amplitudes = []
+    for distance in distances:
+        orbit = periodic_orbit(DEFAULT, point.omega, point.clearance + side * distance, beyond.impacts)
+        assert (orbit.symmetric, orbit.least_period) == (False, beyond.impacts.period)
+        amplitudes.append(abs(abs(orbit.impacts.velocities[0]) - abs(orbit.impacts.velocities[1])))
+    exponent = np.diff(np.log(amplitudes)) / np.diff(np.log(distances))
+    assert exponent == pytest.approx(0.5, abs=0.01)
+    # on the other side there is none of them
+    other = periodic_orbit(DEFAULT, point.omega, point.clearance - side * 1e-4, beyond.impacts)
+    assert not other.converged or other.symmetric or other.least_period < other.impacts.period
+
+
+@pytest.mark.parametrize("kind", ["PD", "SB"])
+def test_a_new_branch_leads_back_to_its_parent(kind):
+    point = special(parent(kind), kind)
+    low, high = 0.995 * point.clearance, 1.005 * point.clearance
+    (beyond,) = starts_beyond(DEFAULT, point)
+    branch = orbit_branch(DEFAULT, orbit_of(beyond), low, high)
+    (end,) = [p for p in branch.special_points if p.type == kind and merged(p.impacts) is not None]
+    assert end.clearance == pytest.approx(point.clearance, abs=1e-10)
+    (back,) = starts_beyond(DEFAULT, end)
+    np.testing.assert_allclose(back.impacts.velocities, point.impacts.velocities, rtol=1e-8)
+    assert (back.impacts.period, back.impacts.symmetric) == (point.impacts.period, point.impacts.symmetric)
+    if kind == "SB":  # through the point to the mirror image of the first half
+        here = branch.velocities[:, 0] + branch.velocities[:, 1]
+        assert np.min(here) < -1e-3 < 1e-3 < np.max(here)
+
+
+def followed(point, beyond):
+    """Whether the simulation from a proposed orbit has its impacts, and no others, over three periods."""
+    orbit = orbit_of(beyond)
+    run = trajectory(
+        DEFAULT,
+        orbit.omega,
+        orbit.clearance,
+        orbit.displacement,
+        orbit.velocity,
+        orbit.phase,
+        periods=orbit.least_period,
+    )
+    whole = orbit.impacts.whole
+    turn = 2.0 * math.pi * orbit.least_period
+    times = run.impacts.time * orbit.omega
+    inside = times < turn * (1.0 - 1e-9)  # the first impact is at the end of the record again
+    np.testing.assert_array_equal(run.impacts.stop[inside], whole.stops)
+    np.testing.assert_allclose(times[inside], whole.phases - whole.phases[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.impacts.velocity[inside], whole.velocities, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("branch", "where", "labels"),
+    [
+        (lambda: parent("PD"), 1.88117, ["1-1r-1l"]),  # the other stop is touched
+        (lambda: parent("SB"), 1.62527, ["1-2r-2l", "1-2r-1l"]),  # both are
+        (lambda: orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8), 1.62527, ["1-1r-1l", "1-1r-2l"]),
+        (lambda: parent("SB"), 1.85499, ["1-(-1)r-1l"]),  # both impacts vanish
+        (lambda: parent("one-sided"), 1.85499, ["1-1r-1l"]),
+        (lambda: parent("one-sided"), 1.84424, ["1-1r-1l"]),
+    ],
+)
+def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where, labels):
+    (point,) = [p for p in branch().special_points if p.type == "GR" and abs(p.clearance - where) < 1e-5]
+    found = starts_beyond(DEFAULT, point)
+    assert [orbit_of(beyond).label for beyond in found] == labels
+    for beyond in found:
+        orbit = orbit_of(beyond)
+        assert orbit.residual <= 1e-14
+        assert beyond.admissible
+        assert orbit.admissible
+        assert abs(beyond.clearance - point.clearance) < SWITCH_STEPS[0]
+        followed(point, beyond)
+        error, _ = against_digits(orbit)
+        assert error <= orbit.radius
+        # its branch passes through the graze, and is no motion on the other side
+        chosen = [
+            b
+            for b in (orbit_branch(DEFAULT, orbit_of(one), 0.99 * where, 1.01 * where) for one in found)
+            if len(b.stops) == len(beyond.impacts.stops) and b.symmetric == beyond.impacts.symmetric
+        ]
+        assert len(chosen) == 1
+        grazes = [p for p in chosen[0].special_points if p.type == "GR" and abs(p.clearance - point.clearance) < 1e-10]
+        assert grazes
+        near = np.argsort(np.abs(chosen[0].clearance - point.clearance))
+        assert not np.all(chosen[0].admissible[near[:4]])
+
+
+def test_a_graze_solves_the_equations_of_the_orbit_beyond_it():
+    """At the graze itself, the further impact's velocity being 0."""
+    point = special(parent("PD"), "GR")
+    (beyond,) = starts_beyond(DEFAULT, point)
+    place = int(np.flatnonzero(np.abs(beyond.impacts.velocities) < 1e-2)[0])
+    guess = dataclasses.replace(beyond.impacts, velocities=beyond.impacts.velocities.copy())
+    guess.velocities[place] = 0.0
+    orbit = periodic_orbit(DEFAULT, point.omega, point.clearance, guess)
+    assert orbit.converged
+    assert abs(orbit.impacts.velocities[place]) < 1e-12
+    np.testing.assert_allclose(np.delete(orbit.impacts.velocities, place), point.impacts.velocities, rtol=1e-11)
+
+
+def test_no_orbits_are_proposed_where_no_other_branch_passes():
+    branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8)
+    for kind in ("SN", "NS"):
+        assert starts_beyond(DEFAULT, next(p for p in branch.special_points if p.type == kind)) == ()
+    doubled = orbit_branch(DEFAULT, orbit_of(starts_beyond(DEFAULT, special(parent("PD"), "PD"))[0]), 1.9, 1.95)
+    for point in doubled.special_points:
+        if point.type == "GR":  # twice as many phases at which it may graze, all of them followed by what there is
+            assert all(beyond.impacts.period == 2 for beyond in starts_beyond(DEFAULT, point))

@@ -1,0 +1,313 @@
+"""Periodic orbits of any structure, stops, restitutions and forces, against figures, 50 digits and simulation."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.drive import force
+from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.matrices import Matrices
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.explicit_orbits import OneImpactOrbits, one_impact_sequences, two_impact_sequences
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, at_point, periodic_orbit
+from grazemap_core.orbits.search import sequence_of_stops
+from grazemap_core.orbits.states import states_at
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.fifty_digits import digits
+from tests.oracles.impact_orbit_oracle import solved
+from tests.support.general_systems import System, mismatch, random_oscillator, random_system
+
+FIGURES: dict[str, Any] = {
+    one["id"]: one["value"]
+    for one in json.loads((Path(__file__).parents[2] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
+}
+CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+SEEDS = [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23]
+"""Their trajectories settle to orbits of one to five impacts: of one stop and of two, a preloaded one among them."""
+
+
+def coco(amplitude: float = 1.0) -> Oscillator:
+    """Return the impact oscillator of the book: one mass, the force A cos(omega t)."""
+    one = np.ones((1, 1))
+    drive = [force(1, np.array([amplitude]), np.array([0.5 * math.pi]))]
+    return Oscillator.of_structure(Matrices.create(one, one, 0.1 * one), [1.0], drive, 0.8)
+
+
+@functools.cache
+def system(seed: int) -> System:
+    found = random_system(seed)
+    assert found is not None
+    return found
+
+
+@functools.cache
+def orbit_of(seed: int) -> PeriodicOrbit:
+    one = system(seed)
+    return periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
+
+
+NAMED = [("coco", coco()), ("chain-one-stop", CHAIN)]
+
+
+@pytest.mark.parametrize(("name", "oscillator"), NAMED)
+def test_recorded_orbits_of_one_stop(name: str, oscillator: Oscillator) -> None:
+    for known in FIGURES[f"{name}/orbits"]:
+        omega, clearance = float(known["omega"]), (float(known["right_stop"]), None)
+        family, _, gaps = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
+        found = [
+            periodic_orbit(oscillator, omega, clearance, guess)
+            for guess in one_impact_sequences(family, gaps, omega, 1)
+        ]
+        (orbit,) = [one for one in found if one.impacts.velocities[0] == pytest.approx(float(known["v"]), rel=1e-11)]
+        assert math.remainder(orbit.phase - float(known["impact_phase_wt"]), 2.0 * math.pi) == pytest.approx(
+            0.0, abs=1e-12
+        )
+        assert mismatch(orbit.multipliers, [complex(float(a), float(b)) for a, b in known["multipliers"]]) < 1e-11
+        assert orbit.admissible == known["admissible_one_stop"]
+
+
+@pytest.mark.parametrize(("name", "oscillator"), NAMED)
+def test_recorded_curve_points_of_one_stop(name: str, oscillator: Oscillator) -> None:
+    for known in FIGURES[f"{name}/curve_points"]:
+        omega, gap = float(known["omega"]), float(known["effective_gap"])
+        wanted = [pytest.approx(gap, rel=1e-11), pytest.approx(float(known["v"]), rel=1e-11)]
+        orbits = OneImpactOrbits.of(OrbitFamily.of(oscillator, known["n"], False), omega, 1, 1.8)
+        phases = orbits.saddle_nodes() if known["kind"] == "SN" else orbits.period_doublings()
+        assert [[orbits.gap(phase), orbits.speed(phase)] for phase in phases] == [wanted]
+        branch = one_impact_branch(oscillator, omega, known["n"], stop=1, alone=True)
+        points = [[p.clearance, p.impact_velocity] for p in branch.special_points if p.type == known["kind"]]
+        assert points == ([wanted] if gap > 0.0 else [])
+
+
+def test_recorded_curve_points_over_the_force() -> None:
+    for known in FIGURES["coco/curve_points_force_plane"]:
+        branch = one_impact_branch(coco(), float(known["omega"]), known["n"], alone=True)
+        (point,) = [p for p in branch.special_points if p.type == known["kind"]]
+        assert 1.0 / point.clearance == pytest.approx(float(known["force"]), rel=1e-11)
+        assert point.impact_velocity / point.clearance == pytest.approx(float(known["v_at_d_1"]), rel=1e-11)
+
+
+def test_the_orbit_of_the_book() -> None:
+    known = FIGURES["coco/book_orbit"]
+    guess = sequence_of_stops(coco(), 1.0, (1.0, None), 1, [1])
+    assert guess is not None
+    orbit = periodic_orbit(coco(), 1.0, (1.0, None), guess)
+    assert orbit.impacts.velocities[0] == pytest.approx(float(known["v_before"]), rel=1e-11)
+    assert orbit.phase == pytest.approx(float(known["impact_time_mod_2pi"]), rel=1e-11)
+    assert mismatch(orbit.multipliers, [complex(float(a), float(b)) for a, b in known["multipliers"]]) < 1e-11
+    assert orbit.verified
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
+    one, orbit = system(seed), orbit_of(seed)
+    assert orbit.verified
+    assert not orbit.symmetric
+    exact = solved(one.oscillator, one.omega, one.clearance, orbit.impacts)
+    with digits():
+        times, phases = exact.times, orbit.impacts.phases.tolist()
+        late = [abs(float(t * exact.omega - p)) for t, p in zip(times, phases, strict=True)]
+        speeds = zip(exact.velocities, orbit.impacts.velocities.tolist(), strict=True)
+        faster = [abs(float(v - w)) for v, w in speeds]
+        theirs = exact.multipliers()
+    assert max(late) < 1e-13
+    assert max(faster) < 1e-13 * np.max(np.abs(orbit.impacts.velocities))
+    assert mismatch(orbit.multipliers, theirs) < 1e-13
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_systems_agree_with_simulation(seed: int) -> None:
+    """The trajectory from the orbit's state returns to it, with the multipliers of the linearised flow."""
+    one, orbit = system(seed), orbit_of(seed)
+    start = orbit.start
+    run = trajectory(
+        one.oscillator,
+        one.omega,
+        one.clearance,
+        start.displacement,
+        start.velocity,
+        periods=20 * orbit.impacts.period,
+        samples_per_period=1,
+    )
+    count = len(orbit.impacts.stops)
+    assert len(run.impacts.time) == 20 * count
+    impacts = np.roll(orbit.impacts.velocities, -int(np.argmin(orbit.impacts.phases % (2.0 * math.pi))))
+    assert np.sort(run.impacts.velocity[-count:]) == pytest.approx(np.sort(impacts), rel=1e-9)
+    assert run.displacement[:, 0] == pytest.approx(start.displacement, abs=1e-13 * np.max(np.abs(run.displacement)))
+    flow = monodromy(
+        one.oscillator, one.omega, one.clearance, start.displacement, start.velocity, period=orbit.impacts.period
+    )
+    assert mismatch(orbit.multipliers, flow.multipliers) < 1e-9
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_balances_of_momentum_and_energy(seed: int) -> None:
+    """Over a period ``K mean(x) = bias + h mean(contact force)``; forces supply what damping and impacts lose."""
+    one, orbit = system(seed), orbit_of(seed)
+    oscillator, impacts = one.oscillator, orbit.impacts
+    family, steady, _ = at_point(oscillator, one.omega, one.clearance, impacts)
+    turn = 2.0 * math.pi * impacts.period
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    place, supplied, lost = np.zeros(oscillator.size), 0.0, 0.0
+    ends = np.append(impacts.phases, impacts.phases[0] + turn)
+    parts = np.unique(np.concatenate([np.linspace(a, b, 5) for a, b in itertools.pairwise(ends)]))
+    for begin, end in itertools.pairwise(parts):
+        for node, weight in zip(nodes, weights, strict=True):
+            phase = 0.5 * (begin + end) + 0.5 * (end - begin) * node
+            ((x, v),) = states_at(family, one.omega, steady, impacts, [float(phase)])
+            forces = sum(
+                (h.amplitudes(np.array([one.omega]))[0] * np.exp(1j * h.order * phase)).imag for h in oscillator.drive
+            )
+            share = 0.5 * (end - begin) * weight / turn
+            place += share * x
+            supplied += share * float(forces @ v)
+            lost += share * float(v @ oscillator.damping_matrix @ v)
+    restitution = np.array([oscillator.restitution_of(stop) for stop in impacts.stops.tolist()])
+    period, mass = turn / one.omega, oscillator.effective_mass
+    impulses = -(1.0 + restitution) * mass * impacts.velocities
+    contact = oscillator.contact * np.sum(impulses) / period
+    residual = oscillator.stiffness_matrix @ place - oscillator.bias - contact
+    assert residual == pytest.approx(0.0, abs=1e-11 * np.max(np.abs(contact)))
+    lost += float(np.sum(0.5 * mass * (1.0 - restitution**2) * impacts.velocities**2)) / period
+    assert supplied == pytest.approx(lost, rel=1e-11)
+
+
+@pytest.mark.parametrize("seed", [0, 5, 15, 18, 20])
+def test_the_mirror_image_and_other_units_of_the_contact(seed: int) -> None:
+    """Exchanged stops with q -> -q, and the row and the clearances doubled, give the same orbit."""
+    one, orbit = system(seed), orbit_of(seed)
+    right, left = one.clearance  # type: ignore[misc]
+    oscillator, impacts = one.oscillator, one.impacts
+    mirror = dataclasses.replace(
+        oscillator,
+        contact=-oscillator.contact,
+        restitution=oscillator.restitution_of(-1),
+        restitution_left=oscillator.restitution_of(1),
+    )
+    guess = ImpactSequence.create(impacts.period, -impacts.stops, impacts.phases, -impacts.velocities)
+    mirrored = periodic_orbit(mirror, one.omega, (left, right), guess)
+    np.testing.assert_array_equal(mirrored.impacts.phases, orbit.impacts.phases)
+    np.testing.assert_array_equal(mirrored.impacts.velocities, -orbit.impacts.velocities)
+    np.testing.assert_array_equal(mirrored.start.displacement, orbit.start.displacement)
+    larger = dataclasses.replace(oscillator, contact=2.0 * oscillator.contact)
+    doubled = [None if gap is None else 2.0 * gap for gap in (right, left)]
+    guess = dataclasses.replace(impacts, velocities=2.0 * impacts.velocities)
+    found = periodic_orbit(larger, one.omega, (doubled[0], doubled[1]), guess)
+    np.testing.assert_allclose(found.impacts.phases, orbit.impacts.phases, rtol=0.0, atol=1e-14)
+    assert mismatch(found.multipliers, orbit.multipliers) < 1e-13
+
+
+@pytest.mark.parametrize("kind", range(8))
+def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
+    """The gap at a phase of the impact leads back to that phase, for either stop and any harmonics."""
+    random = np.random.default_rng(100 + kind)
+    oscillator, omega, stop = random_oscillator(random, kind), float(random.uniform(0.4, 1.6)), 1 - 2 * (kind // 4)
+    family = OrbitFamily.of(oscillator, 1 + kind % 2, False)
+    orbits = OneImpactOrbits.of(family, omega, stop, 1.0 + oscillator.restitution_of(stop))
+    place = stop * contact_equilibrium(oscillator)
+    checked = 0
+    for phase in np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False).tolist():
+        if orbits.speed(phase) <= 0.0:
+            continue
+        checked += 1
+        gap = orbits.gap(phase)
+        assert min(abs(math.remainder(one - phase, 2.0 * math.pi)) for one in orbits.phases(gap)) < 1e-9
+        clearance = (gap + place, None) if stop > 0 else (None, gap + place)
+        orbit = periodic_orbit(oscillator, omega, clearance, orbits.impacts(phase))
+        assert orbit.converged
+        assert orbit.steps <= 3
+        assert orbit.impacts.velocities[0] == pytest.approx(stop * orbits.speed(phase), rel=1e-11)
+    assert checked >= 4
+    for phases, multiplier in ((orbits.saddle_nodes(), 1.0), (orbits.period_doublings(), -1.0)):
+        for phase in phases:
+            gap = orbits.gap(phase)
+            clearance = (gap + place, None) if stop > 0 else (None, gap + place)
+            orbit = periodic_orbit(oscillator, omega, clearance, orbits.impacts(phase))
+            assert np.min(np.abs(orbit.multipliers - multiplier)) < 1e-6
+
+
+@pytest.mark.parametrize("seed", [0, 8, 18])
+def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
+    one, orbit = system(seed), orbit_of(seed)
+    assert orbit.label == "1-1r-1l"
+    family, _, gaps = at_point(one.oscillator, one.omega, one.clearance, orbit.impacts)
+    found = two_impact_sequences(family, gaps, one.omega, int(orbit.impacts.stops[0]))
+    away = [np.max(np.abs(other.velocities - orbit.impacts.velocities)) for other in found]
+    assert min(away) < 1e-9
+    guess = sequence_of_stops(one.oscillator, one.omega, one.clearance, 1, orbit.impacts.stops.tolist())
+    assert guess is not None
+    assert periodic_orbit(one.oscillator, one.omega, one.clearance, guess).admissible
+
+
+def test_a_symmetric_guess_stands_for_the_whole_motion_between_unequal_stops() -> None:
+    guess = sequence_of_stops(CHAIN, 0.27, 1.3, 1, [1, -1])
+    assert guess is not None
+    assert guess.symmetric
+    orbit = periodic_orbit(CHAIN, 0.27, (1.3, 1.31), guess)
+    assert orbit.converged
+    assert not orbit.symmetric
+    assert len(orbit.impacts.stops) == 2
+    same = periodic_orbit(CHAIN, 0.27, (1.3, 1.3), guess)
+    assert same.symmetric
+    assert same.impacts.phases.tobytes() == periodic_orbit(CHAIN, 0.27, 1.3, guess).impacts.phases.tobytes()
+
+
+def test_a_bias_is_a_change_of_the_clearances() -> None:
+    """The orbit between 1.3 and 1.31 is that between equal stops with a bias that moves the equilibrium by 0.005."""
+    push = np.array([0.005, 0.0, 0.0]) / np.linalg.inv(CHAIN.stiffness_matrix)[0, 0]
+    biased = dataclasses.replace(CHAIN, bias=push)
+    guess = sequence_of_stops(CHAIN, 0.27, (1.3, 1.31), 1, [1, -1])
+    assert guess is not None
+    one = periodic_orbit(CHAIN, 0.27, (1.3, 1.31), guess)
+    other = periodic_orbit(biased, 0.27, 1.305, guess)
+    np.testing.assert_allclose(other.impacts.phases, one.impacts.phases, rtol=0.0, atol=1e-13)
+    assert mismatch(other.multipliers, one.multipliers) < 1e-12
+    moved = other.start.displacement - one.start.displacement
+    np.testing.assert_allclose(moved, np.linalg.solve(CHAIN.stiffness_matrix, push), rtol=0.0, atol=1e-13)
+
+
+def test_a_motion_that_contact_does_not_see_keeps_its_multipliers() -> None:
+    """Two equal masses on equal springs, and contact between them: their sum is not seen."""
+    structure = Matrices.create(np.eye(2), 2.0 * np.eye(2), 0.1 * np.eye(2))
+    oscillator = Oscillator.of_structure(structure, [1.0, -1.0], [force(1, np.array([1.0, 0.0]))], 0.7)
+    guess = sequence_of_stops(oscillator, 1.2, (0.4, None), 1, [1])
+    assert guess is not None
+    orbit = periodic_orbit(oscillator, 1.2, (0.4, None), guess)
+    assert orbit.multipliers.shape == (4,)
+    start = orbit.start
+    flow = monodromy(oscillator, 1.2, (0.4, None), start.displacement, start.velocity, period=1)
+    assert mismatch(orbit.multipliers, flow.multipliers) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("name", "clearance", "stops"),
+    [
+        ("stops", (None, 1.0), [1]),
+        ("stops", (1.0, None), [1, -1]),
+        ("clearance", (None, None), [1]),
+        ("clearance", (-1.0, 0.5), [1]),
+        ("clearance", -1.0, [1]),
+    ],
+)
+def test_stops_that_do_not_exist_are_refused(name: str, clearance: Any, stops: list[int]) -> None:
+    impacts = ImpactSequence.create(1, stops, np.arange(len(stops)) + 1.0, np.array(stops, dtype=float))
+    with pytest.raises(ParameterError) as refused:
+        periodic_orbit(CHAIN, 0.27, clearance, impacts)
+    assert refused.value.name == name
+    with pytest.raises(ParameterError) as refused:
+        sequence_of_stops(CHAIN, 0.27, clearance, 1, stops)
+    assert refused.value.name == name

@@ -1,0 +1,146 @@
+"""Which points of maps are sensitive: round-off may have decided on the way whether mass 1 touches a stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flint import arb
+from numpy.typing import NDArray
+
+from grazemap_core.codes import ROUNDING_DECIDES
+from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
+from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
+from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
+from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK
+from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
+from grazemap_core.maps.kernels.own_tables import SHARED_TABLES
+from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.settling import impulse_blocks, shared_model
+from grazemap_core.maps.tolerances import ERROR_SAFETY
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.simulation.start import forced_oscillator, initial_state
+from grazemap_core.simulation.start import start as begin
+from tests.oracles.fifty_digits import digits
+from tests.oracles.general_oracle import GeneralOracle
+from tests.slow.resolved_points import ONE_MASS, SENSITIVE
+from tests.support.thorough import KERNELS_FIRST
+
+Floats = NDArray[np.float64]
+HALVES = 60
+
+
+def default() -> Oscillator:
+    return Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+@kernel
+def run_half_with_changes(masses, models, own, group, tangents, half, u, work):
+    """As the columns of a map do: numba's lookup of tables needs references."""
+    models, own, group, tangents = reference(models), reference(own), reference(group), reference(tangents)
+    save_lane_starts(group, tangents, LANE_BLOCK)
+    run_half(masses, models, own, group, half, LANE_BLOCK, u, reference(work))
+    count_impacts(group, tangents, LANE_BLOCK)
+    carry_changes(models, own, group, tangents, half, 0, LANE_BLOCK)
+
+
+def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tuple[Floats, Floats]:
+    """The impacts from rest, and the estimated error W at the end of every half period."""
+    size = oscillator.size
+    forced = forced_oscillator(oscillator, omega, clearance)
+    begun = begin(forced, initial_state(forced, None, None, 0.0))
+    problem, held, start = begun.problem, begun.held, begun.u
+    group, work = lanes(size, 50 * HALVES), workspace(size, 50 * HALVES)
+    tangents = lane_tangents(size, 0)
+    start_lane(group, 0, problem, forced.stops, start.copy())
+    forget_error(tangents.errors, 0)
+    begin_error(problem.frequency, tangents.errors, 0)
+    blocks = impulse_blocks(modal_model(oscillator), False)
+    models = shared_model(LaneModel(problem, held, lane_tables(problem, held.viscous_term), blocks))
+    u, widths = start.copy(), []
+    for half in range(HALVES):
+        run_half_with_changes((0,) * size, models, SHARED_TABLES, group, tangents, half, u, work)
+        assert group.status[0] == OK
+        widths.append(np.sqrt(tangents.errors.square[0]))
+        group.tally[:] = 0.0
+        group.tally[LEAST_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
+    return group.events[0, : group.cursor[0, ROWS]].copy(), np.array(widths)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("clearance", [0.9, 1.35, 1.7])
+def test_the_error_is_the_one_estimated(clearance):
+    """Against 60 digits: the time by which an impact differs, times its speed, is below W with its safety factor."""
+    oscillator, omega = default(), 0.28
+    impacts, widths = run_with_error(oscillator, omega, clearance)
+    exact = GeneralOracle.between(oscillator, omega, clearance, digits=60)
+    exact.run(len(impacts) + 1, HALVES * np.pi / omega)
+    largest = 0.0
+    for impact, time, speed in zip(impacts, exact.times, exact.speeds, strict=False):
+        half = int(impact[HALF])
+        width = max(widths[half], widths[max(half - 1, 0)])
+        if ERROR_SAFETY * width > 1e-4 * clearance:
+            break
+        assert impact[VELOCITY] == pytest.approx(float(speed), abs=1e-3)
+        with digits(60):
+            late = float(half * arb.pi() / arb(omega) + arb(float(impact[TIME])) - time)
+        largest = max(largest, abs(late * impact[VELOCITY]) / width)
+    assert 0.01 < largest < ERROR_SAFETY
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "omega", "clearance"),
+    [SENSITIVE[:3], pytest.param(*ONE_MASS[:3], marks=KERNELS_FIRST)],
+    ids=["three masses", "one mass"],
+)
+def test_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
+    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
+    assert found["sensitive"][0, 0]
+    assert not found["verified"][0, 0]
+    assert found["reason"][0, 0] == ROUNDING_DECIDES
+    assert found["transient_growth"][0, 0] > 30.0
+
+
+def test_hardly_any_point_of_the_papers_map_is_sensitive():
+    found = unfolding_map_tile(Plane.of(default(), np.linspace(0.26, 0.3, 4), np.linspace(1.3, 2.0, 64)))
+    periodic = found["kind"] == 1
+    share = found["sensitive"][periodic].mean()
+    assert share < 0.05
+    assert (found["verified"] | found["sensitive"] | (found["reason"] > 0))[periodic].all()
+    captured = found["verified"] | (found["reason"] == ROUNDING_DECIDES)
+    assert (np.isfinite(found["transient_growth"]) == captured).all()
+
+
+@pytest.mark.parametrize("policy", ["rest", pytest.param("ensemble", marks=pytest.mark.thorough)])
+def test_where_the_next_double_has_another_motion_neither_is_verified(policy):
+    """Between two motions there is a clearance where round-off decides: bisection finds the two doubles beside it."""
+    oscillator, omega = default(), 0.275
+
+    def at(*clearances: float) -> dict[str, NDArray[np.generic]]:
+        settings = {"policy": policy, "initial_conditions": 1, "seed": 3}
+        return unfolding_map_tile(
+            Plane.of(oscillator, np.array([omega]), np.array(clearances)), preview=True, **settings
+        )
+
+    def label(found: dict[str, NDArray[np.generic]], row: int) -> tuple[int, ...]:
+        return tuple(int(found[name][row, 0]) for name in ("kind", "period", "impacts_right", "impacts_left"))
+
+    grid, checked = np.linspace(1.3, 2.0, 40), 0
+    coarse = at(*grid)
+    for k in [k for k in range(39) if label(coarse, k) != label(coarse, k + 1)][:8]:
+        low, high = float(grid[k]), float(grid[k + 1])
+        while np.nextafter(low, high) < high:
+            middle = 0.5 * (low + high)
+            if label(at(middle), 0) == label(at(low), 0):
+                low = middle
+            else:
+                high = middle
+        found = at(low, high)
+        if (found["kind"] == 1).all():  # not where one of them settles just after max_periods
+            checked += 1
+            assert not found["verified"].any()
+    assert checked > 0

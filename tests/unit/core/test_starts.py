@@ -1,0 +1,158 @@
+"""Where trajectories of maps, basins and fractions begin: the impacts of each are those of its recorded trajectory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grazemap_core.codes import NO_STICKING_FLOW, ROUNDING_DECIDES
+from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.continuation.parameters import ParameterPoint
+from grazemap_core.maps.basin_fractions import from_rest
+from grazemap_core.maps.basins import Coordinate, initial_states, run_states
+from grazemap_core.maps.kernels.lane_state import CODES, FIGURES, HALVES_RUN, IMPACTS, REASON, UNVERIFIED
+from grazemap_core.maps.planes import Axis, Plane, PlaneSettler
+from grazemap_core.maps.sensitive_points import Resolution, Resolver, resolve_grid
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.unfolding import random_starts
+from grazemap_core.model.drive import force
+from grazemap_core.model.matrices import Matrices
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
+from grazemap_core.simulation.trajectories import trajectory
+from tests.support.thorough import KERNELS_FIRST
+
+PERIODS = 6
+SHORT = Settling(PERIODS, 2, early=False, linearised=False)
+CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+ONE_MASS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
+PRELOADED = (-0.2, 1.0)
+
+
+def impacts(forced: ForcedOscillator, displacement, velocity, phase: float = 0.0) -> int:
+    run = trajectory(forced.oscillator, forced.omega, forced.clearance, displacement, velocity, phase, periods=PERIODS)
+    return len(run.impacts.stop)
+
+
+def about_middle(forced: ForcedOscillator, starts):
+    """States of an ensemble (theory): displacements along the structure that is pushed at its contact."""
+    right, left = forced.clearances
+    oscillator = forced.oscillator
+    pushed = np.linalg.solve(oscillator.stiffness_matrix, oscillator.contact)
+    states = forced.stops.unit * starts * np.array([1.0, forced.omega])[:, None]
+    states[:, 0] += 0.5 * (right - left) * pushed / (oscillator.contact @ pushed)
+    return states
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "omega"),
+    [(CHAIN, 0.29), pytest.param(ONE_MASS, 0.7, marks=KERNELS_FIRST)],
+    ids=["chain", "one mass"],
+)
+@pytest.mark.parametrize("clearance", [PRELOADED, (1.0, -0.2), (0.3, 1.0), (0.0, 1.0)])
+def test_the_states_of_an_ensemble_begin_where_they_are(oscillator, omega: float, clearance: Clearance):
+    starts = random_starts(oscillator, 12, 4)
+    plane = Plane.of(oscillator, np.array([omega]), np.array([both_clearances(clearance)]))
+    codes, _ = PlaneSettler(plane, SHORT._replace(starts=starts)).points(np.array([0]), np.array([0]))
+    forced = forced_oscillator(oscillator, omega, clearance)
+    alone = [impacts(forced, *state) for state in about_middle(forced, starts)]
+    assert codes[0, :, HALVES_RUN].tolist() == [2 * PERIODS] * len(starts)
+    assert codes[0, :, IMPACTS].tolist() == alone
+    assert len(set(alone)) > 1
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "omega", "clearance"),
+    [
+        (ONE_MASS, 0.7, PRELOADED),
+        (ONE_MASS, 0.7, (0.0, 1.0)),
+        (ONE_MASS, 0.7, (0.4, 1.0)),
+        (CHAIN, 0.29, (0.0, 1.0)),
+        (CHAIN, 0.29, PRELOADED),
+    ],
+)
+def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, clearance: Clearance):
+    forced = forced_oscillator(oscillator, omega, clearance)
+    across = Coordinate("displacement", 1, np.array([-0.95, -0.6, -0.21]))
+    up = Coordinate("velocity", 1, np.array([-0.4, 0.0, 0.7]))
+    state, added = initial_states(forced, across, up, None, None)
+    for part in (added, added[1:2, 1:2]):  # a single state is no other case
+        codes, _ = run_states(Settler(oscillator, SHORT), forced, state, part, 0.5)
+        alone = [impacts(forced, *one, 0.5) for one in (state + part).reshape(-1, *state.shape)]
+        assert codes[:, IMPACTS].tolist() == alone
+
+
+def test_random_states_of_fractions_begin_where_they_are_with_a_bias_that_preloads_a_stop():
+    structure = Matrices.create([[2.0, 0.0], [0.0, 1.0]], [[3.0, -1.0], [-1.0, 1.0]], damping=[[0.2, 0.0], [0.0, 0.2]])
+    forces = [force(1, np.array([1.0, 0.0]))]
+    pressed = Oscillator.of_structure(structure, [1.0, -1.0], forces, 0.7, [-0.5, 1.0], 0.5)
+    forced = forced_oscillator(pressed, 2.5, (0.4, 0.3))
+    assert forced.stops.left < 0.0
+    rng = np.random.default_rng(2)
+    states = rng.uniform(-0.3, 0.3, (10, 2, 2))
+    states = states[np.abs(states[:, 0] @ pressed.contact) < 0.29]
+    codes, _ = run_states(Settler(pressed, SHORT), forced, *from_rest(forced, states), 0.0)
+    assert codes[:, IMPACTS].tolist() == [impacts(forced, *state) for state in states]
+
+
+def test_a_sensitive_point_of_an_ensemble_is_decided_from_the_state_of_the_map(monkeypatch):
+    seen = []
+
+    def kept(resolver, clearance, state=None, phase=0.0):
+        seen.append(state)
+        return Resolution("not asked", 0, np.zeros(CODES, dtype=np.int64), np.zeros(FIGURES))
+
+    monkeypatch.setattr(Resolver, "resolve", kept)
+    starts, clearance = random_starts(CHAIN, 3, 1), (1.9, 0.4)
+    plane = Plane.of(CHAIN, np.array([0.29]), np.array([clearance]))
+    codes, figures = np.zeros((CODES, 1, 1, 3), dtype=np.int64), np.zeros((FIGURES, 1, 1, 3))
+    codes[UNVERIFIED] = ROUNDING_DECIDES
+    resolve_grid(plane, SHORT._replace(starts=starts), codes[UNVERIFIED] == ROUNDING_DECIDES, codes, figures)
+    expected = about_middle(forced_oscillator(CHAIN, 0.29, clearance), starts)
+    np.testing.assert_allclose(np.stack(seen), expected, rtol=1e-12)
+
+
+def at_resonance() -> Oscillator:
+    """Two masses, of which the second one is at an undamped resonance while the first one is held, at omega 1.
+
+    At phase 0 the force pulls the contact off its preloaded right stop.
+    """
+    structure = Matrices.create([[1.0, 0.0], [0.0, 1.0]], [[2.0, -0.5], [-0.5, 1.0]], damping=[[0.2, 0.0], [0.0, 0.0]])
+    drive = [force(1, np.array([1.0, 0.3]), np.array([-np.pi / 2, 0.0]))]
+    return Oscillator.of_structure(structure, [1.0, 0.0], drive, 0.8, [0.0, 0.0], 0.8)
+
+
+@pytest.mark.parametrize("by_kernels", [True, False])
+def test_a_sweep_starts_from_rest_on_a_preloaded_stop_after_a_trajectory_that_ended_early(by_kernels, monkeypatch):
+    monkeypatch.setattr(Plane, "is_swept_by_kernels", by_kernels)
+    oscillator = at_resonance()
+    at = ParameterPoint.of(oscillator, 1.0, (-0.1, 1.0))
+    plane = Plane(oscillator, at, Axis("omega", np.array([1.0, 1.1])), Axis("restitution", np.array([0.0, 0.9])))
+    swept, _, end = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.arange(2), 0)
+    _, _, alone = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.array([1]), 0)
+    np.testing.assert_array_equal(end.settler.state, alone.settler.state)
+    assert swept[0, 0, REASON] == NO_STICKING_FLOW
+    (from_rest_at_second,), _ = PlaneSettler(plane, SHORT).points(np.array([1]), np.array([0]))
+    np.testing.assert_array_equal(swept[1], from_rest_at_second)
+    assert swept[1, 0, HALVES_RUN] == 2 * PERIODS
+
+
+def test_nothing_is_handed_on_before_a_run():
+    settler = Settler(CHAIN, SHORT._replace(follow=True))
+    conditions = Plane.of(CHAIN, np.array([0.29]), np.array([1.0])).conditions(np.array([0]), np.array([0]))
+    assert settler.final_state(0.29, settler.steady(np.array([0.29]))[0], conditions) is None
+
+
+@pytest.mark.parametrize("by_kernels", [True, False])
+def test_a_sweep_that_goes_on_later_is_the_one_that_was_not_left(by_kernels, monkeypatch):
+    """Also where it was left for other runs, and a trajectory begins with the error of the one before."""
+    monkeypatch.setattr(Plane, "is_swept_by_kernels", by_kernels)
+    plane = Plane.of(CHAIN, np.array([0.28]), np.array([1.383333, 1.390909, 1.398485, 1.45]))
+    task, down = Settling(300, 8, follow=True), np.array([3, 2, 1, 0])
+    whole, whole_figures, _ = PlaneSettler(plane, task).sweep(down, 0)
+    settler = PlaneSettler(plane, task)
+    first, first_figures, end = settler.sweep(down[:2], 0)
+    settler.sweep(np.full(3, 2), 0, end)
+    second, second_figures, _ = settler.sweep(down[2:], 0, end)
+    np.testing.assert_array_equal(np.concatenate([first, second]), whole)
+    np.testing.assert_array_equal(np.concatenate([first_figures, second_figures]), whole_figures)

@@ -1,0 +1,592 @@
+"""Arguments become the wire model of a request, or an exception that names the place."""
+
+import inspect
+import itertools
+import math
+from array import array
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import pytest
+import xarray
+from pydantic import ValidationError
+
+from grazemap import AsyncClient, Client, Oscillator
+from grazemap.client.arguments import validated
+from grazemap.client.process_methods import METHODS, ProcessMethod
+from grazemap.errors import ParameterError
+from grazemap.results import GrazingCurve, decode_result
+from grazemap.wire import (
+    PROCESSES,
+    ClearancePair,
+    Grid,
+    InitialState,
+    Interval,
+    Operation,
+    ProcessRequest,
+    Range,
+    UnfoldingMapsRequest,
+    canonical,
+    canonical_id,
+)
+from tests.support.sdk_documents import npz
+
+
+def asked(name, *arguments, **keywords):
+    """Return the request that a method of the clients sends."""
+    return METHODS[name].asked(*arguments, **keywords)[0]
+
+
+def refused(call, *arguments, **keywords) -> dict[str, tuple[str, str]]:
+    with pytest.raises(ParameterError) as caught:
+        call(*arguments, **keywords)
+    assert caught.value.status == 422
+    assert caught.value.request_id is None
+    assert isinstance(caught.value, ValueError)
+    return {error.pointer: (error.detail, error.allowed) for error in caught.value.problem.errors}
+
+
+def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
+    return asked("unfolding_map", omega=omega, clearance=clearance, shape=shape)
+
+
+def test_a_pair_with_a_number_of_points_is_a_range():
+    request = asked("grazing_curve", omega=(0.05, 1.2), points=2000)
+    assert request.omega == Range(start=0.05, stop=1.2, points=2000)
+    assert request.oscillator == Oscillator()
+
+
+@pytest.mark.parametrize("values", [[0.1, 0.2], (0.1, 0.2, 0.4), np.array([0.1, 0.2])])
+def test_lists_and_arrays_are_the_values_themselves(values):
+    assert asked("grazing_curve", omega=values).omega == [float(value) for value in values]
+
+
+@pytest.mark.parametrize(
+    "values", [range(1, 4), range(1, 3), array("d", [1.0, 2.0, 3.0]), xarray.DataArray([1.0, 2.0])]
+)
+def test_any_sequence_and_anything_numpy_reads_is_the_values(values):
+    assert asked("grazing_curve", omega=values).omega == [float(value) for value in values]
+    assert list(refused(asked, "grazing_curve", omega=values, points=9)) == ["/omega"]
+
+
+@pytest.mark.parametrize("values", [Range(start=0.1, stop=0.2, points=5), {"start": 0.1, "stop": 0.2, "points": 5}])
+def test_points_must_agree_with_those_of_a_range(values):
+    for points in (None, 5):
+        assert asked("grazing_curve", omega=values, points=points).omega.points == 5
+    assert "another number" in refused(asked, "grazing_curve", omega=values, points=9)["/omega"][0]
+
+
+def test_a_damping_may_be_any_kind_of_number_or_list():
+    for one in (0.1, np.float64(0.1), np.array(0.1)):
+        assert Oscillator(damping=one).damping == 0.1
+    for several in ([0.1, 0.2, 0.3], (0.1, 0.2, 0.3), np.array([0.1, 0.2, 0.3])):
+        assert Oscillator(damping=several).damping == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array, lambda values: array("d", values), xarray.DataArray])
+def test_lists_in_mappings_and_models_are_any_sequence_too(kind):
+    values = kind([1.0, 2.0, 3.0])
+    assert Oscillator(masses=values).masses == [1.0, 2.0, 3.0]
+    assert InitialState(velocity=values).velocity == [1.0, 2.0, 3.0]
+    assert asked("grazing_curve", {"damping": values}, omega=[1, 2]).oscillator.damping == [1.0, 2.0, 3.0]
+
+
+def test_numpy_scalars_are_numbers():
+    restitution = {"restitution": np.float64(0.5)}
+    path = {"oscillator": restitution, "omega": np.float64(0.3), "clearance": 1.5, "periods": np.int64(4)}
+    request = validated("trajectories", path)
+    assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+    assert asked("grazing_curve", omega=[1, 2], sequence=np.True_).sequence is True
+
+
+PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
+
+
+def test_times_take_the_place_of_evenly_spaced_samples():
+    plain = canonical(validated("trajectories", PATH))
+    assert plain["samples_per_period"] == 200
+    assert "times" not in plain
+    asked = canonical(validated("trajectories", {**PATH, "times": np.array([0, 1.5])}))
+    assert asked["times"] == [0.0, 1.5]
+    assert "samples_per_period" not in asked
+    # what a worker parses is the same question again
+    assert canonical(validated("trajectories", asked)) == asked
+
+
+def test_a_request_of_an_earlier_version_keeps_its_id():
+    # of the version before there were times and lists of states
+    known = "b054270bdec750d3644de0568904420db1ae72967fbd2de77798886b73d71035"
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    for extra in ({}, {"samples_per_period": 200, "initial": {"phase": 0}}, {"times": None}):
+        assert canonical_id("trajectories", canonical(validated("trajectories", {**body, **extra})), "0.1.0") == known
+    listed = validated("trajectories", {**body, "initial": [{}]})
+    assert canonical_id("trajectories", canonical(listed), "0.1.0") != known
+
+
+def test_states_of_a_list_are_written_out_one_by_one():
+    request = validated("trajectories", {**PATH, "initial": ({}, {"velocity": (0, 0, 1)})})
+    assert [state.velocity for state in request.states] == [[0.0] * 3, [0.0, 0.0, 1.0]]
+    assert canonical(validated("trajectories", canonical(request))) == canonical(request)
+    for states in (np.array([{}], dtype=object), iter([{}])):
+        assert "/initial" in refused(validated, "trajectories", {**PATH, "initial": states})
+
+
+def test_the_end_of_the_record_is_in_it_however_its_time_is_computed():
+    for omega, periods in itertools.product((0.29, 0.1, 1 / 3, 7.3), (1, 3, 7, 200)):
+        ends = (2 * math.pi * periods / omega, periods * 2 * math.pi / omega, periods * (2 * math.pi / omega))
+        for end in ends:
+            validated("trajectories", {"omega": omega, "clearance": 1.0, "periods": periods, "times": [end]})
+        beyond = {"omega": omega, "clearance": 1.0, "periods": periods, "times": [0.0, ends[0] * (1 + 1e-14)]}
+        assert list(refused(validated, "trajectories", beyond)) == ["/times/1"]
+
+
+def test_the_error_of_a_refused_oscillator_does_not_repeat_its_values():
+    with pytest.raises(ValidationError) as caught:
+        Oscillator(restitution=271828)
+    assert "271828" not in str(caught.value)
+    assert "restitution" in str(caught.value)
+
+
+def test_shape_is_clearances_by_omegas():
+    request = umap((0.26, 0.30), (1.3, 2.0), (64, 128))
+    assert (request.clearance.points, request.omega.points) == (64, 128)
+
+
+def test_shape_must_agree_with_explicit_values():
+    assert umap((0.26, 0.30), [1.3, 1.5], (2, 128)).clearance == [1.3, 1.5]
+    assert list(refused(umap, (0.26, 0.30), [1.3, 1.5], (3, 128))) == ["/clearance"]
+
+
+def test_the_error_of_a_pair_without_points_names_what_is_missing():
+    detail, allowed = refused(asked, "grazing_curve", omega=(0.1, 0.2))["/omega"]
+    assert "points is missing" in detail
+    assert "(start, stop)" in allowed
+    assert "shape is missing" in refused(umap, (0.1, 0.2), (1, 2), None)["/omega"][0]
+
+
+def test_the_error_of_the_clearance_of_one_stop_names_it():
+    errors = refused(asked, "unfolding_map", omega=[0.2, 0.3], clearance={"right": (1.0, 2.0)})
+    assert list(errors) == ["/clearance/right"]
+    assert errors["/clearance/right"][0] == "clearance.right has a start and a stop, and shape is missing"
+    errors = refused(asked, "bifurcation_curves", omega=(0.2, 0.3), clearance={"left": (1.0,)})
+    assert errors["/clearance/left"][0] == "clearance.left is not an interval"
+
+
+@pytest.mark.parametrize(("method", "shape"), [("unfolding_map", {"shape": (3, 4)}), ("bifurcation_curves", {})])
+def test_clearances_of_both_stops_are_a_mapping_or_a_model(method, shape):
+    axes = {"horizontal": ("omega", 0.2, 0.3), "vertical": ("restitution", 0.5, 0.9), **shape}
+    pair = {"right": 1.6, "left": None}
+    model = ClearancePair(**pair)
+    assert asked(method, **axes, clearance=model) == asked(method, **axes, clearance=pair)
+    ranges = {"omega": (0.2, 0.3), **shape}
+    errors = refused(asked, method, **ranges, clearance=model)
+    assert errors == refused(asked, method, **ranges, clearance=pair)
+    assert errors["/clearance"][0] == "clearance does not vary"
+
+
+def test_what_is_missing_of_a_window_is_named_with_all_that_is_allowed():
+    for keywords, field in (({}, "omega"), ({"omega": (0.2, 0.3)}, "clearance"), ({"clearance": (1.0, 2.0)}, "omega")):
+        detail, allowed = refused(asked, "bifurcation_curves", **keywords)[f"/{field}"]
+        assert detail == f"{field} is missing"
+        assert "the axes horizontal and vertical" in allowed
+    found = decode_result(npz("periodic-orbits"))
+    for name, other in (("horizontal", "vertical"), ("vertical", "horizontal")):
+        errors = refused(asked, "bifurcation_curves", **{name: ("omega", 0.2, 0.3)}, clearance=1.6, motions=[found])
+        assert errors[f"/{other}"][0] == f"{name} is given, and {other} is missing"
+    assert "not an interval" in refused(branch, (1, [1]), range=None)["/range"][0]
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer", "allowed"),
+    [
+        ({"omega": -1.0, "clearance": 1.0, "periods": 1}, "/omega", "> 0"),
+        ({"omega": float("nan"), "clearance": 1.0, "periods": 1}, "/omega", "finite"),
+        ({"omega": True, "clearance": 1.0, "periods": 1}, "/omega", "number"),
+        ({"omega": "0.3", "clearance": 1.0, "periods": 1}, "/omega", "number"),
+        ({"omega": 0.3, "clearance": 1.0}, "/periods", "integer"),
+        ({"omega": 0.3, "clearance": 1.0, "periods": 1, "wobble": 1}, "", "samples_per_period"),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"restitution": 2}},
+            "/oscillator/restitution",
+            "<= 1",
+        ),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"masses": [1, 0, 1]}},
+            "/oscillator/masses/1",
+            "> 0",
+        ),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"damping": [-1]}},
+            "/oscillator/damping/0",
+            ">= 0",
+        ),
+    ],
+)
+def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
+    assert allowed in refused(validated, "trajectories", body)[pointer][1]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "pointer", "said"),
+    [
+        ({"": 1}, "", 'Unknown field ""'),
+        ({"omga": 1}, "", 'Unknown field "omga"; did you mean omega'),
+        ({"wobble": 1}, "", 'Unknown field "wobble"'),
+        ({"oscillator": {"mases": [1]}}, "/oscillator", 'Unknown field "mases"; did you mean masses'),
+        ({"initial": [{}, {"phas": 1}]}, "/initial/1", 'Unknown field "phas"; did you mean phase'),
+        ({"w" * 5000: 1}, "", f'Unknown field "{"w" * 64}"'),
+    ],
+)
+def test_an_unknown_field_is_named_with_the_one_that_may_be_meant(wrong, pointer, said):
+    body = {"omega": 0.3, "clearance": 1.0, "periods": 1} | wrong
+    assert refused(validated, "trajectories", body)[pointer][0] == said
+
+
+def test_stops_that_are_allowed_are_numbers():
+    body = {"omega": 0.3, "clearance": 1.0, "motion": {"period": 1, "stops": [2]}}
+    assert refused(validated, "periodic-orbits", body)["/motion/stops/0"][1] == "one of 1, -1"
+    body = {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"units": "si"}}
+    assert refused(validated, "trajectories", body)["/oscillator/units"][1] == 'one of "nondimensional", "SI"'
+
+
+def test_the_parts_of_a_diagram_are_the_requests_by_themselves():
+    window = {"omega": (0.26, 0.3), "clearance": [1.3, 1.5, 2.0], "shape": (3, 900)}
+    plane = {**window, "max_periods": 500, "max_period": 16}
+    whole = asked("unfolding_diagram", **plane, max_order=4, max_multiple=2, borders=True)
+    assert whole.unfolding_map == asked("unfolding_map", **plane)
+    assert whole.grazing_curve == asked("grazing_curve", omega=(0.26, 0.3), points=1800, max_order=4)
+    points = asked("codimension_two_points", omega=(0.26, 0.3), max_order=4, max_multiple=2)
+    assert whole.codimension_two_points == points
+    curves = asked("bifurcation_curves", omega=(0.26, 0.3), clearance=(1.3, 2.0), max_multiple=2, points=1800)
+    assert whole.bifurcation_curves == curves
+
+
+@pytest.mark.parametrize("left", [None, 1.75])
+def test_the_parts_of_a_diagram_of_one_stop_are_the_requests_by_themselves(left):
+    plane = {"omega": (0.26, 0.3), "clearance": {"right": (1.3, 2.0), "left": left}, "shape": (3, 4)}
+    whole = asked("unfolding_diagram", **plane, max_order=4, max_multiple=2)
+    assert whole.unfolding_map == asked("unfolding_map", **plane)
+    fixed = {"left": left}
+    assert whole.grazing_curve == asked("grazing_curve", omega=(0.26, 0.3), points=400, max_order=4, clearance=fixed)
+    points = asked("codimension_two_points", omega=(0.26, 0.3), max_order=4, max_multiple=2, clearance=fixed)
+    assert whole.codimension_two_points == points
+    clearance = {"right": (1.3, 2.0), "left": left}
+    assert whole.bifurcation_curves == asked("bifurcation_curves", omega=(0.26, 0.3), clearance=clearance)
+
+
+def orbit(motion=None, initial=None):
+    keywords = {"motion": motion, "initial": initial, "transient_periods": 100, "max_period": 8}
+    return asked("periodic_orbit", omega=0.3, clearance=1.5, **keywords)
+
+
+def branch(motion=None, vary="clearance", range=(1.4, 1.9)):
+    keywords = {"transient_periods": 9, "max_period": 8, "vary": vary, "range": range, "max_points": 9}
+    return asked("orbit_branch", omega=0.3, clearance=1.5, motion=motion, **keywords)
+
+
+def diagram(omega, clearance, points=None, policy="rest"):
+    keywords = {"points": points, "policy": policy, "periods": 1, "transient_periods": 0, "max_period": 8}
+    return asked("bifurcation_diagram", omega=omega, clearance=clearance, **keywords)
+
+
+def mapping(overshoot, stop="A"):
+    return asked("discontinuity_mapping", omega=0.3, overshoot=overshoot, stop=stop)
+
+
+def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
+    keywords = {"initial": initial, "shape": shape, "max_periods": 100, "max_period": 8}
+    vertical = ("velocity", 2, [0.0, 0.5])
+    return asked("basins", omega=0.3, clearance=1.6, horizontal=horizontal, vertical=vertical, **keywords)
+
+
+def test_coordinates_that_a_rectangle_replaces_are_not_part_of_the_request():
+    given = basins(initial={"displacement": [0.1, 9.0, 0.2], "velocity": [0.3, 9.0, 0.4]})
+    assert given == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
+    assert given.initial.displacement == [0.1, 0.0, 0.2]
+    assert basins() == basins(initial={"phase": 0})
+
+
+def curves(motions, **keywords):
+    return asked("bifurcation_curves", omega=(0.2, 0.3), clearance=(1.0, 2.0), motions=motions, **keywords)
+
+
+def test_motions_of_a_window_are_given_in_several_ways():
+    found = decode_result(npz("periodic-orbits"))
+    asked = curves([(1, [1, -1]), {"period": 1, "stops": np.array([1, -1]), "label": "1-1r-1l"}, found])
+    first, second, third = asked.motions
+    assert first.model_dump() == second.model_dump()  # a label adds nothing
+    assert (third.omega, third.clearance, third.stops) == (0.27, 1.85, [1, -1])
+    assert third.velocities == [0.25, -0.25]
+    assert orbit(motion=found).motion.phases == third.phases
+    # the numbers of closed forms are no part of a question for motions, and the other way round
+    texts = [canonical(curves(None)), canonical(asked)]
+    assert [sorted({"motions", "max_multiple", "points"} & set(text)) for text in texts] == [
+        ["max_multiple", "points"],
+        ["motions"],
+    ]
+    wider = curves([(1, [1, -1]), (1, [1, -1]), found], max_multiple=9, points=50)
+    assert canonical(wider) == canonical(asked)
+
+
+def test_windows_of_one_stop_and_the_orbits_in_them():
+    found = replace(decode_result(npz("periodic-orbits")), clearance=math.nan, clearance_left=1.4)
+    window = {"omega": (0.2, 0.3), "clearance": {"right": None, "left": (1.0, 2.0)}}
+    (motion,) = asked("bifurcation_curves", **window, motions=[replace(found, stops=(-1, -1))]).motions
+    assert motion.clearance == 1.4
+    errors = refused(asked, "bifurcation_curves", **window, motions=[(1, [1])])
+    assert list(errors) == ["/motions/0/stops"]
+    window["clearance"] = {"right": 1.0, "left": 1.2}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance"]
+    window["clearance"] = {"right": (1.0,)}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance/right"]
+    window["clearance"] = {"right": "a"}
+    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance/right"]
+
+
+@pytest.mark.parametrize("wrong", ["1-2r-2l", (1, [1], 2), 3])
+def test_the_error_of_an_invalid_motion_shows_the_form_of_a_valid_one(wrong):
+    for call, pointer in ((lambda: orbit(wrong), "/motion"), (lambda: curves([(1, [1]), wrong]), "/motions/1")):
+        detail, allowed = refused(call)[pointer]
+        assert "not a motion" in detail
+        assert "(period, stops), e.g. (1, [1, 1, -1, -1])" in allowed
+
+
+def test_an_orbit_that_was_not_found_is_refused_as_a_motion_with_the_reason():
+    lost = replace(decode_result(npz("periodic-orbits")), converged=False, reason="Newton's method does not converge")
+    for call, pointer in ((lambda: orbit(lost), "/motion"), (lambda: curves([lost]), "/motions/0")):
+        assert refused(call)[pointer][0] == "this orbit was not found: Newton's method does not converge"
+
+
+@pytest.mark.parametrize(
+    ("model", "fields", "name", "said", "allowed"),
+    [
+        (Oscillator, {"restitution": 2.0}, "restitution", "less than or equal to 1", "1"),
+        (Oscillator, {"masses": [1, 0, 1]}, "masses.1", "greater than 0", "0"),
+        (Oscillator, {"masses": [1, 1]}, "Oscillator", "stiffnesses has 3 numbers", "of one length"),
+        (Oscillator, {"mases": [1, 1]}, "mases", 'Unknown field "mases"; did you mean masses', "units, masses, stiff"),
+        (Oscillator, {"units": "si"}, "units", "Input should be", 'one of "nondimensional", "SI"'),
+        (InitialState, {"phase": "late"}, "phase", "valid number", "a finite number"),
+        (
+            InitialState,
+            {"phas": 1.0},
+            "phas",
+            'Unknown field "phas"; did you mean phase',
+            "displacement, velocity, phase",
+        ),
+        (Range, {"start": 1.0, "stop": 0.5, "points": 3}, "Range", "stop must be greater", "stop > start > 0"),
+        (
+            UnfoldingMapsRequest,
+            {"omega": [1, 2], "oscillator": {"damping": -1}},
+            "oscillator.damping",
+            "equal to 0",
+            "a finite number >= 0",
+        ),
+    ],
+)
+def test_a_model_made_with_wrong_fields_names_them_and_what_is_allowed(model, fields, name, said, allowed):
+    with pytest.raises(ValidationError) as caught:
+        model(**fields)
+    place, _, text = str(caught.value).partition("\n  ")
+    assert place.endswith(name)
+    assert text.startswith(said) or said in text
+    assert f"allowed: {allowed}" in text or allowed in text.partition("(allowed: ")[2]
+    assert "errors.pydantic.dev" not in text
+    assert isinstance(caught.value, ValueError)
+
+
+def test_a_model_and_a_request_say_the_same_of_a_field():
+    wrong = {"mases": [1], "restitution": 2, "damping": [-1.0], "units": "si", "forcing": "x"}
+    found = refused(asked, "grazing_curve", wrong, omega=[1.0, 2.0])
+    with pytest.raises(ValidationError) as caught:
+        Oscillator(**wrong)
+    said = {"/".join(map(str, error["loc"])): error["msg"] for error in caught.value.errors()}
+    for pointer, (detail, allowed) in found.items():
+        place = pointer.removeprefix("/oscillator").removeprefix("/") or "mases"
+        assert said[place] == f"{detail} (allowed: {allowed})"
+    assert len(said) == len(found) == 5
+
+
+def test_fields_are_given_by_name():
+    with pytest.raises(TypeError):
+        Oscillator([1.0, 2.0])
+
+
+@pytest.mark.parametrize("name", ["unfolding_map", "trajectory"])
+def test_an_unknown_argument_of_a_method_is_named_with_the_nearest_and_those_there_are(client, service, name):
+    with pytest.raises(
+        TypeError, match=rf"^{name}\(\) has no argument omga; did you mean omega \(allowed: oscillator, "
+    ):
+        getattr(client, name)(omga=0.3, clearance=1.0)
+    assert service.requests == []
+
+
+def test_the_methods_of_the_asynchronous_client_are_coroutine_functions():
+    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in METHODS)
+    assert not any(inspect.iscoroutinefunction(getattr(Client, name)) for name in METHODS)
+
+
+def test_a_process_that_is_misspelt_is_named_with_the_nearest(client):
+    with pytest.raises(ParameterError, match="no such process; did you mean unfolding-maps"):
+        client.submit("unfolding_map", {})
+
+
+def test_an_interval_of_a_model_is_one_of_a_branch():
+    given = branch((1, [1]), "clearance", Interval(start=1.0, stop=2.0))
+    assert (given.range.start, given.range.stop) == (1.0, 2.0)
+    zero = branch((1, [1]), "restitution", (0, 1))
+    assert zero.range.start == 0.0
+
+
+@pytest.mark.parametrize(
+    ("call", "pointer"),
+    [
+        (lambda: asked("grazing_curve", "x", omega=(0.1, 0.2), points=5), "/oscillator"),
+        (lambda: asked("grazing_curve", 5, omega=(0.1, 0.2), points=5), "/oscillator"),
+        (lambda: asked("grazing_curve", {1: 2}, omega=(0.1, 0.2), points=5), "/oscillator/1"),
+        (lambda: Client().trajectory(omega=0.3, clearance=1.5, initial="rest", periods=4), "/initial"),
+        (lambda: asked("grazing_curve", omega=0.3), "/omega"),
+        (lambda: asked("grazing_curve", omega="0.3", points=3), "/omega"),
+        (lambda: asked("grazing_curve", omega=np.array(0.3), points=5), "/omega"),
+        (lambda: asked("grazing_curve", omega=np.array([[0.3, 0.4]])), "/omega/0"),
+        (lambda: asked("codimension_two_points", omega=np.array(0.3)), "/omega"),
+        (lambda: asked("codimension_two_points", omega=0.3), "/omega"),
+        (lambda: mapping("1e-3"), "/overshoot"),
+        (lambda: mapping(None), "/overshoot"),
+        (lambda: mapping(0.0), "/overshoot/0"),
+        (lambda: mapping(1e-3, "B"), "/stop"),
+        (lambda: orbit(motion=(0, [1])), "/motion/period"),
+        (lambda: orbit(motion=(1, [])), "/motion/stops"),
+        (lambda: orbit(motion=(1, [2])), "/motion/stops/0"),
+        (lambda: orbit(motion={"period": 1, "stops": [1], "phases": [0.1]}), "/motion/velocities"),
+        (lambda: orbit(motion={"period": 1, "stops": [1], "phases": [0, 1], "velocities": [1]}), "/motion/phases"),
+        (
+            lambda: orbit(motion={"period": 1, "stops": [1, 1], "phases": [2, 1], "velocities": [1, 1]}),
+            "/motion/phases",
+        ),
+        (lambda: orbit(motion=(1, [1]), initial={"phase": 1}), "/initial"),
+        (lambda: orbit(initial={"velocity": [1]}), "/initial/velocity"),
+        (lambda: branch(vary="clearance", range=(1.6, 1.9)), "/range"),
+        (lambda: branch(vary="clearance", range=(0, 1.9)), "/range/start"),
+        (lambda: branch(vary="restitution", range=(0, 1.1)), "/range/stop"),
+        (lambda: branch(vary="restitution", range=(0, 0.7)), "/range"),
+        (lambda: orbit(motion={"period": 1, "stops": [1, -1], "label": "1-2r-1l"}), "/motion/label"),
+        (lambda: curves([(1, [1, 2])]), "/motions/0/stops/1"),
+        (lambda: curves([]), "/motions"),
+        (lambda: curves("1-1r-1l"), "/motions"),
+        (lambda: curves([(1, [1]), {"period": 1, "stops": [1], "omega": 0.4}]), "/motions/1/omega"),
+        (
+            lambda: curves([{"period": 1, "stops": [1], "phases": [1], "velocities": [1], "omega": 0.25}]),
+            "/motions/0/clearance",
+        ),
+        (lambda: branch(vary="phase", range=(1.4, 1.9)), "/vary"),
+        (lambda: branch(vary="clearance", range=1.4), "/range"),
+        (lambda: diagram(0.3, 1.5), "/range"),
+        (lambda: diagram((0.2, 0.3), (1, 2), 5), "/range"),
+        (lambda: diagram(0.3, (1, 2)), "/clearance"),
+        (lambda: diagram(0.3, (2, 1), 5), "/range"),
+        (lambda: diagram(0.3, (1, 2), 5, "up"), "/policy"),
+        (lambda: diagram(0.0, (1, 2), 5), "/omega"),
+        (lambda: basins(horizontal=("displacement", 1, (-1.0, 1.0))), "/horizontal/values"),
+        (lambda: basins(horizontal=("displacement", 1, 0.5)), "/horizontal/values"),
+        (lambda: basins(horizontal="x1"), "/horizontal"),
+        (lambda: basins(horizontal=("displacement", 4, [-1.0, 1.0])), "/horizontal/mass"),
+        (lambda: basins(horizontal=("phase", 1, [-1.0, 1.0])), "/horizontal/quantity"),
+        (lambda: basins(horizontal=("displacement", 1, [-1.6, 1.0])), "/horizontal/values"),
+        (lambda: basins(horizontal=("velocity", 2, [-1.0, 1.0])), "/vertical"),
+        (lambda: basins(initial={"displacement": [1.6, 0, 0]}), "/initial/displacement"),
+        (lambda: basins(initial={"velocity": [1.6, 0]}), "/initial/velocity"),
+        (lambda: basins(shape=3), "/shape"),
+        (lambda: umap((0.1, 0.2), (1, 2), 5), "/shape"),
+        (lambda: umap((0.1, 0.2), (1, 2), (5, 6, 7)), "/shape"),
+        (lambda: umap((0.1, 0.2), (1, 2), "ab"), "/omega/points"),
+        (lambda: validated("trajectories", None), ""),
+        (lambda: validated("trajectories", 5), ""),
+        (lambda: validated([], {}), ""),
+    ],
+)
+def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
+    assert pointer in refused(call)
+
+
+def test_union_branches_do_not_show_in_pointers():
+    body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
+    assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
+
+
+def test_a_request_of_another_process_is_refused_also_where_it_has_all_the_fields():
+    whole = branch((1, [1]), range=(1.4, 1.9))
+    assert validated("orbit-branches", whole) is whole
+    for process in ("periodic-orbits", "unfolding-maps"):
+        assert "another process" in refused(validated, process, whole)[""][0]
+
+
+def test_an_unknown_process_lists_the_known_ones():
+    assert "unfolding-maps" in refused(validated, "unfolding-map", {})[""][1]
+
+
+def test_the_exception_reads_as_plain_text():
+    with pytest.raises(ParameterError, match=r"/omega: .*\(allowed: .*> 0"):
+        validated("trajectories", {"omega": 0, "clearance": 1.0, "periods": 1})
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_a_method_requires_what_its_request_requires(process):
+    named = {one.process: name for name, one in METHODS.items()}
+    parameters = inspect.signature(getattr(Client, named[process])).parameters
+    required = {name for name, field in PROCESSES[process].model_fields.items() if field.is_required()}
+    if process == "bifurcation-diagrams":
+        required -= {"vary", "range"}  # these may be said by omega and clearance, of which one varies
+    if process == "proofs":
+        required -= {"statement"}  # a point or an orbit has its own
+    assert [name for name in required if parameters[name].default is not inspect.Parameter.empty] == []
+
+
+class ToysRequest(ProcessRequest):
+    """A process that is not there."""
+
+    operation = Operation("toys", "submit_toy", "Toy", "Compute a toy.", {}, "A book.")
+
+    omega: Grid
+    """Frequencies."""
+    level: Literal["low", "high"] = "low"
+    """How much of it."""
+    window: Interval | None = None
+    """Where it is."""
+
+
+def test_the_method_of_a_new_process_follows_from_its_request(monkeypatch):
+    monkeypatch.setitem(PROCESSES, "toys", ToysRequest)
+    method = ProcessMethod("toys", GrazingCurve)
+    assert str(method.signature) == (
+        "(self, oscillator: 'OscillatorLike' = None, *, omega: 'Values', points: 'int | None' = None, "
+        "level: 'str' = 'low', window: 'tuple[float, float] | None' = None, progress: 'bool' = True) -> 'GrazingCurve'"
+    )
+    for part in ("Compute a toy.", 'level : {"low", "high"}\n    How much of it.', "References\n----------\nA book."):
+        assert part in method.doc
+    request, progress = method.asked(omega=(0.2, 0.3), points=4, progress=False)
+    assert (request.omega.points, request.window, progress) == (4, None, False)
+    assert "/level" in refused(method.asked, omega=[0.2, 0.3], level="none")
+
+
+def test_a_number_with_a_unit_in_text_is_refused_with_the_unit_of_the_field(client):
+    with pytest.raises(ParameterError) as refused:
+        client.unfolding_map(omega=("10Hz", "13Hz"), clearance=(1.0, 2.0), shape=(3, 3))
+    said = [(error.pointer, error.allowed) for error in refused.value.problem.errors]
+    allowed = "a finite number > 0, in rad/s in SI; units are written on the command line only"
+    assert said == [("/omega/start", allowed), ("/omega/stop", allowed)]
+
+
+def test_a_range_without_the_orbit_names_parameter_unit_and_value(client):
+    machine = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
+    with pytest.raises(ParameterError) as refused:
+        client.orbit_branch(machine, omega=20.0, clearance=0.0027, range=(1.0, 6.0), motion=(1, [1, -1]))
+    (error,) = refused.value.problem.errors
+    assert error.detail == "the range, in m, does not contain the clearance of the orbit, 0.0027 m"
+    assert error.allowed == "start <= clearance <= stop"
+
+
+def test_an_unknown_field_is_named_before_the_missing_one():
+    with pytest.raises(ParameterError) as refused:
+        validated("grazing-curves", {"omga": [0.2, 0.3]})
+    assert [error.detail.partition(" ")[0] for error in refused.value.problem.errors] == ["Unknown", "Field"]

@@ -1,0 +1,463 @@
+"""The command of each process: flags for the fields of its request, and errors that name them."""
+
+import json
+import math
+import re
+import shlex
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from matplotlib import rc_context
+
+import grazemap
+from grazemap import cli
+from grazemap.cli import files
+from grazemap.cli.flags import flags_of
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.wire import PROCESSES, canonical, parse_request
+from tests.support.sdk_documents import MANY, MOTIONS, REQUESTS, npz
+from tests.support.sdk_fake_service import FakeService, problem, served
+
+ROOT = Path(__file__).parents[3]
+OSCILLATOR = {
+    "units": "SI",
+    "masses": [2.0, 20.0, 20.0],
+    "stiffnesses": [1.0, 5.0, 5.0],
+    "damping": [0.1, 0.2, 0.3],
+    "forcing": [-1.0, 0.0, 0.5],
+    "restitution": 0.7,
+}
+CURVE = ["grazing-curves", "--omega", "0.2:0.4:5"]
+GRID = "written START:STOP:POINTS or NUMBER,NUMBER,..."
+
+
+@pytest.fixture
+def url(service: FakeService):
+    with served(service) as address:
+        yield address
+
+
+@pytest.fixture
+def run(url):
+    return lambda *arguments: cli.main([*arguments, "--url", url, "--quiet"])
+
+
+@pytest.fixture
+def refused(run, service, capsys):
+    def lines(*arguments):
+        assert run(*arguments) == 2
+        assert service.requests == []
+        first, *errors = capsys.readouterr().err.splitlines()
+        assert first.startswith("grazemap: Invalid request: ")
+        return [line.strip() for line in errors]
+
+    return lines
+
+
+def words(fields, *place):
+    """Yield the words for the fields of an object in a request, as the guide says how they are written."""
+    for name, value in fields.items():
+        here = place if name == "oscillator" else (*place, name)
+        flag = "--" + "-".join(here).replace("_", "-")
+        if isinstance(value, bool):
+            yield flag if value else flag.replace("--", "--no-", 1)
+        elif isinstance(value, dict) and "start" in value:
+            yield from (flag, ":".join(map(str, value.values())))
+        elif isinstance(value, dict):
+            yield from words(value, *here)
+        else:
+            yield from (flag, ",".join(map(str, value)) if isinstance(value, list) else str(value))
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_flags_make_the_request_that_json_makes(run, service, tmp_path, process):
+    request = {**REQUESTS[process], "oscillator": OSCILLATOR}
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(request))
+    assert run("run", process, "--json", str(path), "-o", str(tmp_path / "a.npz")) == 0
+    assert run(process, *words(request), "-o", str(tmp_path / "b.npz")) == 0
+    (job,) = service.jobs.values()
+    assert job["process"] == process
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_the_example_of_the_help_is_the_first_of_the_process(run, service, capsys, process):
+    with pytest.raises(SystemExit):
+        cli.main([process, "--help"])
+    said, _, example = capsys.readouterr().out.rpartition("example: grazemap ")
+    assert "in SI: --units SI" in said
+    run(*shlex.split(example))
+    (job,) = service.jobs.values()
+    expected = parse_request(process, next(iter(PROCESSES[process].operation.examples.values())))
+    assert canonical(parse_request(process, job["request"])) == canonical(expected)
+
+
+@pytest.mark.parametrize(("sample", "only"), [(MANY, "initial"), (MOTIONS, "motions")])
+def test_fields_without_a_flag_come_from_json_and_the_help_names_them(run, service, tmp_path, capsys, sample, only):
+    process = sample.split()[0]
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(REQUESTS[sample]))
+    run(process, "--json", str(path))
+    (job,) = service.jobs.values()
+    assert len(job["request"][only]) == len(REQUESTS[sample][only])
+    with pytest.raises(SystemExit):
+        cli.main([process, "--help"])
+    rest = f"outputs, {only}" if process == "trajectories" else only
+    assert f"Only --json has every form of: {rest}, matrices, forcing." in capsys.readouterr().out
+
+
+def test_every_field_has_a_description():
+    assert [flag.name for process in PROCESSES for flag in flags_of(process) if not flag.description] == []
+
+
+def test_flags_take_precedence_over_json(run, service, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(
+        json.dumps({"oscillator": {"restitution": 0.5, "damping": 0.1}, "omega": [1.0, 2.0], "max_order": 3})
+    )
+    run("grazing-curves", "--json", str(path), "--restitution", "0.6", "--omega", "3:4:2", "--no-sequence")
+    (job,) = service.jobs.values()
+    request = canonical(parse_request("grazing-curves", job["request"]))
+    assert (request["oscillator"]["restitution"], request["oscillator"]["damping"]) == (0.6, 0.1)
+    assert (request["omega"], request["max_order"]) == ({"start": 3.0, "stop": 4.0, "points": 2}, 3)
+
+
+def test_a_list_of_one_number_ends_with_a_comma(run, service):
+    chain = ["--masses", "2", "--stiffnesses", "3", "--forcing", "1"]
+    run(*CURVE, *chain, "--damping", "0.1")
+    run(*CURVE, *chain, "--damping", "0.1,")
+    assert [job["request"]["oscillator"]["damping"] for job in service.jobs.values()] == [0.1, [0.1]]
+
+
+def test_the_result_and_its_picture_are_written_both(run, tmp_path, capsys):
+    result, picture = tmp_path / "curve.npz", tmp_path / "curve.png"
+    assert run(*CURVE, "-o", str(result), "--plot", str(picture)) == 0
+    assert capsys.readouterr().out.split() == [str(result), str(picture)]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert grazemap.load(result).process == "grazing-curves"
+
+
+def test_a_picture_is_no_result(run, service, tmp_path, capsys):
+    assert run(*CURVE, "--plot", str(tmp_path / "curve.npz")) == 2
+    assert "(--plot) must end in one of .png, .svg, .pdf" in capsys.readouterr().err
+    assert service.requests == []
+
+
+def test_without_a_file_the_result_is_shown_as_by_show(run, tmp_path, capsys):
+    path = tmp_path / "curve.npz"
+    run(*CURVE, "-o", str(path))
+    capsys.readouterr()
+    assert run(*CURVE) == 0
+    printed = capsys.readouterr().out
+    assert cli.main(["show", str(path)]) == 0
+    assert printed == capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "errors"),
+    [
+        (["grazing-curves"], ["--omega: Field required (allowed: an object", GRID]),
+        (
+            ["grazing-curves", "--omega", "0.2,0.4,100"],
+            ["--omega 0.2,0.4,100: Three numbers with a whole one", "0.2:0.4:100 for the range, 0.2,0.4,100.0 for"],
+        ),
+        (["grazing-curves", "--omega", "0.2:0.4"], ["--omega 0.2:0.4: points: Field required", GRID]),
+        (
+            ["grazing-curves", "--omega", "0.2:0.4:100.5"],
+            ["--omega 0.2:0.4:100.5: points: Input should be a valid integer (allowed: an integer >= 2; " + GRID],
+        ),
+        (["grazing-curves", "--omega", "0.4:0.2:5"], ["--omega 0.4:0.2:5: stop must be greater", "stop > start > 0"]),
+        (["grazing-curves", "--omega", "abc"], ["--omega abc: Input should be a range or a list of numbers", GRID]),
+        (
+            ["codimension-two-points", "--omega", "0.2:0.4:100"],
+            ['--omega 0.2:0.4:100: Unknown field "points"', "written START:STOP)"],
+        ),
+        ([*CURVE, "--masses", "1,x,10"], ["--masses 1,x,10: number 2: ", "written NUMBER,NUMBER,...)"]),
+        (
+            [*CURVE, "--restitution", "2"],
+            ["--restitution 2: ", "(allowed: a finite number >= 0 and <= 1 or an object with the fields right, left; "],
+        ),
+        ([*CURVE, "--restitution", "nan"], ["--restitution nan: Input should be a finite number"]),
+        ([*CURVE, "--units", "mm"], ["--units mm: Input should be", 'one of "nondimensional", "SI"']),
+        ([*CURVE, "--units", "SI"], ["--damping: damping has no default in SI units", "NUMBER or NUMBER,NUMBER,..."]),
+        (
+            ["basins", "--omega", "0.29", "--clearance", "1.6", "--vertical-quantity", "velocity"],
+            ["--horizontal-quantity, --horizontal-mass, --horizontal-values: Field required"],
+        ),
+        (
+            ["unfolding-maps", "--omega", "1:2:3", "--clearance", "1:2:3", "--adaptive", "--policy", "sweep-up"],
+            ["--policy sweep-up: a sweep cannot be adaptive"],
+        ),
+    ],
+)
+def test_an_error_names_the_flag_the_value_and_the_way_to_write_it(refused, arguments, errors):
+    said = refused(*arguments)
+    assert all(error in said[0] for error in errors), said
+    assert said[0].startswith(errors[0])
+
+
+def test_all_errors_are_named_at_once(refused):
+    said = refused(
+        "grazing-curves", "--omga", "0.2:0.4:5", "--restitution", "2", "--omega", "1,2,3", "--max-order", "x"
+    )
+    assert [line.partition(":")[0] for line in said] == ["--omga", "--omega 1,2,3", "--restitution 2", "--max-order x"]
+    assert said[0] == "--omga: Unknown flag; did you mean --omega"
+
+
+def test_numbers_apart_are_said_to_be_written_together(refused):
+    said = refused("grazing-curves", "--omega", "0.2", "0.4", "5")
+    apart = "Unexpected argument; ranges and lists are written without spaces"
+    assert said[:2] == [f"0.4: {apart}", f"5: {apart}"]
+    assert said[2].startswith("--omega 0.2: Input should be a range or a list of numbers")
+
+
+def commands_of_the_guides():
+    for page in ("README.md", "docs/sdk.md"):
+        for line in (ROOT / page).read_text("utf-8").replace("\\\n", " ").splitlines():
+            written = shlex.split(line, comments=True) if line.startswith("    grazemap ") else []
+            if written[1:2] and written[1] in PROCESSES and "--help" not in written:
+                yield written[1:]
+
+
+@pytest.mark.parametrize("arguments", list(commands_of_the_guides()), ids=" ".join)
+def test_the_commands_of_the_guides_work(run, tmp_path, monkeypatch, capsys, arguments):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map.json").write_text(json.dumps(REQUESTS["unfolding-maps"]))
+    assert run(*arguments) == 0
+    named = [after for flag, after in pairwise(arguments) if flag in ("-o", "--plot")]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["map.json", *named])
+
+
+def test_an_error_in_json_names_the_field(refused, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps({"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}))
+    said = refused("grazing-curves", "--json", str(path), "--max-order", "0")
+    assert [line.partition(": ")[0] for line in said] == [
+        "/",
+        "/oscillator/restitution 2",
+        "/omega/points",
+        "--max-order 0",
+    ]
+    assert 'Unknown field "max_ordr"; did you mean max_order' in said[0]
+
+
+def test_a_flag_for_a_field_of_what_is_no_object_is_refused(refused, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(REQUESTS[MANY]))
+    said = refused("trajectories", "--json", str(path), "--initial-phase", "1")
+    assert said == ["--initial-phase 1: initial in --json is not an object, and this would be a field of it (allowed: "
+                    "an object; written NUMBER)"]  # fmt: skip
+
+
+def test_an_error_of_the_service_names_the_flag(run, service, capsys):
+    errors = [{"pointer": "/omega", "detail": "too many points", "allowed": "at most 4"}]
+    answer = {"type": "urn:x", "title": "Too much work", "status": 422, "detail": "more than allowed", "errors": errors}
+    service.upcoming = [problem(422)]
+    service.upcoming[0]._content = json.dumps(answer).encode()
+    assert run(*CURVE) == 2
+    assert f"--omega 0.2:0.4:5: too many points (allowed: at most 4; {GRID})" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["status", "--ulr", "http://x"], "--ulr: Unknown flag; did you mean --url"),
+        (["show", "a.npz", "--quiet"], "--quiet: Unknown flag"),
+        (["plot", "a.npz", "b.npz"], "b.npz: Unexpected argument"),
+    ],
+)
+def test_an_unknown_flag_of_another_command_is_named_with_the_nearest(arguments, said, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(arguments)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_help_has_one_line_for_each_command(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        cli.main(["--help"])
+    lines = capsys.readouterr().out.partition("COMMAND\n")[2].partition("\n\n")[0].splitlines()
+    others = ["run", "up", "status", "repair", "backup", "restore", "plot", "show", "schema", "check", "completion"]
+    assert [line.split()[0] for line in lines] == [*PROCESSES, *others]
+
+
+@pytest.mark.parametrize("words", [["grazing_curves"], ["run", "grazing_curves"]])
+def test_names_are_written_with_hyphens_or_underscores(run, service, tmp_path, words):
+    output = tmp_path / "my_curve.npz"
+    assert run(*words, "--omega", "0.2:0.4:5", "--max_order=3", f"--output={output}") == 0
+    (job,) = service.jobs.values()
+    assert (job["process"], job["request"]["max_order"]) == ("grazing-curves", 3)
+    assert output.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["grazing-curve", "--omega", "1:2:3"], "there is no command grazing-curve; did you mean grazing-curves"),
+        (["unfolding_map"], "there is no command unfolding-map; did you mean unfolding-maps"),
+        (["run", "unfolding-map"], "there is no process unfolding-map; did you mean unfolding-maps"),
+        (["schema", "grazing_curve"], "there is no process grazing-curve; did you mean grazing-curves"),
+        (["completion", "bsh"], "there is no shell bsh; did you mean bash"),
+        (["wobble"], "there is no command wobble (allowed: structures, grazing-curves, "),
+    ],
+)
+def test_a_command_or_process_that_is_misspelt_is_named_with_the_nearest(capsys, words, said):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(words)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_schema_of_a_process_may_be_asked_with_underscores(capsys):
+    assert cli.main(["schema", "grazing_curves"]) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "GrazingCurvesRequest"
+
+
+@pytest.mark.parametrize(
+    ("words", "errors"),
+    [
+        (["--sequence=yes"], ["--sequence yes: A switch has no value (allowed: --sequence or --no-sequence)"]),
+        (["--no-sequence", "no"], ["--no-sequence no: A switch has no value (allowed: --sequence or --no-sequence)"]),
+        (
+            ["--quiet=1", "--max-order", "0"],
+            ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: Input should be greater"],
+        ),
+    ],
+)
+def test_a_switch_with_a_value_is_refused_with_the_other_errors(refused, words, errors):
+    said = refused(*CURVE, *words)
+    assert len(said) == len(errors)
+    assert all(line.startswith(error) for line, error in zip(said, errors, strict=True))
+
+
+MACHINE = ["--units", "SI", "--masses", "2,", "--stiffnesses", "800,", "--damping", "0.001", "--forcing", "12,"]
+SI = [*MACHINE, "--restitution", "0.8"]
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        (
+            ["unfolding-maps", "--omega", "2.5Hz:4Hz:3", "--clearance", "1mm:5mm:2"],
+            {
+                "omega": {"start": 5.0 * math.pi, "stop": 8.0 * math.pi, "points": 3},
+                "clearance": {"start": 0.001, "stop": 0.005, "points": 2},
+            },
+        ),
+        (
+            ["trajectories", "--omega", "3Hz", "--clearance", "0.002m", "--periods", "2",
+             "--initial-displacement", "-1mm,"],
+            {"omega": 6.0 * math.pi, "clearance": 0.002,
+             "initial": {"displacement": [-0.001], "velocity": [0.0], "phase": 0.0}},
+        ),
+        (
+            ["bifurcation-diagrams", "--vary", "clearance", "--range", "1e0mm:5.mm:4", "--omega", "20rad/s"],
+            {"range": {"start": 0.001, "stop": 0.005, "points": 4}, "omega": 20.0},
+        ),
+        (
+            ["bifurcation-diagrams", "--vary", "omega", "--range", "1Hz,2Hz,", "--clearance", "5mm"],
+            {"range": [2.0 * math.pi, 4.0 * math.pi], "clearance": 0.005},
+        ),
+        (
+            ["orbit-branches", "--omega", "20", "--clearance", "5mm", "--range", "4mm:6mm", "--motion-period", "1",
+             "--motion-stops", "1,"],
+            {"range": {"start": 0.004, "stop": 0.006}},
+        ),
+        (
+            ["basins", "--omega", "20", "--clearance", "5mm", "--horizontal-quantity", "displacement",
+             "--horizontal-mass", "1", "--horizontal-values", "-1mm:1mm:3", "--vertical-quantity", "velocity",
+             "--vertical-mass", "1", "--vertical-values", "-0.1:0.1:3"],
+            {"horizontal": {"quantity": "displacement", "mass": 1,
+                            "values": {"start": -0.001, "stop": 0.001, "points": 3}}},
+        ),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::grazemap.errors.RequestWarning")
+def test_frequencies_and_lengths_may_have_units_in_si(run, service, words, plain):
+    assert run(*words, *SI) in (0, 3)
+    (job,) = service.jobs.values()
+    request = canonical(parse_request(job["process"], job["request"]))
+    assert {name: request[name] for name in plain} == plain
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--omega", "5Hz:12Hz:200"],
+            "--omega 5Hz:12Hz:200: Hz is a unit of SI, and this oscillator is nondimensional (allowed: numbers "
+            f"without units, or --units SI; {GRID})",
+        ),
+        ([*SI, "--omega", "5mm:6mm:7"], "--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz or rad/s in SI; "),
+        (
+            [*SI, "--omega", "5Hz:12:200"],
+            "--omega 5Hz:12:200: Only some of the numbers have a unit (allowed: a unit with each of them, or ",
+        ),
+        ([*SI, "--omega", "1:2:3", "--restitution", "5mm"], "--restitution 5mm: Input should be a valid number"),
+        ([*SI, "--omega", "5Hz:12Hz:200Hz"], "--omega 5Hz:12Hz:200Hz: points: Input should be a valid integer"),
+    ],
+)
+def test_a_unit_that_does_not_apply_is_refused(refused, words, said):
+    (line,) = refused("grazing-curves", *words)
+    assert line.startswith(said)
+
+
+def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys):
+    path = tmp_path / "request.json"
+    oscillator = {**OSCILLATOR, "damping": 0.01}
+    path.write_text(json.dumps({"oscillator": oscillator, "omega": [1.0, 2.0, 3.0]}))
+    assert run("grazing-curves", "--json", str(path), "--omega", "1Hz:2Hz:3") == 0
+    (job,) = service.jobs.values()
+    assert job["request"]["omega"]["start"] == 2.0 * math.pi
+    with pytest.raises(SystemExit):
+        cli.main(["unfolding-maps", "--help"])
+    helped = " ".join(capsys.readouterr().out.split())
+    assert "or an increasing list. In SI also as 5Hz." in helped
+    assert "or an increasing list. In SI also as 5mm." in helped
+
+
+@pytest.mark.parametrize(
+    ("omega", "engineering"), [("1Hz:2Hz:3", True), ("6.3rad/s:12.6rad/s:3", False), ("6.3:12.6:3", False)]
+)
+def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, engineering):
+    drawn = []
+    monkeypatch.setattr(files, "save_picture", lambda *drawing: drawn.append(drawing[2]))
+    assert run("grazing-curves", *SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg")) == 0
+    assert drawn == [engineering]
+
+
+def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys):
+    result, picture = tmp_path / "curve.npz", tmp_path / "curve.svg"
+    document, meta = decode_npz(npz("grazing-curves"))
+    result.write_bytes(encode_npz(document, meta))
+    assert cli.main(["plot", str(result), "-o", str(picture), "--engineering-units"]) == 2
+    assert "for results in SI, and this one is nondimensional" in capsys.readouterr().err
+    oscillator = {**meta["request"]["oscillator"], "units": "SI"}
+    result.write_bytes(encode_npz(document, meta | {"request": {**meta["request"], "oscillator": oscillator}}))
+    for switch, expected in (([], {"rad/s", "m"}), (["--engineering-units"], {"Hz", "mm"})):
+        with rc_context({"svg.fonttype": "none"}):
+            assert cli.main(["plot", str(result), "-o", str(picture), *switch]) == 0
+            assert cli.main(["plot", *switch, str(result), "-o", str(picture)]) == 0
+        assert set(re.findall(r"\((Hz|rad/s|mm|m)\)", picture.read_text())) == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "note"),
+    [
+        (["--omega", "10Hz,13Hz"], "--omega 10Hz,13Hz is a list of two values; for a range write 10Hz:13Hz:POINTS"),
+        (["--omega", "2:3:48"], "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        (
+            ["--omega", "2Hz:3Hz:4", "--clearance", "10:60:4"],
+            "write --clearance 10mm:60mm:4 if mm was meant",
+        ),
+    ],
+)
+def test_a_note_says_what_to_write_on_the_command_line(run, capsys, arguments, note):
+    if "--clearance" not in arguments:
+        arguments = [*arguments, "--clearance", "1mm:2mm:2"]
+    machine = ["--units", "SI", "--masses", "1", "--stiffnesses", f"{16 * math.pi**2}", "--damping", "0.005"]
+    run("unfolding-maps", *machine, "--forcing", "1", "--restitution", "0.8", *arguments)
+    assert note in capsys.readouterr().err

@@ -1,0 +1,310 @@
+"""The blocking and the asynchronous client with a service."""
+
+import json
+
+import httpx2
+import numpy as np
+import pytest
+
+from grazemap import Client, Oscillator, errors
+from grazemap.results import State
+from grazemap.wire import PROCESSES, InitialState
+from tests.support.sdk_documents import REQUESTS, npz
+from tests.support.sdk_fake_service import problem
+
+CURVE = REQUESTS["grazing-curves"]
+
+
+def test_each_process_has_its_method(client, service):
+    structure = client.structure(omega=(0.2, 0.3), points=3, times=[1.0, 2.0], progress=False)
+    curve = client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    points = client.codimension_two_points(Oscillator(), omega=(0.2, 0.3), progress=False)
+    mapping = client.discontinuity_mapping(
+        omega=0.29, overshoot=np.array([1e-4, 1e-6]), stop="C", returns=2, progress=False
+    )
+    path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
+    umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
+    whole = client.unfolding_diagram(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
+    diagram = client.bifurcation_diagram(omega=0.29, clearance=[1.5, 1.6, 2.5], periods=3, progress=False)
+    basins = client.basins(
+        omega=0.29,
+        clearance=1.6,
+        horizontal=("displacement", 1, (-1.0, 1.0)),
+        vertical={"quantity": "velocity", "mass": 2, "values": np.array([-0.5, 0.5])},
+        shape=(2, 3),
+        progress=False,
+    )
+    fractions = client.basin_fractions(
+        vary="clearance",
+        range=[1.5, 1.6, 2.5],
+        omega=0.29,
+        states=6,
+        displacement=[(-1.0, 1.0), 0.0, {"start": 0, "stop": 0.5}],
+        progress=False,
+    )
+    orbit = client.periodic_orbit(omega=0.27, clearance=1.85, motion=(1, [1, -1]), progress=False)
+    branch = client.orbit_branch(
+        omega=0.27, clearance=1.85, motion={"period": 1, "stops": [1, -1]}, range=(1.8, 1.9), progress=False
+    )
+    borders = client.bifurcation_curves(omega=(0.2, 0.3), clearance=(1.5, 1.6), progress=False)
+    proof = client.prove(statement=REQUESTS["proofs"]["statement"], progress=False)
+    maps = (umap, whole, basins, fractions)
+    answers = (structure, curve, points, mapping, path, diagram, *maps, orbit, branch, borders, proof)
+    assert [result.process for result in answers] == list(PROCESSES)
+    np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
+    assert points.points[1].bifurcation == "SN"
+    assert path.motion.label == "1-1r-1l"
+    assert umap.kind.shape == (2, 3)
+    assert whole.unfolding_map.kind.shape == (2, 3)
+    assert service.computed == 14
+
+
+def test_an_adaptive_map_is_another_request(client, service):
+    keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
+    full, adaptive = client.unfolding_map(**keywords), client.unfolding_map(**keywords, adaptive=True)
+    assert full.computed is None
+    assert adaptive.computed is not None
+    assert service.computed == 2
+
+
+def test_a_preview_is_another_request(client, service):
+    keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
+    client.unfolding_map(**keywords)
+    client.unfolding_map(**keywords, preview=True)
+    assert [job["request"].get("preview") for job in service.jobs.values()] == [None, True]
+
+
+def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
+    states = [{}, InitialState(phase=1.0), State(np.zeros(3), np.array([0.0, 0.0, 0.5]), 0.0)]
+    keywords = {"omega": 0.29, "clearance": 1.6, "periods": 2, "times": np.array([0.0, 10.0]), "progress": False}
+    found = client.trajectory(initial=states, **keywords)
+    assert [path.final is None for path in found.trajectories] == [False, False, True]
+    asked = json.loads(next(r for r in service.requests if r.method == "POST").content)
+    assert [state["phase"] for state in asked["initial"]] == [0.0, 1.0, 0.0]
+    assert asked["initial"][2]["velocity"] == [0.0, 0.0, 0.5]
+    assert asked["times"] == [0.0, 10.0]
+    assert "samples_per_period" not in asked
+    # the end of one is the start of the next
+    one = client.trajectory(initial=found.trajectories[0].final, **keywords)
+    assert one.motion.label == "1-1r-1l"
+    assert service.computed == 2
+
+
+def test_fields_of_ensembles_are_accepted_and_ignored_with_other_policies(client, service):
+    for keywords in ({}, {"initial_conditions": 4, "seed": 3}):
+        client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False, **keywords)
+    assert service.computed == 1
+    with pytest.raises(errors.ParameterError, match="/seed"):
+        client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), seed=-1)
+
+
+def test_making_a_client_sends_nothing(client, service):
+    assert service.requests == []
+    assert client.base_url == "http://fake:1"
+
+
+def test_the_same_request_is_the_same_job(client, service):
+    first = client.submit("grazing-curves", CURVE)
+    second = client.submit("grazing-curves", {"max_order": 8, **CURVE, "oscillator": {}})
+    assert first.id == second.id
+    assert service.computed == 1
+
+
+def test_a_job_has_its_status_waits_and_returns_its_result(client, service):
+    handle = client.submit("grazing-curves", CURVE)
+    assert (handle.status, handle.process, handle.progress.total) == ("running", "grazing-curves", 2)
+    with pytest.raises(errors.ResultNotReady):
+        handle.result()
+    assert handle.wait(timeout=60).status == "successful"
+    assert handle.result().clearance[0] == 1.5
+    assert client.job(handle.id).status == "successful"
+
+
+def test_events_come_as_they_are_and_end_with_done(client):
+    handle = client.submit("unfolding-maps", REQUESTS["unfolding-maps"])
+    events = list(handle.events())
+    assert [event.name for event in events] == ["progress", "tile", "progress", "done"]
+    assert events[1].data == {"index": 0, "rows": [0, 1]}
+    assert handle.status == "successful"
+    # and a finished job tells them again
+    assert list(client.job(handle.id).events()) == events
+
+
+def test_a_cancelled_job_is_dismissed_and_waiting_for_it_raises_job_dismissed(client):
+    handle = client.submit("grazing-curves", CURVE).cancel()
+    assert handle.status == "dismissed"
+    for call in (handle.wait, handle.result):
+        with pytest.raises(errors.JobDismissed) as caught:
+            call()
+        assert caught.value.job.id == handle.id
+
+
+def test_a_failed_job_raises_with_its_problem(client, service):
+    service.ending = "failed"
+    with pytest.raises(errors.JobFailed, match="tile 3") as caught:
+        client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    assert caught.value.problem.title == "Tile failed"
+    with pytest.raises(errors.JobFailed):
+        client.job(caught.value.job.id).result()
+
+
+def test_jobs_are_listed_over_pages_from_the_address_given(client, service):
+    for points in range(2, 9):
+        client.submit("grazing-curves", {"omega": {"start": 0.1, "stop": 0.2, "points": points}})
+    assert len(client.jobs()) == 7
+    assert len(client.jobs(limit=3)) == 3
+    assert {request.url.host for request in service.requests} == {"fake"}
+
+
+def test_an_unknown_job_is_not_found(client):
+    with pytest.raises(errors.NotFound):
+        client.job("0" * 64)
+
+
+@pytest.mark.parametrize("name", ["../../../etc/passwd", "a/b", "x/../y", "", "a" * 200, None, 5])
+def test_an_impossible_job_id_is_neither_sent_nor_written(client, service, name):
+    with pytest.raises(errors.NotFound) as caught:
+        client.job(name)
+    assert caught.value.status == 404
+    assert service.requests == []
+
+
+def test_an_answer_with_an_impossible_job_id_is_reported(client, service):
+    job = {"id": "../x", "process": "grazing-curves", "request": {}, "status": "running"}
+    service.upcoming = [httpx2.Response(201, json=job)]
+    with pytest.raises(errors.ProtocolError):
+        client.submit("grazing-curves", CURVE)
+
+
+def test_after_connection_errors_nothing_is_computed_twice(client, service):
+    service.upcoming = [httpx2.ConnectError("refused"), httpx2.ReadTimeout("slow"), problem(503), problem(429)]
+    client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    assert service.computed == 1
+
+
+def test_no_service_is_a_connection_error(make_client, service):
+    service.upcoming = [httpx2.ConnectError("refused")] * 3
+    with pytest.raises(errors.ConnectionFailed, match="refused"):
+        make_client(retries=2).jobs()
+    assert service.upcoming == []
+
+
+def test_invalid_requests_are_not_sent(client, service):
+    with pytest.raises(errors.ParameterError):
+        client.trajectory(omega=0.3, clearance=-1.0, periods=2)
+    assert service.requests == []
+
+
+def test_the_key_is_sent_and_a_wrong_one_is_reported(make_client, service):
+    service.upcoming = [problem(401, "key-required")]
+    with pytest.raises(errors.AuthenticationError):
+        make_client(api_key="secret").describe()
+    assert service.requests[0].headers["authorization"] == "Bearer secret"
+
+
+def test_an_evicted_result_is_computed_again_and_waited_for(client, service):
+    handle = client.submit("grazing-curves", CURVE).wait()
+    service.results.clear()
+    assert handle.result().clearance[0] == 1.5
+    assert service.computed == 2
+
+
+def test_a_cached_result_is_used_when_its_tag_is_confirmed(make_client, service, tmp_path):
+    client = make_client(cache_dir=tmp_path / "cache")
+    handle = client.submit("grazing-curves", CURVE).wait()
+    first = handle.result()
+    again = make_client(cache_dir=tmp_path / "cache").job(handle.id).result()
+    np.testing.assert_array_equal(first.clearance, again.clearance)
+    assert service.requests[-1].headers["if-none-match"] == f'"{handle.id[:8]}-npz"'
+    # a damaged file counts as absent
+    (path,) = (tmp_path / "cache").iterdir()
+    path.write_bytes(path.read_bytes()[:-1] + b"\1")
+    assert client.job(handle.id).result().clearance[0] == 1.5
+    assert "if-none-match" not in service.requests[-1].headers
+
+
+def test_a_cache_that_cannot_be_used_costs_no_result(make_client, service, tmp_path, caplog):
+    (tmp_path / "file").write_text("in the way")
+    client = make_client(cache_dir=tmp_path / "file" / "cache")
+    assert client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False).clearance[0] == 1.5
+    assert "is not kept" in caplog.text
+    folder = tmp_path / "cache"
+    handle = client.submit("grazing-curves", CURVE)
+    (folder / f"{handle.id}.result").mkdir(parents=True)
+    assert make_client(cache_dir=folder).job(handle.id).result().clearance[0] == 1.5
+
+
+def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, tmp_path):
+    client = make_client(cache_dir=tmp_path)
+    handle = client.submit("grazing-curves", CURVE).wait()
+    handle.result()
+    changed = npz("grazing-curves", {"clearance": np.array([7.0, 8.0, 9.0])})
+    for _ in range(2):
+        service.upcoming = [httpx2.Response(200, content=changed, headers={"etag": '"new"'})]
+        assert handle.result().clearance[0] == 7.0
+    assert service.requests[-1].headers["if-none-match"] == '"new"'
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_an_endless_answer_is_reported(client, service):
+    service.upcoming = [httpx2.Response(200, content=b"[" * 100_000)]
+    with pytest.raises(errors.ProtocolError):
+        client.describe()
+
+
+def test_an_answer_that_cannot_be_decoded_is_reported(client, service):
+    broken = {"content-encoding": "gzip"}
+    service.upcoming = [httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)]
+    with pytest.raises(errors.ProtocolError):
+        client.jobs()
+
+
+def test_without_a_decodable_event_stream_the_job_is_polled(client, service):
+    handle = client.submit("grazing-curves", CURVE)
+    follow = service.__class__._events
+    broken = {"content-encoding": "gzip", "content-type": "text/event-stream"}
+
+    def undecodable(job):
+        follow(service, job)
+        return httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)
+
+    service._events = undecodable
+    assert handle.wait().status == "successful"
+
+
+@pytest.mark.parametrize("content", [b"", b"not a result", b"PK\x03\x04"])
+def test_a_broken_result_is_reported(client, service, content):
+    handle = client.submit("grazing-curves", CURVE).wait()
+    service.results[handle.id] = content
+    with pytest.raises(errors.ResultFormatError):
+        handle.result()
+
+
+def test_another_server_at_the_address_is_reported(client, service):
+    service.upcoming = [httpx2.Response(200, text="<html>hello</html>")]
+    with pytest.raises(errors.ProtocolError):
+        client.jobs()
+
+
+@pytest.mark.parametrize(
+    "keywords",
+    [
+        {"base_url": "localhost:8000"},
+        {"base_url": "ftp://x"},
+        {"base_url": "http://u:p@x"},
+        {"base_url": "http://127.0.0.1:abc"},
+        {"base_url": "http://127.0.0.1:99999"},
+        {"base_url": "http://[::1"},
+        {"base_url": "http://line\nbreak"},
+        {"base_url": "//x"},
+        {"api_key": "k\u00e9y"},
+        {"api_key": "two\nlines"},
+        {"timeout": 0},
+        {"retries": -1},
+    ],
+)
+def test_impossible_settings_are_refused_at_once(keywords):
+    with pytest.raises(ValueError, match="must") as caught:
+        Client(**keywords)
+    assert type(caught.value) is ValueError
+    assert keywords.get("api_key", "secret") not in str(caught.value)

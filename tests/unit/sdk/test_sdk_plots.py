@@ -1,0 +1,1085 @@
+"""Pictures: the right things on them, colours with the same meaning everywhere, and no global state."""
+
+import inspect
+import itertools
+import json
+import pickle
+import subprocess
+import sys
+from copy import deepcopy
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from coloraide import Color
+from matplotlib import pyplot
+
+from grazemap import Oscillator, engineering_units
+from grazemap.plots import palette, save_picture, unfolding
+from grazemap.plots.axes import new_figure
+from grazemap.plots.hatching import one_in_each_block
+from grazemap.plots.smooth import smooth_line
+from grazemap.plots.trajectory import with_impacts
+from grazemap.plots.unfolding import largest_square
+from grazemap.results import MotionShare, decode_result
+from grazemap.results.pictures import PICTURES, plots
+from grazemap.results.stretches import Stretch, kinds_between
+from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
+from grazemap.wire.linear import steady_amplitude
+from tests.support.sdk_documents import ADAPTIVE, CHANCE, DRAWN, MANY, POINTS, document, npz
+
+
+def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
+    return MotionShare("", "periodic", period, right, left, pixels, 0.0)
+
+
+CURVE = r"grazing curve $b = A(\omega)$"
+
+
+def legend(ax) -> list[str]:
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize("process", DRAWN)
+@pytest.mark.parametrize("ending", [pytest.param("png", marks=pytest.mark.thorough), "svg"])
+def test_every_result_is_drawn(process, ending, tmp_path):
+    path = tmp_path / f"picture.{ending}"
+    save_picture(decode_result(npz(process)), path)
+    assert path.read_bytes().startswith(b"\x89PNG" if ending == "png" else b"<?xml")
+
+
+def test_the_map_has_regions_curve_points_and_shares():
+    umap, curve = decode_result(npz("unfolding-maps")), decode_result(npz("grazing-curves"))
+    ax = umap.plot(curve=curve, points=decode_result(npz("codimension-two-points")))
+    entries = legend(ax)
+    assert entries[:4] == [
+        "1-$(-1)_r$-$(-1)_l$ (16.7%)",
+        "1-$2_r$-$2_l$ (33.3%)",
+        "3-$4_r$-$4_l$ (16.7%)",
+        "unresolved (33.3%)",
+    ]
+    assert any("grazing curve" in entry for entry in entries)
+    # the axes end with the map's cells, and points beyond them get no entry
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+    assert ax.get_ylim() == pytest.approx((1.45, 1.65))
+    assert not any("recurrence" in entry for entry in entries)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$", "clearance $b$")
+
+
+def test_a_curve_outside_of_the_map_is_not_in_its_legend():
+    umap, curve = decode_result(npz("unfolding-maps")), decode_result(npz("grazing-curves"))
+    far = type(curve).from_document({**curve._document, "clearance": curve.clearance + 5.0}, curve.meta)
+    assert CURVE in legend(umap.plot(curve=curve))
+    assert CURVE not in legend(umap.plot(curve=far))
+
+
+def test_a_result_of_another_kind_over_a_map_is_refused_by_name():
+    umap, branch = (decode_result(npz(process)) for process in ("unfolding-maps", "orbit-branches"))
+    for given in ({"curves": branch}, {"curves": [branch]}, {"curve": branch}, {"points": branch}):
+        with pytest.raises(TypeError, match=r"^\w+ is a OrbitBranch, and plot draws \w+ there$"):
+            umap.plot(**given)
+
+
+def test_an_adaptive_map_shows_what_was_computed():
+    umap = decode_result(npz(ADAPTIVE))
+    ax = umap.plot_computed()
+    assert legend(ax) == ["computed (66.7%)", "inferred (33.3%)\n1 of 2 in a sample wrong"]
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+    np.testing.assert_array_equal(ax.collections[0].get_array().reshape(2, 3), umap.computed)
+    assert legend(umap.plot()) == legend(decode_result(npz("unfolding-maps")).plot())
+    with pytest.raises(ValueError, match="not adaptive"):
+        decode_result(npz("unfolding-maps")).plot_computed()
+
+
+@pytest.mark.parametrize("process", ["unfolding-maps", "basins"])
+def test_sensitive_points_are_hatched_and_their_share_is_in_the_legend(process):
+    sensitive = np.array([[False, True, False], [False, False, True]])
+    result = decode_result(npz(process, {"sensitive": sensitive}))
+    ax = result.plot()
+    assert legend(ax)[-1] == "sensitive (33.3%)"
+    (strokes,) = (line for line in ax.lines if line.get_label() == legend(ax)[-1])
+    x, y = (result.omega, result.clearance) if process == "unfolding-maps" else (result.horizontal, result.vertical)
+    np.testing.assert_array_equal(strokes.get_xydata(), [(x[1], y[0]), (x[2], y[1])])
+    for changed in ({}, {"sensitive": np.zeros((2, 3), np.bool_)}):
+        assert not any("sensitive" in entry for entry in legend(decode_result(npz(process, changed)).plot()))
+
+
+def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own():
+    sensitive = np.zeros((40, 60), np.bool_)
+    sensitive[:12, :16] = True
+    sensitive[31, 2] = True
+    sensitive[[24, 27], [56, 59]] = True
+    rows, columns = one_in_each_block(sensitive, 4, 8)
+    found = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    assert {(31, 2), (27, 59)} < set(found)
+    assert sensitive[rows, columns].all()
+    assert len({(row // 4, column // 8) for row, column in found}) == len(found) == 3 * 2 + 2
+
+
+def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
+    monkeypatch.setattr(unfolding, "_DRAWN_AS_CELLS", 1)
+    monkeypatch.setattr(unfolding, "_MEASURED_SIDE", 20)
+    shape, whole = (40, 60), document("unfolding-maps")
+    arrays = {name: np.resize(array, shape) for name, array in whole.items() if np.ndim(array) == 2}
+    arrays |= {"kind": np.ones(shape, np.int8), "period": np.where(np.arange(60) < 30, 1, 3) * np.ones((40, 1), int)}
+    arrays |= {"impacts_right": arrays["period"], "impacts_left": arrays["period"]}
+    axes = {"omega": np.linspace(0.2, 0.3, 60), "clearance": np.linspace(1.0, 2.0, 40)}
+    ax = decode_result(npz("unfolding-maps", arrays | axes)).plot()
+    assert not ax.collections
+    drawn = ax.images[0].get_array()
+    assert (drawn == (np.arange(60) >= 30)).all()
+    one, three = sorted(ax.texts, key=lambda text: text.get_position()[0])
+    assert (one.get_text(), three.get_text()) == ("1-$1_r$-$1_l$", "3-$3_r$-$3_l$")
+    assert 0.2 < one.get_position()[0] < 0.25 < three.get_position()[0] < 0.3
+    assert 1.0 < one.get_position()[1] < 2.0
+
+
+def test_small_motions_are_drawn_together_and_counted():
+    entries = legend(decode_result(npz("unfolding-maps")).plot(motions=1))
+    assert entries == ["1-$2_r$-$2_l$ (33.3%)", "unresolved (33.3%)", "2 other motions (33.3%)"]
+
+
+def test_points_are_drawn_differently_by_kind():
+    entries = legend(decode_result(npz("codimension-two-points")).plot())
+    assert entries == [CURVE, "resonant, saddle-node (SN), one-sided", "recurrence of order 2"]
+
+
+def test_points_are_drawn_on_the_curve_and_a_curve_without_points():
+    ax = decode_result(npz("codimension-two-points")).plot()
+    omega, clearance = ax.lines[0].get_data()
+    chain = Oscillator.model_validate(decode_result(npz("grazing-curves")).meta["request"]["oscillator"])
+    np.testing.assert_array_equal(clearance, steady_amplitude(chain, omega))
+    assert set(ax.lines[-1].get_xdata()) <= set(omega)
+    curve = decode_result(npz("grazing-curves"))
+    assert any("recurrence of order" in text for text in legend(curve.plot()))
+    assert not any("order 2" in text or "resonant" in text for text in legend(curve.plot(points=False)))
+
+
+def test_units_are_in_the_labels():
+    result = decode_result(npz("grazing-curves"))
+    result.meta["request"]["oscillator"]["units"] = "SI"
+    ax = result.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$ (rad/s)", "clearance $b$ (m)")
+
+
+def test_a_picture_is_drawn_on_the_given_axes():
+    figure = new_figure(4, 3)
+    ax = figure.add_subplot()
+    assert decode_result(npz("grazing-curves")).plot(ax) is ax
+
+
+def test_an_impact_is_a_jump_between_its_two_velocities():
+    time, displacement, velocity = with_impacts(decode_result(npz("trajectories")), 1)
+    assert (np.diff(time) >= 0).all()
+    assert displacement[time == 5.0].tolist() == [1.6, 1.6]
+    assert velocity[time == 5.0].tolist() == [0.5, -0.8 * 0.5]
+    # the sample at the very moment of an impact comes after it
+    assert velocity[time == 20.0].tolist() == [-0.25, 0.2, 1.0]
+
+
+def test_a_graze_is_drawn_differently_from_an_impact():
+    impacts = {**document("trajectories")["impacts"], "kind": np.array(["impact", "graze"])}
+    history, _ = decode_result(npz("trajectories", {"impacts": impacts})).plot()
+    assert legend(history) == ["stops A, C", "impacts", "grazes"]
+    faces = {line.get_label(): line.get_markerfacecolor() for line in history.get_lines()}
+    assert faces["grazes"] == "white" != faces["impacts"]
+    assert history.get_figure().get_suptitle().endswith("1 impact, 1 graze")
+    none = {name: values[:0] for name, values in impacts.items()}
+    history, _ = decode_result(npz("trajectories", {"impacts": none})).plot()
+    assert history.get_figure().get_suptitle().endswith("no impacts")
+
+
+def test_a_record_that_is_too_short_to_decide_its_motion_is_not_called_unresolved():
+    unresolved = {**dict.fromkeys(document("trajectories")["motion"]), "kind": "unresolved", "verified": False}
+    short = decode_result(npz("trajectories", {"motion": unresolved}))
+    assert short.plot().history.get_figure().get_suptitle().endswith(": 2 forcing periods, 2 impacts")
+    long = replace(short, meta={**short.meta, "request": {**short.meta["request"], "transient_periods": 31}})
+    assert "unresolved" in long.plot().history.get_figure().get_suptitle()
+
+
+def test_there_is_no_mass_beyond_the_last():
+    for process in ("trajectories", MANY):
+        with pytest.raises(ValueError, match="1 to 3"):
+            decode_result(npz(process)).plot(mass=4)
+
+
+def test_many_trajectories_are_drawn_in_the_colours_of_their_motions():
+    result = decode_result(npz(MANY))
+    history, portrait = result.plot()
+    assert legend(history) == ["1-$1_r$-$1_l$", "unresolved"]
+    colours = [line.get_color() for line in portrait.get_lines()]
+    assert colours[:3] == [palette.NAMED["1-1r-1l"], palette.UNRESOLVED, palette.UNRESOLVED]
+    # 5 samples and both sides of 2 impacts
+    assert len(portrait.get_lines()[0].get_xdata()) == 9
+    assert "3 trajectories" in history.get_figure().get_suptitle()
+    # each by itself too, one that ended before its record among them
+    for single in result.trajectories:
+        single.plot(mass=2)
+
+
+def test_a_saved_picture_leaves_no_figure_open_and_a_plot_is_pyplot_s(tmp_path):
+    curve = decode_result(npz("grazing-curves"))
+    save_picture(curve, tmp_path / "curve.png")
+    assert pyplot.get_fignums() == []
+    ax = curve.plot()
+    assert pyplot.gcf() is ax.figure
+    given = pyplot.figure().add_subplot()
+    assert curve.plot(given) is given
+    assert len(pyplot.get_fignums()) == 2
+
+
+def every_colour() -> list[str]:
+    """Return all colours of the palette, a kind that has that of the ink once."""
+    whole = json.loads(files("grazemap").joinpath("palette.json").read_text())
+    nested = [values.values() if isinstance(values, dict) else values for values in whole.values()]
+    flat = itertools.chain.from_iterable([one] if isinstance(one, str) else one for one in nested)
+    return list(dict.fromkeys(flat))
+
+
+@pytest.mark.parametrize(("simulation", "least"), [(None, 12.0), ("brettel", 8.0), ("vienot", 8.0), ("machado", 8.0)])
+def test_any_two_colours_of_the_palette_differ(simulation, least):
+    seen = [Color(colour) for colour in every_colour()]
+    if simulation:
+        seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
+    distances = [one.delta_e(other, method="2000") for one, other in itertools.combinations(seen, 2)]
+    assert len(seen) == 48
+    assert min(distances) >= least
+
+
+def test_a_named_motion_has_its_colour_in_every_picture():
+    others = [motion(7, n, n + 3) for n in range(15)]
+    for before in (others, others[::-1], []):
+        colours = palette.motion_colours([*before, motion(1, 1, 1), motion(2, 3, 3)])
+        assert colours[-2:] == [palette.NAMED["1-1r-1l"], palette.NAMED["2-3r-3l"]]
+
+
+def test_motions_without_a_colour_of_their_own_have_different_ones():
+    rng = np.random.default_rng(11)
+    for _ in range(50):
+        drawn = {(int(p), int(r), int(q)) for p, r, q in zip(*rng.integers(1, 30, (3, 20)), strict=True)}
+        colours = palette.motion_colours([motion(*counts) for counts in drawn])
+        assert len(set(colours)) == len(drawn)
+        assert set(colours) <= set(every_colour())
+    # a motion by itself has the colour that its label gives, however many points it has
+    assert palette.motion_colours([motion(7, 25, 25, 3)]) == palette.motion_colours([motion(7, 25, 25, 9000)])
+
+
+def test_motions_with_equal_labels_and_those_beyond_the_palette():
+    assert len(set(palette.motion_colours([motion(1, 2, 1)] * 3))) == 3
+    assert palette.motion_colours([motion(9, n, n) for n in range(40)])[-1] == palette.OTHER
+
+
+def test_white_text_on_dark_grounds_and_rims_for_light_dots():
+    assert [palette.is_dark(c) for c in ("#000000", "#661199", "#FFEE00")] == [True, True, False]
+    assert [palette.is_light(c) for c in ("#000000", "#FFF3C8", "#FF9600")] == [False, True, False]
+
+
+def test_a_curve_is_drawn_smooth_through_its_points():
+    # 20 points, 18 degrees apart, as far as neighbours of a branch may be
+    turn = np.linspace(0.0, 2.0 * np.pi, 21)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    line = smooth_line(circle, circle)
+    assert np.abs(np.hypot(*line.T) - 1.0).max() < 1e-3
+    assert all(np.abs(line - point).sum(axis=1).min() < 1e-12 for point in circle)
+    steps = np.diff(line, axis=0)
+    angles = np.abs(np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))))
+    assert np.degrees(angles.max()) < 3.0
+    # a cusp of the picture is smooth in the length along the curve
+    t = np.linspace(-1.0, 1.0, 15)
+    cusp = np.stack([t**2, t**3], axis=1)
+    x, y = smooth_line(np.column_stack([cusp, t]), cusp).T
+    assert np.abs(x - np.cbrt(np.abs(y)) ** 2).max() < 5e-3
+
+
+def test_a_smooth_curve_is_interrupted_where_points_are_not_shown():
+    t = np.linspace(0.0, 1.0, 7)
+    curve = np.stack([t, t**2], axis=1)
+    shown = np.array([True, True, False, False, True, True, False])
+    line = smooth_line(curve, curve, shown)
+    there = line[np.isfinite(line[:, 0]), 0]
+    assert there.min() == 0.0
+    assert there.max() == pytest.approx(t[5])
+    assert not np.any((there > t[1]) & (there < t[4]))
+    assert smooth_line(curve[:1], curve[:1]).tolist() == [[0.0, 0.0]]
+
+
+@pytest.mark.parametrize(("rows", "columns", "expected"), [((2, 7), (3, 9), (4, 6, 5)), ((0, 1), (0, 1), (0, 0, 1))])
+def test_the_largest_square_of_a_rectangle(rows, columns, expected):
+    mask = np.zeros((12, 12), dtype=bool)
+    mask[slice(*rows), slice(*columns)] = True
+    row, column, side = largest_square(mask)
+    assert side == expected[2]
+    assert mask[row, column]
+    assert abs(row - expected[0]) <= 1
+
+
+def test_an_empty_region_has_no_square():
+    assert largest_square(np.zeros((3, 3), dtype=bool))[2] == 0
+
+
+def test_no_codimension_two_points_are_a_picture_too():
+    axes = decode_result(npz("codimension-two-points", {"points": []})).plot()
+    assert legend(axes) == [CURVE]
+    assert "Codimension-two" in axes.get_title()
+
+
+def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
+    ax = decode_result(npz("discontinuity-mappings")).plot()
+    entries = legend(ax)
+    assert entries[:2] == ["displacement by the mapping", r"error of $x + \beta u$, exponent 1.000"]
+    assert entries[-1] == "map (exact), return 2"
+    assert ax.get_xscale() == ax.get_yscale() == "log"
+    assert "stop C" in ax.get_title()
+
+
+def curve_of_type(ax, type: str):
+    """Return the line of the only unfolded curve of a type."""
+    colour = palette.BIFURCATIONS[type][1]
+    (found,) = [line for line in ax.lines if line.get_color() == colour and len(line.get_xdata()) > 2]
+    return found
+
+
+def test_crowded_unfoldings_are_thinned_and_say_so():
+    resonant = next(point for point in POINTS if point["kind"] == "resonant")
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence" and point["active"])
+    many = [{**resonant, "omega": 0.21 + 0.0005 * k, "multiple": 1 + k % 4} for k in range(120)]
+    many += [{**recurrence, "omega": 0.22 + 0.001 * k} for k in range(50)]
+    ax = decode_result(npz("codimension-two-points", {"points": many})).plot_unfolding()
+    assert ax.get_title().endswith(", 40 of 120 points (shortest periods)")
+    texts = sorted(text.get_position()[0] for text in ax.texts if text.get_text())
+    assert len(texts) > 1
+    places = sorted(text.xy[0] for text in ax.texts if text.get_text())
+    assert np.diff(places).min() > 0.05 * 0.1
+    assert "of motions of period 3" not in legend(ax)  # those of the shortest periods are drawn
+
+
+def test_curves_that_leave_a_resonant_point_are_drawn_against_the_grazing_curve():
+    ax = decode_result(npz("codimension-two-points")).plot_unfolding()
+    assert legend(ax) == [
+        r"grazing curve $b = A(\omega)$",
+        "side on which motions exist",
+        "saddle-node (SN)",
+        "of motions of period 1",
+    ]
+    curve = curve_of_type(ax, "SN")
+    x, y = curve.get_data()
+    assert x[0] == 0.28
+    np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
+    assert ax.get_xlim() == (0.2, 0.3)
+
+
+@pytest.mark.parametrize(("same_motions", "side", "ends"), [(True, -1, True), (True, 1, False), (False, -1, False)])
+def test_a_curve_is_drawn_no_further_than_the_saddle_node_of_its_motions(same_motions, side, ends):
+    resonant = next(point for point in POINTS if point["kind"] == "resonant")
+    # the saddle-node curve is on one side of its point only
+    saddle_node = {**resonant, "unfolding": {**resonant["unfolding"], "curve_omega": side}}
+    unfolding = {
+        **resonant["unfolding"], "curve_omega": 1, "contact": "transversal", "slope": 0.5, "quadratic": None
+    }  # fmt: skip
+    symmetric = saddle_node["symmetric"] == same_motions
+    doubling = {**saddle_node, "omega": 0.278, "bifurcation": "PD", "unfolding": unfolding, "symmetric": symmetric}
+    points = decode_result(npz("codimension-two-points", {"points": [doubling, saddle_node]}))
+    x, y = curve_of_type(points.plot_unfolding(omega=(0.27, 0.29)), "PD").get_data()
+    assert np.all(y[x < 0.28] <= 120.0 * (x[x < 0.28] - 0.28) ** 2) == ends
+    assert (x[-1] < 0.28) == ends
+
+
+def test_points_without_an_unfolding_leave_the_grazing_curve_alone():
+    points = [{name: value for name, value in point.items() if name != "unfolding"} for point in POINTS]
+    ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.24, 0.29))
+    assert legend(ax) == [r"grazing curve $b = A(\omega)$"]
+
+
+def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
+    ax = decode_result(npz("basins")).plot()
+    assert legend(ax) == [
+        "1-$2_r$-$1_l$ (50.0%)",
+        "1-$2_r$-$1_l$, 2 (16.7%)",
+        "chaotic (16.7%)\n1 of 4 settle within 10000 periods",
+        "unresolved (16.7%)",
+    ]
+    colours = [line.get_color() for line in ax.lines]
+    assert len(set(colours)) == 4
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("initial displacement $x_{1}$", "initial velocity $v_{2}$")
+    assert ax.get_xlim() == (-1.5, 1.5)
+
+
+def test_basin_fractions_are_areas_that_fill_the_picture():
+    result = decode_result(npz("basin-fractions"))
+    ax = result.plot()
+    assert legend(ax) == [
+        "1-$2_r$-$1_l$ (75.0%)",
+        "1-$2_r$-$1_l$, 2 (12.5%)",
+        "chaotic (6.2%)\n1 of 4 settle within 10000 periods",
+        "unresolved (6.2%)",
+    ]
+    assert len({line.get_color() for line in ax.lines}) == 4
+    assert ax.get_xlabel() == "clearance $b$"
+    assert (ax.get_xlim(), ax.get_ylim()) == ((1.5, 1.6), (0.0, 1.0))
+    assert ax.get_title() == r"Basin fractions, $\omega$ = 0.29, 8 states"
+    tops = [max(y for _, y in area.get_paths()[0].vertices) for area in ax.collections]
+    assert tops == pytest.approx([1.0, 1.0, 1.0, 1.0])
+    assert legend(result.plot(motions=1))[1] == "2 other motions"
+
+
+def test_legends_have_the_chance_of_chaos_to_settle():
+    chaotic = {"kinds": np.array(["chaotic", "periodic"]), "chance_to_settle": CHANCE}
+    said = "\n1 of 4 settle within 10000 periods"
+    umap = decode_result(npz("unfolding-maps", chaotic))
+    assert [text.endswith(said) for text in legend(umap.plot()) if said in text or "chaotic" in text] == [True]
+    sections = deepcopy(document("bifurcation-diagrams")["sections"])
+    sections[1]["motion"]["kind"] = "chaotic"
+    diagram = decode_result(npz("bifurcation-diagrams", {"sections": sections, "chance_to_settle": CHANCE}))
+    assert legend(diagram.plot())[-2:] == ["chaotic (1 value)" + said, "sensitive (1 value)"]
+    # results of an earlier version say nothing
+    assert all("settle" not in text for text in legend(decode_result(npz("unfolding-maps")).plot()))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "label"),
+    [
+        ("displacement", "displacement $x_{1}$, once a forcing period"),
+        ("velocity", "velocity $v_{1}$, once a forcing period"),
+        ("impact_velocity", "velocity $v_{1}$, before impacts"),
+    ],
+)
+def test_a_bifurcation_diagram_shows_a_quantity_in_the_colours_of_motions(quantity, label):
+    ax = decode_result(npz("bifurcation-diagrams")).plot(quantity=quantity)
+    assert legend(ax) == ["1-$1_r$-$0_l$ (1 value)", "unresolved (1 value)", "sensitive (1 value)"]
+    assert ax.lines[-1].get_xdata().tolist() == [1.5]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("clearance $b$", label)
+
+
+@pytest.mark.parametrize(
+    ("process", "place"),
+    [
+        ("bifurcation-diagrams", r"$\omega$ = 0.29 rad/s"),
+        ("basins", r"$\omega$ = 0.29 rad/s, $b$ = 1.6 m"),
+        ("discontinuity-mappings", r"$\omega$ = 0.29 rad/s, $b$ = 1.99 m"),
+        ("orbit-branches", r"$\omega$ = 0.27 rad/s"),
+        ("trajectories", r"$\omega$ = 0.29 rad/s, $b$ = 1.6 m"),
+    ],
+)
+def test_titles_have_units_where_axes_have_them(process, place):
+    result = decode_result(npz(process))
+    request = result.meta["request"]
+    si = {**request, "oscillator": {**request["oscillator"], "units": "SI"}}
+    for meta, told in ((result.meta, False), ({**result.meta, "request": si}, True)):
+        axes = replace(result, meta=meta).plot()
+        title = axes[0].get_figure().get_suptitle() if isinstance(axes, tuple) else axes.get_title()
+        assert (place in title, " rad/s" in title) == (told, told)
+
+
+@pytest.mark.parametrize("counts", [(1, 2, 2), (12, -1, 10), (1, INFINITE, 0)])
+def test_a_label_in_plain_text_and_the_motion_look_the_same(counts):
+    assert palette.label_text(motion_label(*counts)) == palette.motion_text(motion(*counts))
+    assert palette.label_text(f"of {motion_label(*counts)}, too").startswith("of ")
+    assert palette.label_text("a motion not found") == "a motion not found"
+
+
+def test_a_bifurcation_diagram_has_no_other_quantities():
+    with pytest.raises(ValueError, match="displacement, velocity, impact_velocity"):
+        decode_result(npz("bifurcation-diagrams")).plot(quantity="energy")
+
+
+@pytest.mark.parametrize(("stops", "name"), [([1, 1], "1-$2_r$-$(-1)_l$"), ([-1, -1], "1-$(-1)_r$-$2_l$")])
+def test_a_branch_of_one_stop_is_named_as_its_orbits_are(stops, name):
+    branch = decode_result(npz("orbit-branches", {"stops": np.array(stops), "symmetric": False}))
+    assert branch.plot().get_title().startswith(f"Branch of {name}, ")
+
+
+def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motion():
+    ax = decode_result(npz("orbit-branches")).plot()
+    assert legend(ax) == [
+        "stable",
+        "unstable",
+        "not admissible",
+        "saddle-node (SN)",
+        "graze (GR)",
+        "impacts on the right stop",
+        "impacts on the left stop",
+    ]
+    styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
+    assert (styles["stable"], styles["unstable"]) == ("-", "--")
+    assert ax.get_title().startswith("Branch of 1-$1_r$-$1_l$, ")
+    assert [text.get_text() for text in ax.texts] == ["A, C"]  # of a symmetric motion both are equally fast
+
+
+def branch_with_its_mirror_image():
+    """Return a branch that turns at an SB and goes back as its mirror image, not as far."""
+    parameter = np.array([1.0, 1.2, 1.4, 1.4, 1.1])
+    apart = 0.3 * np.sqrt(1.5 - parameter) * [1, 1, 1, -1, -1]
+    saddle = {**document("orbit-branches")["special_points"][0], "type": "SB", "parameter": 1.5, "segment": 2}
+    extra = {name: np.ones(5) for name in ("omega", "restitution", "excess", "residual")}
+    extra |= {name: np.ones(5, bool) for name in ("isolated", "admissible", "stable", "verified")}
+    extra |= {"parameter": parameter, "clearance": parameter, "multipliers": np.ones((5, 6, 2)), "symmetric": False}
+    extra |= {"phases": np.full((5, 2), [0.5, 3.6]), "velocities": np.column_stack([0.25 + apart, apart - 0.25])}
+    velocities = np.array([0.25, -0.25])
+    extra["special_points"] = [{**saddle, "velocities": velocities, "phases": np.array([0.5, 0.5 + np.pi])}]
+    return decode_result(npz("orbit-branches", extra))
+
+
+def test_a_branch_that_goes_back_as_its_mirror_image_has_two_stretches_and_is_drawn_once():
+    branch = branch_with_its_mirror_image()
+    begin, end = branch.ends
+    assert branch.stretches() == [
+        Stretch("stable", 1.0, 1.5, begin, "SB"),
+        Stretch("stable", 1.5, 1.1, "SB", end),
+    ]
+    ax = branch.plot()
+    drawn = [line.get_xdata()[1:] for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
+    assert len(drawn) == 2
+    assert [(line[0], line[-1]) for line in drawn] == [(1.0, 1.5)] * 2
+    assert "and its mirror image" in ax.get_title()
+    speeds = {text.get_text(): text.xy[1] - 0.25 for text in ax.texts}
+    assert speeds == pytest.approx({"A": 0.3 * np.sqrt(0.5), "C": -0.3 * np.sqrt(0.5)})
+    assert not branch.plot(labels=False).texts
+
+
+def test_branches_on_one_axes_share_the_legend_and_differ_by_colour_and_name():
+    branch = decode_result(npz("orbit-branches"))
+    ax = branch.plot(branch.plot(), legend="outside")
+    assert len(legend(ax)) == len(set(legend(ax)))
+    ax = branch.plot(branch.plot(label="left"), colour="red", label="right", legend="outside")
+    entries = legend(ax)
+    assert {"left, stable", "right, stable"} < set(entries)
+    assert entries.count("graze (GR)") == 1
+    assert "along branches" in ax.get_title()
+    assert {line.get_color() for line in ax.lines if line.get_label() in ("right, stable", "right, unstable")} == {
+        "red"
+    }
+    again = branch.plot(branch.plot(), colour="red", legend="outside")
+    assert legend(again).count("stable") == 2  # of different colours
+
+
+def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
+    ax = decode_result(npz("periodic-orbits")).plot()
+    assert ax.get_title() == "Multipliers of 1-$1_r$-$1_l$, unstable"
+    outside = ax.lines[-1]
+    assert outside.get_xdata().tolist() == [-1.5]
+
+
+def test_multipliers_along_a_branch_are_coloured_by_its_parameter():
+    ax = decode_result(npz("orbit-branches")).plot_multipliers()
+    pale, motions = ax.collections
+    assert (pale.get_alpha(), len(pale.get_offsets()), len(motions.get_offsets())) == (0.3, 6, 18)
+    assert motions.get_clim() == (1.8, 1.88)
+    assert r"$\omega$ = 0.27" in ax.get_title()
+    far = npz("orbit-branches", {"multipliers": np.full((4, 6, 2), 1e9)})
+    assert sum(len(points.get_offsets()) for points in decode_result(far).plot_multipliers().collections) == 0
+
+
+def test_curves_of_motions_are_named_by_them():
+    curves = decode_result(npz("bifurcation-curves of motions"))
+    ax = curves.plot()
+    assert ax.get_title() == "Bifurcation curves of 1-$2_r$-$2_l$, a motion not found"
+    assert legend(ax) == ["Neimark-Sacker (NS) of 1-$2_r$-$2_l$", "graze (GR) of 1-$2_r$-$2_l$"]
+
+
+def test_curves_that_are_no_borders_are_drawn_on_request():
+    curves = decode_result(npz("bifurcation-curves"))
+    assert legend(curves.plot()) == [f"{name} of 1-$1_r$-$(-1)_l$" for name in ("saddle-node (SN)", "graze (GR)")]
+    assert "period doubling (PD) of 1-$1_r$-$(-1)_l$" in legend(curves.plot(admissible=False))
+    umap = decode_result(npz("unfolding-maps"))
+    ax = umap.plot(curves=curves)
+    assert "graze (GR) of 1-$1_r$-$(-1)_l$" in legend(ax)
+    both = umap.plot(curves=[curves, decode_result(npz("bifurcation-curves of motions"))])
+    assert {"Neimark-Sacker (NS)", "of 1-$2_r$-$2_l$", "of 1-$1_r$-$(-1)_l$"} < set(legend(both))
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+
+
+def test_a_diagram_draws_its_borders_by_their_explanations():
+    result = decode_result(npz("unfolding-diagrams"))
+    ax = result.plot()
+    entries = legend(ax)
+    for text in (
+        CURVE,
+        "saddle-node (SN), 1 curve",
+        "basin boundary: both motions attract (1 steps)",
+        "unexplained border (1 steps)",
+    ):
+        assert entries.count(text) == 1
+    assert not any("graze (GR)" in text for text in entries)  # the grazing curve is drawn as such
+    line = next(line for line in ax.lines if line.get_label().startswith("saddle-node"))
+    np.testing.assert_array_equal(np.isnan(line.get_ydata()), [False, True, False])
+    drawn = [collection.get_segments() for collection in ax.collections if hasattr(collection, "get_segments")]
+    between = [np.round(segments[0], 6).tolist() for segments in drawn[::2]]
+    # between rows 0 and 1 of column 1, and between columns 0 and 1 of row 0
+    assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
+    bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
+    assert "saddle-node (SN) of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
+
+
+@pytest.mark.parametrize("process", [name for name in DRAWN if name not in ("trajectories", MANY)])
+def test_on_the_caller_s_axes_nothing_is_drawn_outside_of_them(process):
+    figure = new_figure(8, 4)
+    left, right = figure.subplots(1, 2)
+    right.plot([0.0, 1.0])
+    result = decode_result(npz(process))
+    assert result.plot(left) is left
+    assert figure.axes == [left, right]
+    figure.canvas.draw()
+    shown = left.get_legend()
+    if shown is not None:
+        inside, box = shown.get_window_extent(), left.get_window_extent()
+        assert box.x0 <= inside.x0 <= inside.x1 <= box.x1
+    assert (left.get_title() != "") == (left.get_xlabel() != "") == True  # noqa: E712
+    figure.clear()
+    bare = figure.add_subplot()
+    result.plot(bare, legend="none", labels=False)
+    assert bare.get_legend() is None
+    assert (bare.get_title(), bare.get_xlabel(), bare.get_ylabel()) == ("", "", "")
+    with pytest.raises(ValueError, match="outside, inside, none"):
+        result.plot(legend="left")
+
+
+def test_a_trajectory_is_drawn_on_two_given_axes():
+    figure = new_figure(8, 4)
+    pair = tuple(figure.subplots(1, 2))
+    result = decode_result(npz("trajectories"))
+    assert tuple(result.plot(pair)) == pair
+    assert figure.get_suptitle() == ""
+    assert "Mass 1" in pair[0].get_title()
+    assert all(ax.get_legend() is None for ax in result.plot(tuple(new_figure(8, 4).subplots(1, 2)), legend="none"))
+
+
+def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
+    shape = (40, 60)
+    codes = np.where(np.arange(60) < 30, 1, 5) * np.ones((40, 1), int)
+    arrays = {
+        "kind": np.ones(shape, np.int8),
+        "period": np.ones(shape, int),
+        "impacts_right": codes,
+        "impacts_left": codes,
+    }
+    rest = {name: np.resize(array, shape) for name, array in document("unfolding-maps").items() if np.ndim(array) == 2}
+    axes = {"omega": np.linspace(0.2, 0.3, 60), "clearance": np.linspace(1.0, 2.0, 40)}
+    ax = decode_result(npz("unfolding-maps", rest | arrays | axes)).plot()
+    one, five = sorted(ax.texts, key=lambda text: text.get_position()[0])
+    assert (one.get_color(), five.get_color()) == (palette.INK, palette.PAPER)
+    assert not decode_result(npz("unfolding-maps", rest | arrays | axes)).plot(labels=False).texts
+
+
+def test_where_nothing_was_found_nothing_but_the_reason_is_drawn():
+    nothing = {"converged": False, "reason": "steps become too short"}
+    ax = decode_result(npz("periodic-orbits", nothing)).plot()
+    assert not ax.lines
+    assert not ax.axison
+    assert [text.get_text() for text in ax.texts] == ["no orbit was found: steps become too short"]
+
+
+def test_pictures_can_be_pickled():
+    ax = decode_result(npz("grazing-curves")).plot()
+    assert len(pickle.loads(pickle.dumps(ax.figure)).axes) == 1
+
+
+def test_one_axes_is_for_the_time_history_alone():
+    result = decode_result(npz("trajectories"))
+    alone = new_figure(8, 4).add_subplot()
+    assert result.plot(alone).history is alone
+    assert alone.figure.axes == [alone]
+    # with a legend outside, nothing else of the caller's figure changes
+    mine = new_figure(8, 4)
+    mine.suptitle("mine")
+    result.plot(tuple(mine.subplots(1, 2)), legend="outside")
+    assert mine.get_suptitle() == "mine"
+
+
+def test_a_stretch_between_two_special_points_of_a_segment_has_its_own_kind():
+    graze, turn = (SimpleNamespace(type=name) for name in ("GR", "SN"))
+    stable, unstable, inadmissible = "stable", "unstable", "not admissible"
+    assert kinds_between(stable, inadmissible, [turn, graze]) == [stable, unstable, inadmissible]
+    assert kinds_between(inadmissible, unstable, [graze, turn]) == [inadmissible, unstable, unstable]
+    assert kinds_between(stable, unstable, []) == [unstable]
+
+
+def test_a_curve_of_equal_points_is_drawn():
+    same = np.ones((3, 2))
+    assert smooth_line(same, same).tolist() == same.tolist()
+
+
+def test_the_title_of_a_map_says_where_trajectories_start():
+    umap = decode_result(npz("unfolding-maps"))
+    assert "from rest" in umap.plot().get_title()
+    swept = {**umap.meta, "request": {**umap.meta["request"], "policy": "sweep-down"}}
+    assert "sweep-down" in replace(umap, meta=swept).plot().get_title()
+
+
+def test_a_branch_says_where_its_motions_are_stable_and_at_what_they_end():
+    branch = decode_result(npz("orbit-branches"))
+    stretches = branch.stretches()
+    assert {stretch.kind for stretch in stretches} == {"stable", "unstable", "not admissible"}
+    assert [stretch.ends for stretch in stretches[:-1]] == [stretch.begins for stretch in stretches[1:]]
+    assert (stretches[0].begins, stretches[0].at_begin) == (branch.parameter[0], branch.ends[0])
+    assert (stretches[-1].ends, stretches[-1].at_end) == (branch.parameter[-1], branch.ends[-1])
+    special = {point.type: point.parameter for point in branch.special_points}
+    assert all(stretch.ends == special[stretch.at_end] for stretch in stretches[:-1] if stretch.at_end)
+    assert branch.to_dataframe("stretches")["kind"].tolist() == [stretch.kind for stretch in stretches]
+
+
+def in_si(process):
+    """Return a sample of a result, in SI."""
+    result = decode_result(npz(process))
+    request = result.meta["request"]
+    oscillator = {**request["oscillator"], "units": "SI"}
+    meta = {**result.meta, "request": {**request, "oscillator": oscillator}}
+    return type(result).from_document(result._document, meta)
+
+
+def ticks(axis) -> dict[str, float]:
+    """Return the places of the ticks of an axis by their texts."""
+    axis.figure.canvas.draw()
+    return {
+        label.get_text().replace("\N{MINUS SIGN}", "-"): float(place)
+        for label, place in zip(axis.get_ticklabels(), axis.get_ticklocs(), strict=True)
+        if label.get_text()
+    }
+
+
+def drawn_ticks(axis):
+    """Return the texts of all ticks of an axis."""
+    axis.figure.canvas.draw()
+    return axis.get_ticklabels(which="both")
+
+
+def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
+    ax = engineering_units(in_si("grazing-curves").plot())
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega/2\pi$ (Hz)", "clearance $b$ (mm)")
+    for axis, factor in ((ax.xaxis, 1.0 / (2.0 * np.pi)), (ax.yaxis, 1e3)):
+        shown = ticks(axis)
+        assert len(shown) > 2
+        np.testing.assert_allclose([float(text) for text in shown], np.array(list(shown.values())) * factor, rtol=1e-9)
+        assert max(len(text) for text in shown) < 7
+    before = in_si("grazing-curves").plot()
+    assert ax.get_xlim() == before.get_xlim()  # the data keep their units
+    again = ticks(engineering_units([ax])[0].xaxis)
+    assert (again, ax.get_xlabel()) == (ticks(ax.xaxis), r"forcing frequency $\omega/2\pi$ (Hz)")
+    before.locator_params(axis="x", nbins=3)
+    assert len(ticks(engineering_units(before).xaxis)) <= 6
+    assert pickle.loads(pickle.dumps(ax.figure)).axes[0].get_xlabel().endswith("(Hz)")
+
+
+@pytest.mark.parametrize("process", [name for name in DRAWN if not name.startswith("periodic-orbits")])
+@pytest.mark.parametrize("labels", [True, pytest.param(False, marks=pytest.mark.thorough)])
+def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
+    drawn = in_si(process).plot(labels=labels)
+    assert engineering_units(drawn) is drawn
+    pair = drawn if isinstance(drawn, tuple) else (drawn,)
+    texts = [pair[0].figure.get_suptitle()]
+    for ax in pair:
+        texts += [ax.get_title(), ax.get_xlabel(), ax.get_ylabel()]
+        for axis in (ax.xaxis, ax.yaxis):
+            if axis.get_units() in ("rad/s", "m") and axis.get_scale() == "linear":
+                factor = 1e3 if axis.get_units() == "m" else 1.0 / (2.0 * np.pi)
+                shown = ticks(axis)
+                places = np.array(list(shown.values()))
+                np.testing.assert_allclose([float(text) for text in shown], places * factor, rtol=1e-3)
+    assert not [text for text in texts if "rad/s" in text or "(m)" in text or text.endswith(" m")]
+    assert any(axis.get_units() for ax in pair for axis in (ax.xaxis, ax.yaxis))
+    other = decode_result(npz(process)).plot(labels=labels)
+    for ax, plain in zip(pair, other if isinstance(other, tuple) else (other,), strict=True):
+        assert (ax.get_xlim(), ax.get_ylim()) == (plain.get_xlim(), plain.get_ylim())
+
+
+def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
+    history, _ = engineering_units(in_si("trajectories").plot())
+    assert r"at $\omega/2\pi$ = 0.046155 Hz, $b$ = 1600 mm" in history.figure.get_suptitle()
+    for where in ("outside", "inside"):
+        branch = in_si("orbit-branches")
+        ax = engineering_units(branch.plot_multipliers(legend=where))
+        bar = ax.collections[-1].colorbar.ax
+        axis = bar.yaxis if where == "outside" else bar.xaxis
+        assert "clearance $b$ (mm)" in (bar.get_ylabel(), bar.get_title())
+        assert "1800" in ticks(axis)
+    many = new_figure(5, 5).subplots(2, 2)
+    in_si("grazing-curves").plot(many[1, 0])
+    assert engineering_units(many) is many
+    assert many[1, 0].get_ylabel() == "clearance $b$ (mm)"
+    upper, lower = new_figure(5, 5).subplots(2, 1, sharex=True)
+    in_si("grazing-curves").plot(upper)
+    in_si("codimension-two-points").plot(lower)
+    engineering_units(upper)
+    assert upper.get_xlabel() == lower.get_xlabel() == r"forcing frequency $\omega/2\pi$ (Hz)"
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("clearance $b$ (mm)", "clearance $b$ (m)")
+    in_si("grazing-curves").plot(upper)  # and what is drawn afterwards
+    assert upper.get_ylabel() == "clearance $b$ (mm)"
+
+
+def test_labels_and_titles_of_the_caller_stay_in_engineering_units():
+    ax = in_si("basins").plot()
+    ax.figure.suptitle("the law F = 3 m")
+    ax.set_title(r"$\omega$ = 2 rad/s")
+    ax.set_xlabel("displacement (m)")
+    engineering_units(ax)
+    assert ax.figure.get_suptitle() == "the law F = 3 m"
+    assert (ax.get_title(), ax.get_xlabel()) == (r"$\omega$ = 2 rad/s", "displacement (m)")
+    again = in_si("basins").plot(ax)
+    assert again.get_xlabel().endswith("(mm)")
+
+
+def test_values_in_titles_are_converted_from_the_request_not_from_their_text():
+    result = in_si("basins")
+    result.meta["request"]["omega"] = 2.0 * np.pi * 1.23455001  # the 7.7569 rad/s of the title are 1.2345 Hz
+    ax = result.plot()
+    assert r"$\omega$ = 7.7569 rad/s" in ax.get_title()
+    assert r"$\omega/2\pi$ = 1.2346 Hz" in engineering_units(ax).get_title()
+
+
+def test_saved_pictures_are_drawn_in_engineering_units_and_others_are_not(tmp_path):
+    process, texts = "discontinuity-mappings", {}
+    for units, result in (("SI", in_si(process)), ("none", decode_result(npz(process)))):
+        path = tmp_path / f"{units}.svg"
+        with pyplot.rc_context({"svg.fonttype": "none"}):
+            save_picture(result, path, engineering=True)
+        texts[units] = path.read_text("utf-8")
+    assert "overshoot (mm)" in texts["SI"]
+    assert "(mm)" not in texts["none"]
+    assert in_si(process).plot().get_xlabel() == "overshoot (m)"
+
+
+@pytest.mark.parametrize("process", DRAWN)
+def test_every_method_that_draws_has_a_picture_and_the_keywords_of_all_pictures(process):
+    plots()
+    result = decode_result(npz(process))
+    kind = type(result)
+    methods = [name for name in dir(kind) if name.startswith("plot")]
+    assert methods == sorted(name for drawn, name in PICTURES if drawn is kind)
+    for name in methods:
+        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-2:]
+        assert [(one.name, one.default) for one in keywords] == [("legend", None), ("labels", True)]
+        with pytest.raises(TypeError, match=rf"{kind.__name__}\.{name}\(\).*'nonsense'"):
+            getattr(result, name)(nonsense=1)
+
+
+@pytest.mark.parametrize("modules", ["grazemap.plots", "matplotlib"])
+def test_nothing_of_the_pictures_is_imported_before_one_is_drawn(modules):
+    code = f"import sys, grazemap.results; sys.exit(any(name.startswith({modules!r}) for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_without_matplotlib_the_error_names_the_extra():
+    code = (
+        "import sys; sys.modules['matplotlib'] = None; from tests.support.sdk_documents import npz\n"
+        "import grazemap.cli.saved; from grazemap import *; from grazemap.errors import MissingExtra\n"
+        "from grazemap.results import decode_result\n"
+        "try: decode_result(npz('grazing-curves')).plot()\n"
+        "except MissingExtra as error: sys.exit(error.extra != 'plot')\n"
+        "sys.exit(1)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=Path(__file__).parents[3]).returncode == 0
+
+
+def test_ticks_whose_texts_were_removed_have_none_in_millimetres():
+    ax = in_si("grazing-curves").plot()
+    ax.set_yticklabels([])
+    engineering_units(ax)
+    assert ticks(ax.yaxis) == {}
+    assert len(ticks(ax.xaxis)) > 2
+
+
+def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
+    ax = engineering_units(in_si("discontinuity-mappings").plot())
+    assert ax.get_xlabel() == "overshoot (mm)"
+    assert ax.xaxis.get_major_formatter()(1e-5) == r"$\mathdefault{10^{-2}}$"
+    near = in_si("grazing-curves").plot()
+    near.set_yscale("log")
+    near.set_ylim(2e-3, 9e-3)
+    assert {"2", "3", "6"} <= {text.get_text() for text in drawn_ticks(engineering_units(near).yaxis)}
+
+
+@pytest.mark.parametrize("draw", [decode_result(npz("grazing-curves")).plot, lambda ax: ax])
+def test_axes_without_quantities_in_si_are_refused(draw):
+    with pytest.raises(ValueError, match="in SI"):
+        engineering_units(draw(new_figure(4, 3).add_subplot()))
+    with pytest.raises(TypeError, match=r"figure\.axes"):
+        engineering_units(new_figure(4, 3))
+
+
+@pytest.mark.parametrize("process", [name for name in DRAWN if "not found" not in name])
+def test_without_labels_there_is_no_text_inside_the_axes(process):
+    result = decode_result(npz(process))
+    draws = [
+        result.plot,
+        *(getattr(result, name) for name in ("plot_unfolding", "plot_multipliers") if hasattr(result, name)),
+    ]
+    for draw in draws:
+        drawn = draw(labels=False, legend="inside")
+        for ax in drawn[0].figure.axes if isinstance(drawn, tuple) else drawn.figure.axes:
+            for one in (ax, *ax.child_axes):
+                texts = [*(text.get_text() for text in one.texts), one.get_title(), one.get_xlabel(), one.get_ylabel()]
+                assert not any(texts), texts
+
+
+def map_of(counts, shape=(40, 60), start=0.2):
+    """Return a map whose columns are divided evenly between motions (period, right, left)."""
+    codes = np.array(counts)[np.arange(shape[1]) * len(counts) // shape[1]]
+    names = ("period", "impacts_right", "impacts_left")
+    arrays = {name: np.tile(codes[:, i], (shape[0], 1)) for i, name in enumerate(names)}
+    rest = {name: np.resize(array, shape) for name, array in document("unfolding-maps").items() if np.ndim(array) == 2}
+    axes = {"omega": np.linspace(start, start + 0.1, shape[1]), "clearance": np.linspace(1.0, 2.0, shape[0])}
+    return decode_result(npz("unfolding-maps", rest | arrays | {"kind": np.ones(shape, np.int8)} | axes))
+
+
+def test_on_axes_of_middle_size_a_legend_keeps_the_largest_shares():
+    counts = [(1, 1, 1)] * 4 + [(2, 3, 3)] * 3 + [(1, n, n + 1) for n in range(23)]
+    umap, curve = map_of(counts), decode_result(npz("grazing-curves"))
+    ax = umap.plot(new_figure(5, 4).add_subplot(), curve=curve)
+    entries = legend(ax)
+    assert {"1-$1_r$-$1_l$ (13.3%)", "2-$3_r$-$3_l$ (10.0%)", r"grazing curve $b = A(\omega)$"} < set(entries)
+    assert entries[-1] == f"and {22 - len(entries) + 1} more"
+    inside, box = ax.get_legend().get_window_extent(), ax.get_window_extent()
+    assert 0.4 * box.height < inside.height <= 0.6 * box.height
+    assert len(legend(umap.plot(curve=curve))) == 22
+    assert len(legend(umap.plot(new_figure(5, 4).add_subplot(), curve=curve, legend="inside"))) == 22
+    assert umap.plot(new_figure(1.5, 1).add_subplot()).get_legend() is None
+
+
+def looks(ax) -> list[tuple[str, ...]]:
+    """Return what the entries of a legend look like."""
+    names = ("color", "marker", "linestyle", "markerfacecolor")
+    handles, _ = ax.get_legend_handles_labels()
+    dashes = [str(handle._unscaled_dash_pattern) for handle in handles]
+    seen = [tuple(str(getattr(handle, f"get_{name}")()) for name in names) for handle in handles]
+    return [(*one, dash) for one, dash in zip(seen, dashes, strict=True)]
+
+
+def many_motions(kind: str) -> list:
+    """Return pictures of more motions than there are colours."""
+    count = len(every_colour()) + 5
+    named = [{"period": 9, "impacts_right": n, "impacts_left": n, "label": f"9-{n}r-{n}l"} for n in range(count)]
+    if kind == "map":
+        umap = map_of([(9, n, n) for n in range(count)])
+        return [umap.plot(motions=count), umap.plot(motions=count, merge_mirror_images=True)]
+    if kind == "basins":
+        one = document("basins")["attractors"][0]
+        attractors = [{**one, **name, "share": 1 / count, "states": 1} for name in named]
+        states = {"label": np.arange(2 * count, dtype=np.int16).reshape(2, count) % count}
+        axes = {"horizontal": np.linspace(-1.0, 1.0, count)}
+        rest = {
+            name: np.resize(document("basins")[name], (2, count)) for name in ("settled_after", "lyapunov", "reason")
+        }
+        return [decode_result(npz("basins", {"attractors": attractors, **states, **axes, **rest})).plot()]
+    if kind == "fractions":
+        whole = document("basin-fractions")
+        attractors = [{**whole["attractors"][0], **name} for name in named]
+        figures = {name: np.resize(array, (count, 2)) for name, array in whole.items() if np.shape(array) == (3, 2)}
+        figures["share"] = np.full((count, 2), 1.0 / count)
+        return [decode_result(npz("basin-fractions", {**figures, "attractors": attractors})).plot(motions=count)]
+    if kind == "diagram":
+        section = document("bifurcation-diagrams")["sections"][0]
+        sections = [{**section, "motion": {**section["motion"], **name}} for name in named]
+        parameter = np.linspace(1.5, 1.6, count)
+        result = decode_result(npz("bifurcation-diagrams", {"sections": sections, "parameter": parameter}))
+        return [result.plot(motions=count)]
+    result = decode_result(npz(MANY))
+    first = result.trajectories[0]
+    some = [replace(first, motion=replace(first.motion, kind="periodic", **name)) for name in named]
+    return [replace(result, trajectories=tuple(some)).plot()[0]]
+
+
+@pytest.mark.parametrize("kind", ["map", "basins", "fractions", "diagram", "trajectories"])
+def test_no_two_entries_of_a_legend_look_the_same_however_many_motions_there_are(kind):
+    for ax in many_motions(kind):
+        entries, drawn = legend(ax), looks(ax)
+        assert len(set(drawn)) == len(drawn) == len(set(entries))
+        assert sum("other" in entry for entry in entries) == 1
+
+
+def test_orders_and_motions_beyond_the_colours_and_dashes_have_other_symbols():
+    count = 40
+    assert len({str(palette.dash(number)) for number in range(count)}) == count
+    assert len({str(palette.order_style(order)) for order in range(1, count + 1)}) == count
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence")
+    omega = np.linspace(0.26, 0.34, count)
+    points = [
+        {**recurrence, "active": True, "order": k + 1, "omega": float(omega[k]), "clearance": 1.5} for k in range(count)
+    ]
+    drawn = looks(decode_result(npz("codimension-two-points", {"points": points})).plot())
+    assert len(set(drawn)) == len(drawn) == count + 1
+    whole = document("structures")
+    omega = np.linspace(0.2, 0.4, len(whole["omega"]))
+    harmonics = [{**whole["harmonics"][0], "harmonic": k + 1} for k in range(count)]
+    drawn = looks(decode_result(npz("structures", {"harmonics": harmonics, "omega": omega})).plot())
+    assert len(set(drawn)) == len(drawn) >= count
+
+
+def colour_of(ax) -> dict[str, str]:
+    """Return the colours in the legend of a map by the text without the share."""
+    handles, texts = ax.get_legend_handles_labels()
+    return {text.rpartition(" (")[0]: handle.get_color() for handle, text in zip(handles, texts, strict=True)}
+
+
+def test_two_maps_agree_on_colours_that_one_has_of_the_other():
+    alone = {(7, n, n): palette.motion_colours([motion(7, n, n)])[0] for n in range(2, 30)}
+    other, clash = next(pair for pair in itertools.combinations(alone, 2) if len({alone[one] for one in pair}) == 1)
+    first, second = map_of([clash]), map_of([other, other, clash, (9, 5, 7)])
+    text = palette.motion_text(motion(*clash))
+    assert colour_of(first.plot())[text] != colour_of(second.plot())[text]
+    agreed = colour_of(first.plot(colours=second.colours()))
+    assert agreed[text] == colour_of(second.plot())[text] == second.colours()[motion_label(*clash)]
+    assert colour_of(second.plot(colours=first.colours()))[text] == first.colours()[motion_label(*clash)]
+    assert len(set(colour_of(second.plot(colours=first.colours())).values())) == 3
+
+
+def test_a_map_with_fewer_motions_keeps_the_colours_of_the_others():
+    # the smallest of the twenty have colours of their own, which others would take without them
+    named = [(1, 1, 1), (1, 2, 2), (1, 3, 3), (1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 2, 1), (1, 1, 2), (1, 2, 3)]
+    umap = map_of([(7, n, n) for n in range(2, 9)] * 2 + named)
+    whole, few = colour_of(umap.plot()), colour_of(umap.plot(motions=6))
+    assert {text: whole[text] for text in list(few)[:6]} == {text: few[text] for text in list(few)[:6]}
+
+
+def test_the_table_of_motions_and_json_have_the_colours_of_the_picture(tmp_path):
+    # the smallest ones have colours of their own, which are given to others
+    named = [(1, 3, 3), (1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 2, 1), (1, 1, 2), (1, 2, 3)]
+    umap = map_of([(1, 1, 1)] * 3 + [(1, n, n + 1) for n in range(4, 22)] * 2 + named)
+    drawn = colour_of(umap.plot())
+    for one in umap.motions():
+        assert one.colour == drawn.get(palette.motion_text(one))
+    assert sum(one.colour is None for one in umap.motions()) == 6
+    in_json = json.loads(umap.save(tmp_path / "map.json").read_text("utf-8"))["motions"]
+    assert [one["colour"] for one in in_json] == [one.colour or palette.OTHER for one in umap.motions()]
+    assert umap.to_dataframe("motions")["colour"][0] == palette.NAMED["1-1r-1l"]
+
+
+@pytest.mark.parametrize("process", ["bifurcation-diagrams", "basins", "basin-fractions", MANY, "unfolding-diagrams"])
+def test_colours_can_be_given(process):
+    given = {"unresolved": "red", "chaotic": "red", "1-1r-1l": "gold", "7-7r-7l": "#123456"}
+    drawn = decode_result(npz(process)).plot(colours=given)
+    ax = drawn[0] if isinstance(drawn, tuple) else drawn
+    assert "#FF0000" in {line.get_color() for line in ax.lines}
+    with pytest.raises(ValueError, match="nonsense"):
+        decode_result(npz(process)).plot(colours={"chaotic": "nonsense"})
+
+
+def test_mirror_images_are_one_motion_on_request():
+    umap = map_of([(1, 1, 1), (1, 1, 2), (1, 2, 1), (1, 2, 1), (1, INFINITE, 3), (1, 2, 1)])
+    assert [one.label for one in umap.motions()] == ["1-2r-1l", "1-1r-1l", "1-1r-2l", "1-∞r-3l"]
+    merged = umap.motions(merge_mirror_images=True)
+    assert [(one.label, one.pixels, one.mirror_images) for one in merged] == [
+        ("1-2r-1l", 1600, True),
+        ("1-1r-1l", 400, False),
+        ("1-∞r-3l", 400, True),
+    ]
+    assert merged[0].share == pytest.approx(4 / 6)
+    np.testing.assert_array_equal(umap.mask(merged[0]), umap.mask("1-2r-1l") | umap.mask("1-1r-2l"))
+    assert legend(umap.plot(merge_mirror_images=True)) == [
+        r"1-$\infty_r$-$3_l$, mirror images (16.7%)",
+        "1-$1_r$-$1_l$ (16.7%)",
+        "1-$2_r$-$1_l$, mirror images (66.7%)",
+    ]
+
+
+def test_low_orders_of_recurrence_are_larger_and_above():
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence" and point["active"])
+    many = [{**recurrence, "omega": 0.2 + 0.0001 * k, "order": 1 + k % 8} for k in range(800)]
+    ax = decode_result(npz("codimension-two-points", {"points": many})).plot()
+    lines = [line for line in ax.lines if str(line.get_label()).startswith("recurrence of order")]
+    sizes, heights = [line.get_markersize() for line in lines], [line.get_zorder() for line in lines]
+    assert sizes[0] > sizes[1] > sizes[2] > sizes[3] > sizes[7]
+    assert heights == sorted(heights, reverse=True)
+    assert len(set(heights)) == 8

@@ -1,0 +1,177 @@
+"""The schemas of results: the classes and the documents have their fields, and what differs is found."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+import pydoc
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.results import RESULTS, SCHEMAS, Family, Motion, UnfoldingMap, schema_of
+from grazemap.results.fields import RecordSchema
+from grazemap.results.record import FloatArray, Record, deprecated, field, stored
+from grazemap.wire import PROCESSES
+from tests.support.document_problems import problems
+from tests.support.sdk_documents import REQUESTS, document, with_deprecated
+
+
+def records(record: RecordSchema) -> list[RecordSchema]:
+    inside = [one.type for one in record if isinstance(one.type, RecordSchema)]
+    return [record, *(deeper for one in inside for deeper in records(one))]
+
+
+def test_every_process_has_a_class_of_its_result() -> None:
+    assert {schema.process for schema in SCHEMAS} == set(PROCESSES)
+    assert {schema.name for schema in SCHEMAS} == set(RESULTS)
+
+
+@pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
+def test_objects_have_the_attributes_of_their_schemas(schema: RecordSchema) -> None:
+    for record in records(schema):
+        assert dataclasses.is_dataclass(record.kind)
+        own = {one.name for one in dataclasses.fields(record.kind)} - {"meta", "_document", "_oscillator"}
+        assert own == {one.name for one in record if not one.replaces and not one.stored_only}
+        assert all(f"\n{name} : " in (record.kind.__doc__ or "") for name in own)
+
+
+class Sample(Record):
+    """A record with one field of each kind.
+
+    It is of this test.
+    """
+
+    number: float = field("A number.", unit="m")
+    name: str | None = field("A name.")
+    array: FloatArray | None = field("An array.", "time", "s", when="sometimes")
+    families: tuple[Family, ...] = field("Families.", "family", when="sometimes")
+    texts: tuple[str, ...] = field("Texts.", "text")
+    certified = deprecated("number")
+    aside = stored("Figures.", type=Family.schema, when="sometimes")
+    shown: ClassVar[int] = 3
+    _own: int = 1
+
+
+class Other(Record):
+    """A record that varies a field of another one."""
+
+    number: FloatArray = field(Sample, "time", null=True)
+    label: str = field("A label.", default="none")
+
+
+def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
+    """It is written once: no name, type or need is given beside the attribute's own."""
+    found = {one.name: (one.type, one.dims, one.null, one.optional, one.texts) for one in Sample.schema}
+    assert found == {
+        "number": ("float", (), False, False, False),
+        "name": ("str", (), True, False, False),
+        "array": ("float", ("time",), False, True, False),
+        "families": (Family.schema, ("family",), False, True, False),
+        "texts": ("str", ("text",), False, False, True),
+        "certified": ("float", (), False, True, False),
+        "aside": (Family.schema, (), False, True, False),
+    }
+    assert Sample.schema.description == "A record with one field of each kind. It is of this test."
+    assert (Sample.schema["certified"].replaces, Sample.schema["certified"].unit) == ("number", "m")
+    varied, given = Other.schema["number"], Sample.schema["number"]
+    assert varied == given.varied(dims=("time",), null=True)
+    assert not hasattr(Sample, "certified")
+    assert not hasattr(Sample, "aside")
+    with pytest.raises(TypeError, match="dimensions"):
+        type("Wrong", (Record,), {"__annotations__": {"x": FloatArray}, "x": field("An array.")})
+    with pytest.raises(TypeError, match="dimensions"):
+        type("Wrong", (Record,), {"__annotations__": {"x": float}, "x": field("A number.", "time")})
+
+
+def test_objects_are_frozen_and_are_made_as_dataclasses_are() -> None:
+    made = Sample(1.0, "x", texts=())
+    assert (made.number, made.array, made.families, made._own) == (1.0, None, (), 1)
+    assert dataclasses.replace(made, number=2.0).number == 2.0
+    assert Other(np.zeros(1)).label == "none"
+    for wrong in ((), (1.0, "x", None, (), (), 1, 2)):
+        with pytest.raises(TypeError, match="Sample"):
+            Sample(*wrong)
+    for wrong in ({"texts": (), "more": 1}, {"texts": (), "number": 1.0}):
+        with pytest.raises(TypeError, match="Sample"):
+            Sample(1.0, None, **wrong)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        made.number = 2.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        del made.number
+    # what has arrays is not compared by its values
+    assert Sample(1.0, "x", texts=()) != made
+    assert Family(1, 2) == Family(case=1, n=2)
+    assert Family(1, 2) != Family(1, 3)
+    assert len({Family(1, 2), Family(1, 2), Family(2, 2)}) == 2
+    assert repr(Family(1, 2)) == "Family(case=1, n=2)"
+    motion = Motion("chaotic", verified=False)
+    assert pickle.loads(pickle.dumps(motion)) == copy.deepcopy(motion) == motion
+
+
+@pytest.mark.parametrize("kind", [Sample, Family, UnfoldingMap, Record])
+def test_help_is_shown_of_every_kind_of_class(kind: type) -> None:
+    shown = pydoc.render_doc(kind, renderer=pydoc.plaintext)
+    assert kind is Record or all(
+        f" |  {one.name} : " in shown for one in kind.schema if not one.stored_only and not one.replaces
+    )
+
+
+@pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
+def test_every_field_is_described(schema: RecordSchema) -> None:
+    for record in records(schema):
+        names = [one.name for one in record]
+        assert len(set(names)) == len(names)
+        for one in record:
+            assert one.description.endswith("."), f"{record.name}.{one.name}"
+            assert not one.index_of or one.index_of in names
+            assert not one.replaces or one.replaces in names
+
+
+@pytest.mark.parametrize("process", list(REQUESTS))
+def test_documents_are_checked_field_by_field(process: str) -> None:
+    whole = document(process)
+    schema = schema_of(process.split()[0], whole)
+    assert problems(schema, whole) == []
+    assert problems(schema, with_deprecated(schema, whole)) == []
+    assert problems(schema, decode_npz(encode_npz(whole, {}))[0]) == []
+    for one in schema:
+        if one.name not in whole:
+            continue
+        lacking = {name: value for name, value in whole.items() if name != one.name}
+        assert bool(problems(schema, lacking)) is not one.optional
+        if one.dims and isinstance(whole[one.name], np.ndarray):
+            deeper = {**whole, one.name: whole[one.name][None]}
+            assert any("dimensions" in problem for problem in problems(schema, deeper))
+            other = {**whole, one.name: whole[one.name].astype(np.complex64 if one.type != "str" else "S")}
+            assert any(f"{one.name} is " in problem for problem in problems(schema, other))
+    assert "not declared" in problems(schema, {**whole, "novelty": 1})[0]
+
+
+def test_values_that_are_not_numbers_or_not_allowed_are_found() -> None:
+    curve = document("grazing-curves")
+    schema = schema_of("grazing-curves", curve)
+    assert problems(schema, {**curve, "phase": curve["phase"] * np.nan}) == ["GrazingCurve.phase is not finite"]
+    (said,) = problems(schema, {**curve, "phase": curve["phase"][1:]})
+    assert "2 along omega, where others have 3" in said
+    orbit: dict[str, Any] = document("periodic-orbits")
+    (said,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "found_by": "chance"})
+    assert "other values" in said
+    (said,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "period": 1.5})
+    assert "not a int" in said or "not an int" in said
+
+
+def test_deprecated_names_stand_beside_what_replaces_them() -> None:
+    for process in ("unfolding-maps", "unfolding-maps of computed points", "unfolding-diagrams"):
+        whole = document(process)
+        full = with_deprecated(schema_of(process.split()[0], whole), whole)
+        inside = full.get("at_computed") or full.get("unfolding_map") or full
+        np.testing.assert_array_equal(inside["certified"], inside["verified"])
+    orbit = with_deprecated(schema_of("periodic-orbits", {}), document("periodic-orbits"))
+    assert (orbit["certified"], orbit["motion"]["certified"]) == (False, False)
+    named = [one.name for schema in SCHEMAS for record in records(schema) for one in record if one.replaces]
+    assert set(named) == {"certified"}
+    assert "at_computed" in [one.name for one in UnfoldingMap.schema if one.stored_only]
