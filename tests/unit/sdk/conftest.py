@@ -76,6 +76,7 @@ def make_client(request: pytest.FixtureRequest, service: FakeService, monkeypatc
     yield make
     for client in made:
         client.close()
+    loop.run_until_complete(loop.shutdown_asyncgens())
     loop.close()
 
 
