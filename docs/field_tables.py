@@ -2,14 +2,15 @@
 
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
 record in the schemas, "classes" for the table of the client's classes, "processes" for the addresses of all processes,
-or "clients" and "methods" for the signatures of the client.
+or "clients" and "methods" for the signatures of the client. A process without a section in the guide of the API gets
+one, to be written on by hand.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from inspect import Parameter, signature
 from pathlib import Path
 from textwrap import fill
@@ -25,6 +26,7 @@ from grazemap.wire import PROCESSES
 FOLDER = Path(__file__).parent
 PAGES = ("api.md", "sdk.md")
 _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
+_LAST_PROCESS = "\n## Following a job\n"
 _DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "str": "text", "complex": "complex"}
 
 
@@ -33,20 +35,43 @@ def written(text: str) -> str:
     return _TABLE.sub(lambda found: found[1] + _table(found[2]) + found[3], text)
 
 
+def with_sections(guide: str) -> str:
+    """Return the guide of the API with a section for every process of whose results it has no table."""
+    tables = {found[2] for found in _TABLE.finditer(guide)}
+    missing = [name for name in PROCESSES if not tables & _records(_results(name)).keys()]
+    sections = "".join(f"\n{part}" for name in missing for part in _section(name))
+    return guide.replace(_LAST_PROCESS, sections + _LAST_PROCESS)
+
+
+def _results(process: str) -> list[ResultSchema]:
+    return [schema for schema in SCHEMAS if schema.process == process]
+
+
+def _section(process: str) -> Iterator[str]:
+    operation = PROCESSES[process].operation
+    yield f"## {operation.summary}\n"
+    yield fill(f"{operation.description} `POST /v1/{process}` takes:", 120) + "\n"
+    yield "```json"
+    yield json.dumps(next(iter(operation.examples.values()))) + "\n```\n"
+    for schema in _results(process):
+        yield f"{schema.description}\n"
+        yield f"<!-- fields of {schema.name} -->\n<!-- end of fields -->\n"
+
+
 def _table(name: str) -> str:
     parts = {"classes": _classes, "processes": _processes, "clients": _clients, "methods": _methods}
     rows = parts[name]() if name in parts else _fields(_records()[name])
     return "\n".join(rows) + "\n"
 
 
-def _records() -> dict[str, RecordSchema]:
+def _records(results: Iterable[ResultSchema] = SCHEMAS) -> dict[str, RecordSchema]:
     def inside(record: RecordSchema) -> Iterator[RecordSchema]:
         yield record
         for one in _all_fields(record):
             if isinstance(one.type, RecordSchema):
                 yield from inside(one.type)
 
-    return {record.name: record for schema in SCHEMAS for record in inside(schema)}
+    return {record.name: record for schema in results for record in inside(schema)}
 
 
 def _all_fields(record: RecordSchema) -> tuple[Field, ...]:
@@ -145,7 +170,8 @@ def main() -> None:
     """Write the pages."""
     for page in PAGES:
         path = FOLDER / page
-        path.write_text(written(path.read_text("utf-8")), "utf-8")
+        text = path.read_text("utf-8")
+        path.write_text(written(with_sections(text) if page == "api.md" else text), "utf-8")
 
 
 if __name__ == "__main__":

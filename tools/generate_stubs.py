@@ -22,6 +22,11 @@ from grazemap.client.process_methods import METHODS
 ROOT = Path(__file__).parents[1]
 CLIENT = ROOT / "sdk" / "grazemap" / "client"
 _ALIASES = ", ".join(name for name in vars(arguments) if name.endswith("Like"))
+_EXPORTED = {name for name in results.__all__ if isinstance(getattr(results, name), type)}
+_RESULTS = "\n".join(
+    f"from {'grazemap.results' if name in _EXPORTED else kind.__module__} import {name}"
+    for name, kind in sorted({**dict.fromkeys(_EXPORTED), **results.RESULTS}.items())
+)
 _IMPORTS = f"""\
 import os
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -35,7 +40,7 @@ from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
 from grazemap.client.arguments import {_ALIASES}, Provable, Values
 from grazemap.client.job_state import JobState
-from grazemap.results import {", ".join(results.__all__)}
+{_RESULTS}
 from grazemap.wire import Forecast, Job, ProcessRequest, ServiceStatus, Status
 """
 
