@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flint import arb
+from scipy.linalg import eigvalsh
 
 from grazemap_core.grazing import codimension_two
 from grazemap_core.grazing.codimension_two import codimension_two_points
@@ -36,7 +37,7 @@ def half_periods(point):
 def fitted(oscillator, point):
     """Coefficients of b - A and of v on the curve, as polynomials in the distance from the point, from exact orbits."""
     unfolding = point.unfolding
-    fastest = math.sqrt(np.max(np.linalg.eigvals(np.linalg.solve(oscillator.mass_matrix, oscillator.stiffness_matrix))))
+    fastest = math.sqrt(eigvalsh(oscillator.stiffness_matrix, oscillator.mass_matrix)[-1])
     step = 2e-4 * point.omega**2 / (fastest * half_periods(point) * math.pi)
     # steep curves bend soon: impact speeds stay small against those of the steady motion
     step = min(step, 2e-5 * point.omega * point.clearance / unfolding.velocity_slope)

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -64,9 +65,25 @@ def changed(**changes: object) -> list[str]:
 
 @OF_THE_LEVEL
 def test_bytes_change_only_with_the_version(quick: Results, recorded: record.Record) -> None:
-    found = [str(change) for change in record.changes(recorded, quick)]
+    """With other libraries than those of the record, which round otherwise: labels and flags alone."""
+    found = list(record.changes(recorded, quick))
+    if record.libraries() != recorded.libraries:
+        found = of_labels(found, quick)
     where = f"recorded with {recorded.libraries}, computed with {record.libraries()}"
-    assert found == [], f"the bytes changed: change the version in pyproject.toml, then make digests; {where}"
+    assert [*map(str, found)] == [], (
+        f"the bytes changed: change the version in pyproject.toml, then make digests; {where}"
+    )
+
+
+def of_labels(changes: Iterable[record.Change], results: Results) -> list[record.Change]:
+    """The changes of fields that are no floating-point numbers."""
+    return [
+        change
+        for change in changes
+        if (field := results[change.process][change.result].get(change.field)) is None
+        or field.values is None
+        or field.values.dtype.kind != "f"
+    ]
 
 
 @OF_THE_LEVEL
@@ -78,14 +95,7 @@ def test_this_processor_s_own_instructions_give_the_same_labels_and_flags(quick:
 
 def test_maps_have_the_recorded_labels_and_flags_on_every_processor(recorded: record.Record) -> None:
     found = here("maps")
-    labels = [
-        str(change)
-        for change in record.changes(recorded, found)
-        if (field := found[change.process][change.result].get(change.field)) is None
-        or field.values is None
-        or field.values.dtype.kind != "f"
-    ]
-    assert labels == []
+    assert [*map(str, of_labels(record.changes(recorded, found), found))] == []
 
 
 def test_the_record_is_of_this_version_and_has_every_result(recorded: record.Record) -> None:
