@@ -16,7 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import ConditioningError
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.structure import Structure
-from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT, SEPARATING_CHANGE
+from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT, SEPARATING_CHANGE, SEPARATING_TRIALS
 from grazemap_core.tolerances import EPSILON
 
 Pairs = list[tuple[int, int]]
@@ -41,17 +41,34 @@ def damped_blocks(structure: Structure) -> Blocks:
     """
     matrix = structure.energy_matrix()
     triangular, basis = schur(matrix, output="real")
+    triangular = _without_round_pairs(triangular)
     blocks, resolved = _best_blocks(structure, matrix, triangular, basis)
-    if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
+    for trial in range(SEPARATING_TRIALS):
+        if blocks.conditioning <= MODAL_CONDITION_LIMIT:
+            break
         # equal exponents cannot be reordered; a small change separates them, and refinement takes it back
-        change = np.random.default_rng(0).uniform(size=len(triangular)) * np.linalg.norm(triangular, 2)
+        change = np.random.default_rng(trial).uniform(size=len(triangular)) * np.linalg.norm(triangular, 2)
         for i in np.flatnonzero(np.diag(triangular, -1)):
             change[i + 1] = change[i]
-        triangular = triangular + SEPARATING_CHANGE * np.diag(change)
-        blocks, _ = _best_blocks(structure, basis @ triangular @ basis.T, triangular, basis)
+        separated = triangular + SEPARATING_CHANGE * np.diag(change)
+        blocks, _ = _best_blocks(structure, basis @ separated @ basis.T, separated, basis)
     if not blocks.conditioning <= MODAL_CONDITION_LIMIT:
         raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
     return blocks
+
+
+def _without_round_pairs(triangular: Floats) -> Floats:
+    """Return the Schur form with equal real exponents apart that round-off has made a complex pair.
+
+    Their block is a multiple of the identity but for a smaller part than the change that separates exponents.
+    """
+    corner = np.arange(len(triangular) - 1)
+    above, below = triangular[corner, corner + 1], triangular[corner + 1, corner]
+    largest = SEPARATING_CHANGE * np.abs(np.diag(triangular)[:-1])
+    real = (below != 0.0) & (np.maximum(np.abs(above), np.abs(below)) <= largest)
+    apart = triangular.copy()
+    apart[corner[real] + 1, corner[real]] = 0.0
+    return apart
 
 
 def _best_blocks(structure: Structure, matrix: Floats, triangular: Floats, basis: Floats) -> tuple[Blocks, bool]:

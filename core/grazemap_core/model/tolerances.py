@@ -30,6 +30,9 @@ SEPARATING_CHANGE: Final = 1e-9
 """Random change of the exponents, relative to the largest ones, that separates equal ones: far more than round-off, and
 little enough for Newton's method."""
 
+SEPARATING_TRIALS: Final = 8
+"""Random changes that are tried one after another, as one may order equal exponents badly."""
+
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
 """A block of a chain with a list of dampings is undamped if decay/frequency is at most this.
 

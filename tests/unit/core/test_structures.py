@@ -197,12 +197,11 @@ def flow_error(structure: Matrices, time: float) -> float:
 
 
 @pytest.mark.parametrize("part", [PART, TURNING, OVERDAMPED, STIFF], ids=["damped", "turning", "overdamped", "stiff"])
-@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("count", [2, 3, 5])
 @pytest.mark.parametrize("joined", [0.0, 1e-17, 1e-15, 1e-12, 1e-9])
 def test_equal_parts_that_are_joined_weakly_or_not_at_all_move_as_in_fifty_digits(
     part: tuple[np.ndarray, ...], count: int, joined: float
 ) -> None:
-    """Where a joint is hardly more than round-off, or three parts are overdamped, the structure may be refused."""
     mass, damping, stiffness = (block_diag(*[one] * count) for one in part)
     spring = joined * part[2][0, 0]
     for i, j, sign in ((0, 0, 1.0), (2, 2, 1.0), (0, 2, -1.0), (2, 0, -1.0)):
@@ -210,11 +209,6 @@ def test_equal_parts_that_are_joined_weakly_or_not_at_all_move_as_in_fifty_digit
         damping[i, j] += sign * joined * part[1][0, 0]
     structure, alone = Matrices.create(mass, stiffness, damping), Matrices.create(*(part[i] for i in (0, 2, 1)))
     slowest = float(np.sqrt(np.linalg.eigvalsh(part[2])[0]))
-    try:
-        modal_model(structure)
-    except ConditioningError:
-        assert joined == 1e-15 or (part is OVERDAMPED and count == 3)
-        return
     for time in (1.0 / slowest, 30.0 / slowest):
         assert flow_error(structure, time) < 4.0 * flow_error(alone, time) + 4e-14
 
