@@ -72,7 +72,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
         bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
-        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high], format="%.3g")
+        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high])
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
     return ax

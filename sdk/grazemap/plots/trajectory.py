@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
-from grazemap.plots.engineering import Wording, write
+from grazemap.plots.engineering import Wording
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
@@ -54,28 +54,33 @@ class TrajectoryDrawing(NamedTuple):
     """Whether the figure was made for it."""
 
     @property
+    def ax(self) -> Axes:
+        """The axes of the motion over time."""
+        return self.history.ax
+
+    @property
     def axes(self) -> TrajectoryAxes:
         """The axes of both."""
         return TrajectoryAxes(self.history.ax, self.portrait.ax)
 
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool
+    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool, engineering_units: bool
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
     With one axes the phase portrait is drawn on a figure that nobody sees.
     """
-    if ax is not None and not isinstance(ax, Iterable):
+    own_figure = ax is None
+    if ax is None:
+        legend = legend or "outside"
+        ax = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    elif not isinstance(ax, Iterable):
         from matplotlib.figure import Figure
 
         ax = ax, Figure().add_subplot()
-    if ax is not None:
-        history, portrait = ax
-        return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels), own_figure=False)
-    pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
-    made = [drawing(one, legend or "outside", labels) for one in pair]
-    return TrajectoryDrawing(made[0], made[1], own_figure=True)
+    history, portrait = (drawing(one, legend, labels, engineering_units) for one in ax)
+    return TrajectoryDrawing(history, portrait, own_figure)
 
 
 @draws(Trajectory, place=trajectory_drawing)
@@ -207,8 +212,8 @@ def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None,
     drawing.history.ax.margins(x=0.0)
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
-    if drawing.own_figure and drawing.history.labels and figure is not None:
-        write(drawing.history.ax, partial(figure.suptitle, fontsize=10), title)
+    if drawing.own_figure and figure is not None:
+        drawing.history.write(partial(figure.suptitle, fontsize=10), title)
 
 
 def _legend(drawing: Drawing, columns: int) -> None:
