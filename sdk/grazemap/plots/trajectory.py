@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.described import described
 from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
 from grazemap.plots.engineering import Wording
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
@@ -29,6 +30,7 @@ _LONGEST_MOTION = 32
 Floats = NDArray[np.float64]
 
 
+@described
 class TrajectoryAxes(NamedTuple):
     """The axes of a trajectory's picture."""
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
+from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
 from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
@@ -55,20 +56,16 @@ def outside(what: str, name: str, value: float, ends: tuple[float, float], units
     )
 
 
+@described
 class Result(Record):
-    """What all results share; a subclass is the result of a process.
-
-    Attributes
-    ----------
-    meta : dict
-        process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
-        units and notes.
-    """
+    """What all results share; a subclass is the result of a process."""
 
     schema: ClassVar[ResultSchema]
     process: ClassVar[str]
 
     meta: dict[str, Any]
+    """process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
+    units and notes."""
     _document: Document
 
     def __init_subclass__(

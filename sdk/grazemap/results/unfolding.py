@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
+from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, value_of
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
@@ -39,42 +40,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@described
 @dataclass(frozen=True, slots=True)
 class MapPoint:
-    """One point of an unfolding map.
-
-    Attributes
-    ----------
-    horizontal, vertical : float
-        The point of the grid.
-    label, kind : str
-        n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic; and the kind.
-    verified : bool
-    reason : str
-        Why the motion is unresolved, or periodic and not verified; else empty.
-    computed : bool
-        False: inferred from the points around it.
-    horizontal_offset, vertical_offset : float
-        This point minus the place that was asked for: at most half a step of the grid.
-    request : dict or None
-        The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
-        unless the map's trajectories start at rest.
-    omega, clearance : float or dict
-        The frequency and the clearance there.
-    """
+    """One point of an unfolding map."""
 
     horizontal: float
+    """Value of the horizontal parameter."""
     vertical: float
+    """Value of the vertical parameter."""
     label: str
+    """n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic."""
     kind: str
+    """The kind of motion."""
     verified: bool
+    """Whether the motion is verified."""
     reason: str
+    """Why the motion is unresolved, or periodic and not verified; else empty."""
     computed: bool
+    """False: inferred from the points around it."""
     horizontal_offset: float
+    """This point minus the place that was asked for: at most half a step of the grid."""
     vertical_offset: float
+    """Likewise along the vertical axis."""
     request: dict[str, Any] | None
+    """The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
+    unless the map's trajectories start at rest."""
     omega: float
+    """The frequency there."""
     clearance: float | dict[str, float | None]
+    """The clearance there, or that of each stop."""
 
 
 class FiguresAtComputedPoints(Record):

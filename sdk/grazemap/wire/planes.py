@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from grazemap.described import described
 from grazemap.wire.base import (
     CoordinateGrid,
     CoordinateRange,
@@ -104,6 +105,7 @@ def require_domain(name: str, value: float, *at: str) -> None:
         raise invalid(f"{name} is at least 0", "numbers >= 0", *at)
 
 
+@described
 @dataclass(frozen=True)
 class PlanePoint:
     """A point of a plane or of a line."""
@@ -116,6 +118,7 @@ class PlanePoint:
     """The clearances of the stops."""
 
 
+@described
 @dataclass(frozen=True)
 class Parameters:
     """The values of all parameters but those that vary."""
@@ -196,6 +199,7 @@ def is_place(name: str) -> bool:
     return name == "omega" or name.startswith("clearance")
 
 
+@described
 @dataclass(frozen=True)
 class Line:
     """One parameter that varies, and the values of the others."""
@@ -210,6 +214,7 @@ class Line:
         return [self.parameters.at({self.axis.vary: end}) for end in self.axis.ends]
 
 
+@described
 @dataclass(frozen=True)
 class Plane:
     """Two parameters that vary, and the values of the others."""
