@@ -68,22 +68,17 @@ def suggestion(unknown: str, known: Iterable[str]) -> str:
     return f"; did you mean {near[0]}" if near else ""
 
 
-def _resolve(schema: Schema, root: Schema) -> Schema:
-    while "$ref" in schema:
-        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
-    return schema
-
-
 def branches(schema: Schema, root: Schema) -> list[Schema]:
     """Return the alternatives of a schema, one level of union resolved."""
-    schema = _resolve(schema, root)
+    while "$ref" in schema:
+        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
     options = schema.get("oneOf") or schema.get("anyOf")
     return [branch for option in options for branch in branches(option, root)] if options else [schema]
 
 
 def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
     """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
-    found = branches(root, root) if root else []
+    found = branches(root, root)
     for part in where:
         if isinstance(part, int):
             below = [schema["items"] for schema in found if "items" in schema]
