@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
+# Share of the height of a picture that is added for a scale of colours inside of it.
+_FOR_BAR = 0.2
 # Share of the height of the axes within which the impacts of two lines have one text.
 _TOGETHER = 0.025
 # Styles of the stretches of a branch.
@@ -59,6 +61,8 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return drawing.ax
+    from matplotlib.ticker import MaxNLocator
+
     ax = _unit_circle(drawing)
     value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
     low, high = float(result.parameter.min()), float(result.parameter.max())
@@ -71,8 +75,11 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
-        bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
-        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high])
+        # below what is drawn, where the view is made higher
+        bottom, top = ax.dataLim.intervaly
+        ax.update_datalim([(0.0, bottom - _FOR_BAR * (top - bottom))])
+        bar = ax.inset_axes((0.05, 0.06, 0.5, 0.03))
+        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
     return ax
@@ -89,6 +96,7 @@ def _unit_circle(drawing: Drawing) -> Axes:
     for value in (ax.axhline, ax.axvline):
         value(0.0, color=PALE_LINE, linewidth=0.5, zorder=0)
     ax.set_aspect("equal", adjustable="datalim")
+    ax.locator_params(nbins=6)
     return ax
 
 

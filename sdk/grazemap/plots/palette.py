@@ -24,6 +24,8 @@ ORDERS: tuple[str, ...] = tuple(PALETTE["orders"])
 """Colours of recurrences by order, and of lines that stand for nothing else."""
 
 LINE, SECOND_LINE, PALE_LINE = NAMED["1-2r-3l"], NAMED["2-3r-3l"], OTHER
+ANY_COLOUR = UNRESOLVED
+"""Colour of entries of legends that explain the dashes of lines in any colour."""
 
 # Marker, colour and name of bifurcations; the same in every picture.
 BIFURCATIONS = {
