@@ -36,8 +36,8 @@ class GrazingCurveOfPlane(Record):
     """A curve of a plane of any two parameters on which the steady motion touches a stop."""
 
     stop: int = field("The stop that is touched: +1 right, or both where they are alike; -1 left.")
-    horizontal: FloatArray = field("Values of the horizontal parameter.", "point")
-    vertical: FloatArray = field("Values of the vertical parameter.", "point")
+    horizontal: FloatArray = field(PlaneCurve, when="")
+    vertical: FloatArray = field(PlaneCurve, when="")
     admissible: BoolArray = field("Whether the steady motion does not reach beyond the other stop.", "point")
 
 
