@@ -89,21 +89,7 @@ def trajectory_drawing(
 def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int | None) -> TrajectoryAxes:
     """Draw the last periods of the contact, or of one mass, over time, and the whole record in its phase plane.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-    drawing : TrajectoryDrawing
-    mass : int, optional
-        1 to N. Left out: the contact coordinate. The stops and the impacts are drawn for it only.
-
-    Returns
-    -------
-    TrajectoryAxes
-
-    Raises
-    ------
-    ValueError
-        There is no such mass.
+    The stops and the impacts are drawn for the contact only. Raises ValueError: there is no such mass.
     """
     touching = _Contact.of(trajectory)
     mass = _checked_mass(touching, mass)

@@ -35,7 +35,7 @@ from tests.support.sdk_documents import ADAPTIVE, CHANCE, DRAWN, MANY, POINTS, d
 
 
 def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
-    return MotionShare("", "periodic", period, right, left, pixels, 0.0)
+    return MotionShare(motion_label(period, right, left), "periodic", period, right, left, pixels, 0.0)
 
 
 CURVE = r"grazing curve $b = A(\omega)$"
