@@ -131,24 +131,13 @@ def place_text(units: str, **values: float) -> Wording:
 
 
 def point_text(result: Result) -> Wording:
-    """Return the text of omega and of the clearance, or of each stop's, in a result's request; of those that it has."""
+    """Return the text of omega and of the clearance, or of each stop's, in a result's request, where they are fixed."""
     request = result.meta["request"]
-    clearance = request.get("clearance")
+    vary, clearance = request.get("vary"), request.get("clearance")
     stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
-    values = {"omega": request.get("omega"), **stops}
+    fixed = {name: at for name, at in stops.items() if vary not in (name, f"clearance_{name}")}
+    values = fixed if vary == "omega" else {"omega": request.get("omega"), **fixed}
     return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
-
-
-def fixed_text(result: Result) -> Wording:
-    """Return the text of the omega and the clearances of a result along a parameter, where these do not vary."""
-    request = result.meta["request"]
-    vary, clearance = request["vary"], request.get("clearance")
-    fixed = {} if vary == "omega" else {"omega": request["omega"]}
-    if isinstance(clearance, dict):
-        fixed |= {name: one for name, one in clearance.items() if one is not None and vary != f"clearance_{name}"}
-    elif clearance is not None and vary != "clearance":
-        fixed["clearance"] = clearance
-    return place_text(result.units, **fixed)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, draws, fixed_text, parameter_label
+from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
 from grazemap.plots.engineering import Wording, with_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
@@ -57,7 +57,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
 
     Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
-    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + fixed_text(result))
+    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + point_text(result))
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return drawing.ax
@@ -111,7 +111,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     drawing.describe(
         parameter_label(result.meta["request"]["vary"], result.units),
         with_unit("impact speed", "m/s", result.units),
-        ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + fixed_text(result),
+        ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
     )
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")

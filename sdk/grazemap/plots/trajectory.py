@@ -16,7 +16,7 @@ from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOL
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
-from grazemap.wire.structure import RestitutionPair, as_pair
+from grazemap.wire.structure import as_pair, restitutions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -162,9 +162,7 @@ class _Contact(NamedTuple):
         alone = len(named) == 1 and row[named[0]] == 1.0
         stops = as_pair(ClearancePair(**given) if isinstance(given := request["clearance"], dict) else given)
         right, left = (np.inf if one is None else float(one) for one in (stops.right, stops.left))
-        found = oscillator.restitution
-        restitutions = (found.right, found.left) if isinstance(found, RestitutionPair) else (found, found)
-        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions)
+        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions(oscillator.restitution))
 
     def of_stops(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
         """Return the value of each stop, +1 or -1."""

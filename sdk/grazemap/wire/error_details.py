@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from grazemap.wire.error_texts import UNITS
+from grazemap.constants import UNITS
 from grazemap.wire.job import ProblemError
 
 MAX_ERRORS = 20

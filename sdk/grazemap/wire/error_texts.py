@@ -28,8 +28,6 @@ _MESSAGES = {
     "union_tag_invalid": _NO_ALTERNATIVE,
     "union_tag_not_found": _NO_ALTERNATIVE,
 }
-UNITS = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
-"""The units of parameters in SI."""
 _OF_EVERY_NUMBER = {SMALLEST_NUMBER, LARGEST_NUMBER}
 
 

@@ -32,6 +32,7 @@ from grazemap.wire.structure import (
     ModalDamping,
     RayleighDamping,
     RestitutionPair,
+    restitutions,
 )
 
 _OF_ONE = ("omega", "bias", "forcing", "damping")
@@ -279,8 +280,7 @@ def _field(indexed: re.Match[str]) -> str:
 def _restitution(oscillator: Oscillator, name: str, value: float) -> float | RestitutionPair:
     if name == "restitution":
         return value
-    given = oscillator.restitution
-    right, left = (given.right, given.left) if isinstance(given, RestitutionPair) else (given, given)
+    right, left = restitutions(oscillator.restitution)
     if name == "restitution_right":
         return RestitutionPair.model_construct(right=value, left=left)
     return RestitutionPair.model_construct(right=right, left=value)
