@@ -26,8 +26,8 @@ from grazemap.results.stretches import Stretch
 from grazemap.results.structures import Mode
 from grazemap.results.unfolding import MapPoint
 from grazemap.wire import motion_label
-from tests.support.sdk_documents import ADAPTIVE, CHANCE, INFERRED_WRONG, MANY, POINTS, REQUESTS, document, npz
 from grazemap.wire.planes import Plane
+from tests.support.sdk_documents import ADAPTIVE, CHANCE, INFERRED_WRONG, MANY, POINTS, REQUESTS, document, npz
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))
 
