@@ -121,8 +121,9 @@ def scale_ticks(axis: Axis) -> None:
         axis.set_minor_formatter(ScaledLogFormatter(factor))
         axis.set_minor_locator(ScaledLocator(axis.get_minor_locator(), factor))
     elif isinstance(formatter, ScalarFormatter):
-        axis.set_major_formatter(ScaledFormatter(factor))
-        axis.get_major_formatter().set_useOffset(formatter.get_useOffset())
+        scaled = ScaledFormatter(factor)
+        scaled.set_useOffset(formatter.get_useOffset())
+        axis.set_major_formatter(scaled)
     else:
         return
     if not isinstance(locator, FixedLocator):

@@ -47,17 +47,18 @@ class ScaledFormatter(ScalarFormatter):
         """Take the view of an axis, in the unit that is shown."""
         self._of = axis
         self.create_dummy_axis()
+        self._shown: Any = self.axis
 
     def set_locs(self, locs: Sequence[float]) -> None:
         """Choose the digits for ticks at places in the unit of the data."""
-        self.axis.set_view_interval(*(end * self._factor for end in self._of.get_view_interval()))
+        self._shown.set_view_interval(*(end * self._factor for end in self._of.get_view_interval()))
         super().set_locs([place * self._factor for place in locs])
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text of a tick."""
         return super().__call__(x * self._factor, pos)
 
-    def format_data_short(self, value: float) -> str:
+    def format_data_short(self, value: Any) -> str:
         """Return the text of a value under the pointer."""
         return super().format_data_short(value * self._factor)
 

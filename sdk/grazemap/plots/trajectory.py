@@ -73,16 +73,18 @@ def trajectory_drawing(
 
     With one axes the phase portrait is drawn on a figure that nobody sees.
     """
-    own_figure = ax is None
+    pair: Iterable[Axes]
     if ax is None:
         legend = legend or "outside"
-        ax = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
-    elif not isinstance(ax, Iterable):
+        pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    elif isinstance(ax, Iterable):
+        pair = ax
+    else:
         from matplotlib.figure import Figure
 
-        ax = ax, Figure().add_subplot()
-    history, portrait = (drawing(one, legend, labels, engineering_units) for one in ax)
-    return TrajectoryDrawing(history, portrait, own_figure)
+        pair = ax, Figure().add_subplot()
+    history, portrait = (drawing(one, legend, labels, engineering_units) for one in pair)
+    return TrajectoryDrawing(history, portrait, own_figure=ax is None)
 
 
 @draws(Trajectory, place=trajectory_drawing)
