@@ -40,7 +40,7 @@ def _error(error: Mapping[str, Any], naming: bool) -> ProblemError:
     if source != "body":
         # of FastAPI, whose message ends with what is allowed: "Input should be greater than 0"
         allowed = said["detail"].partition(" should ")[2].removeprefix("be ")
-        return ProblemError(pointer=f"?{'.'.join(where)}", detail=said["detail"], allowed=allowed)
+        return ProblemError(pointer=f"?{'.'.join(map(str, where))}", detail=said["detail"], allowed=allowed)
     if error["type"] == "extra_forbidden":
         where.pop()  # the pointer is that of the object
     where += said.get("at", ())
@@ -48,4 +48,5 @@ def _error(error: Mapping[str, Any], naming: bool) -> ProblemError:
     if error["type"] == "float_type" and (unit := next((UNITS[part] for part in where[::-1] if part in UNITS), "")):
         allowed += f", in {unit} in SI"
     pointer = "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in where)
-    return ProblemError(pointer=pointer, detail=said["detail"] + said["value"] * naming + said["hint"], allowed=allowed)
+    detail = said["detail"] + (said["value"] if naming else "") + said["hint"]
+    return ProblemError(pointer=pointer, detail=detail, allowed=allowed)
