@@ -105,7 +105,7 @@ class CommandRequest:
     def _in_si(self, flag: Flag, text: str) -> str:
         """Return the text of a flag with its numbers in rad/s or m."""
         name = self._quantity_of(flag)
-        if not units.quantity(name):
+        if not units.has_units(name):
             return text
         if refused := units.refusal(text, name, self._given(("oscillator", "units"))):
             self._refuse(flag, *refused)
