@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
 # Share of the height of a picture that is added for a scale of colours inside of it.
-_FOR_BAR = 0.2
+_FOR_BAR = 0.25
 # Share of the height of the axes within which the impacts of two lines have one text.
 _TOGETHER = 0.025
 # Styles of the stretches of a branch.
@@ -78,7 +78,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         # below what is drawn, where the view is made higher
         bottom, top = ax.dataLim.intervaly
         ax.update_datalim([(0.0, bottom - _FOR_BAR * (top - bottom))])
-        bar = ax.inset_axes((0.05, 0.06, 0.5, 0.03))
+        bar = ax.inset_axes((0.05, 0.09, 0.5, 0.03))
         ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
