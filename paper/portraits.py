@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from grazemap.plots.axes import axis_label, new_figure
-from grazemap.plots.palette import INK, motion_text
+from grazemap.plots.palette import INK, label_text
 from grazemap.plots.trajectory import with_impacts
-from grazemap.results import MotionShare
+from grazemap.wire import motion_label
 from paper.paper import Region
 from paper.samples import DRAWN, Sample, short
 
@@ -55,14 +55,14 @@ def _printed(region: Region) -> str:
     if region.n is None or region.right is None or region.left is None:
         right, left = ("multi" if count is None else str(count) for count in (region.right, region.left))
         return rf"multi-{right}$_r$-{left}$_l$"
-    return motion_text(MotionShare("", "periodic", region.n, region.right, region.left, 0, 0.0))
+    return label_text(motion_label(region.n, region.right, region.left))
 
 
 def named(sample: Sample) -> str:
     """Return a sample's label as mathtext."""
     if sample.counts is None:
         return sample.kind
-    return motion_text(MotionShare("", "periodic", *sample.counts, 0, 0.0))
+    return label_text(motion_label(*sample.counts))
 
 
 def _legend(ax: Axes) -> None:

@@ -48,6 +48,8 @@ LOCAL_START_TIMEOUT: Final = 240.0
 # Seconds for the orderly stop of a local stack before it is killed.
 LOCAL_STOP_TIMEOUT: Final = 10.0
 
+# Units of parameters in SI.
+UNITS: Final = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
 # Unit and factor that engineers read, by the unit of results in SI.
 ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
 

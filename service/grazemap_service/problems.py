@@ -28,8 +28,6 @@ from grazemap_worker.store import QueueFull, QuotaUsed, is_away, is_full, troubl
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:grazemap:problem:"
 STORE_RETRY_SECONDS = 2
-BODY_MODEL = "grazemap.body"
-"""Where the scope of a request has the model of its body."""
 
 
 class Kind(NamedTuple):
@@ -167,7 +165,7 @@ async def answer_to(request: Request, exception: Exception) -> Response:
         case StarletteHTTPException():
             return _routed(request, exception)
         case RequestValidationError():
-            errors = errors_of(exception.errors(), request.scope.get(BODY_MODEL))
+            errors = errors_of(exception.errors())
             return problem_response(make_problem("invalid-request", errors=errors))
         case QueueFull():
             detail = "This key has its quota of unfinished tiles." if isinstance(exception, QuotaUsed) else ""

@@ -21,7 +21,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from grazemap_service.problems import BODY_MODEL, ProblemException, response_of
+from grazemap_service.problems import ProblemException, response_of
 
 # Bytes; larger bodies are parsed in a thread, so that other requests are not delayed.
 _PARSED_AT_ONCE = 1 << 16
@@ -151,10 +151,9 @@ class JsonRoute(APIRoute):
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the framework's handler, which gets the checked request."""
-        handler, body = super().get_route_handler(), self.body_field
+        handler = super().get_route_handler()
 
         async def checked(request: Request) -> Response:
-            request.scope[BODY_MODEL] = body and body.field_info.annotation
             return await handler(JsonRequest(request.scope, request.receive))
 
         return checked

@@ -16,6 +16,7 @@ from grazemap.checker.arithmetic import Refused
 from grazemap.checker.reading import FORMAT, certificate
 from grazemap.checker.system import Machine
 from grazemap.checker.theorems import prove_attraction, prove_bifurcation, prove_codimension_two, prove_orbit
+from grazemap.described import described
 
 __all__ = ["FORMAT", "Verdict", "check"]
 
@@ -27,19 +28,22 @@ THEOREMS: dict[str, Callable[[Machine, dict[str, Any], dict[str, Any], bool], di
 }
 
 
+@described
 class Verdict(NamedTuple):
-    """Whether a certificate is verified, and the mathematical reason if not.
-
-    If it is, `verdict` is "proven" or "disproven", `statement` and `oscillator` are what was read and compared, as it
-    stands in the certificate, and `enclosures` is what was shown besides. Otherwise they are empty.
-    """
+    """Whether a certificate is verified. What it says is empty if not."""
 
     accepted: bool
+    """Whether it is verified."""
     reason: str
+    """The mathematical reason why it is not; empty if it is."""
     verdict: str
+    """"proven" or "disproven"."""
     statement: dict[str, Any]
+    """The statement that was read and compared, as it stands in the certificate."""
     oscillator: dict[str, Any]
+    """The oscillator, likewise."""
     enclosures: dict[str, Any]
+    """What was shown besides."""
 
 
 def check(document: Any) -> Verdict:

@@ -14,7 +14,7 @@ from grazemap.cli.flags import Flag, at, flags_of
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
-from grazemap.wire.error_texts import ONLY_IN_FLAGS, schema_of
+from grazemap.wire.error_texts import schema_of
 
 _LONGEST_VALUE = 60
 # The parameter that a note concerns by its code, and the unit that was probably meant.
@@ -105,7 +105,7 @@ class CommandRequest:
     def _in_si(self, flag: Flag, text: str) -> str:
         """Return the text of a flag with its numbers in rad/s or m."""
         name = self._quantity_of(flag)
-        if not units.quantity(name):
+        if not units.has_units(name):
             return text
         if refused := units.refusal(text, name, self._given(("oscillator", "units"))):
             self._refuse(flag, *refused)
@@ -166,7 +166,7 @@ class CommandRequest:
         where = ", ".join(self._as_given(flag) for flag in named)
         inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(named[0].place) :]]
         written = " or ".join(form for flag in named for form in flag.forms) if len(named) == 1 else ""
-        allowed = "; written ".join(filter(None, (error.allowed.replace(ONLY_IN_FLAGS, ""), written)))
+        allowed = "; written ".join(filter(None, (error.allowed, written)))
         return error.model_copy(update={"pointer": ": ".join((where, *inside)), "allowed": allowed})
 
     def _as_given(self, flag: Flag) -> str:

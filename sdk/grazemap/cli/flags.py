@@ -116,7 +116,7 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _Offered(flag.choices) or None}
         description = flag.description.replace("%", "%%")
-        if units.quantity(flag.field):
+        if units.has_units(flag.field):
             description += f" In SI also as {units.example(flag.field)}."
         group.add_argument(flag.name, dest=flag.pointer, default=argparse.SUPPRESS, help=description, **keywords)
 

@@ -6,22 +6,25 @@ import math
 import re
 from collections.abc import Callable
 
-_UNITS: dict[str, dict[str, Callable[[float], float]]] = {
-    "frequency": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
-    "length": {"mm": lambda value: value / 1000.0, "m": float},
+from grazemap.constants import ENGINEERING_UNITS, UNITS
+
+# Of each unit in SI those in which numbers may be written, with their conversions.
+_WRITTEN: dict[str, dict[str, Callable[[float], float]]] = {
+    "rad/s": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
+    "m": {"mm": lambda value: value / 1000.0, "m": float},
 }
-_QUANTITIES = {"omega": "frequency", "clearance": "length", "overshoot": "length", "displacement": "length"}
+_SI = UNITS | {"overshoot": "m", "displacement": "m"}
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]+)")
 
 
-def quantity(name: str) -> str:
-    """Return "frequency" or "length", the quantity of a field, "" for any other one."""
-    return _QUANTITIES.get(name.removesuffix("_right").removesuffix("_left"), "")
+def has_units(name: str) -> bool:
+    """Return whether the numbers of a field may have units."""
+    return name in _SI
 
 
 def example(name: str) -> str:
     """Return a number of a field with a unit, as its help shows it."""
-    return f"5{next(iter(_UNITS[quantity(name)]))}"
+    return f"5{next(iter(_WRITTEN[_SI[name]]))}"
 
 
 def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
@@ -37,7 +40,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
         "SI" or "nondimensional".
     """
     given = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
-    allowed = _UNITS[quantity(name)]
+    allowed = _WRITTEN[_SI[name]]
     if not any(given):
         return None
     unknown = next((unit for unit in given if unit and unit not in allowed), "")
@@ -54,8 +57,8 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
 
 def engineering(text: str) -> bool:
     """Return whether the text of a flag has numbers in Hz or mm."""
-    units = (match[2] for number in _numbers(text) if (match := _NUMBER.fullmatch(number)))
-    return any(unit in ("Hz", "mm") for unit in units)
+    units = {match[2] for number in _numbers(text) if (match := _NUMBER.fullmatch(number))}
+    return not units.isdisjoint(unit for unit, _ in ENGINEERING_UNITS.values())
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -69,7 +72,7 @@ def with_unit(text: str, unit: str) -> str:
 
 def in_si(text: str, name: str) -> str:
     """Return the text of a flag with all numbers in rad/s or m, and without their units."""
-    units = _UNITS[quantity(name)]
+    units = _WRITTEN[_SI[name]]
     return _replaced(text, lambda number, unit: repr(units[unit](float(number))))
 
 

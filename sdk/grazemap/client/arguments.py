@@ -92,7 +92,7 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
         return parse_request(process, dict(body))
     except ValidationError as error:
         details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-        raise parameter_error(errors_of(details, model, naming=True)) from None
+        raise parameter_error(errors_of(details, naming=True)) from None
 
 
 def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest]:

@@ -7,27 +7,23 @@ from typing import Any
 
 from grazemap.client.http import json_object
 from grazemap.constants import LONGEST_EVENT
+from grazemap.described import described
 from grazemap.errors import ProtocolError
 from grazemap.wire import Job
 
 
+@described
 @dataclass(frozen=True)
 class Event:
-    """One server-sent event of a job.
-
-    Attributes
-    ----------
-    id : str
-        Its position in the job's stream; "" for an event that comes from polling.
-    name : {"progress", "waiting", "tile", "done"}
-    data : dict
-        progress: done, total, unit, eta_seconds; waiting: waiting_for, None when the job is computed; tile: index,
-        rows; done: status.
-    """
+    """One server-sent event of a job."""
 
     id: str
+    """Its position in the job's stream; "" for an event that comes from polling."""
     name: str
+    """"progress", "waiting", "tile" or "done"."""
     data: dict[str, Any]
+    """progress: done, total, unit, eta_seconds; waiting: waiting_for, None when the job is computed; tile: index, rows;
+    done: status."""
 
 
 class EventDecoder:

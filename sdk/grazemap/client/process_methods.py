@@ -26,10 +26,11 @@ from grazemap.client.arguments import (
     refusal,
     validated,
 )
+from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.base import plain
-from grazemap.wire.error_texts import UNITS, suggestion
+from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import ObservedRequest
 
 _POINTS = Form("int", "int", more="Number of values from start to stop, both included.")

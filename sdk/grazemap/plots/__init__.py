@@ -10,7 +10,6 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import kept_from_pyplot
-from grazemap.plots.engineering import in_engineering_units
 from grazemap.results import Result
 
 if TYPE_CHECKING:
@@ -24,8 +23,7 @@ def save_picture(result: Result, path: str | PathLike[str], engineering: bool = 
     With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI. `options` are those of its
     `plot`.
     """
-    with in_engineering_units(engineering):
-        draw_apart(result, **options).savefig(path)
+    draw_apart(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
 
 
 def draw_apart(result: Result, **options: Any) -> Figure:

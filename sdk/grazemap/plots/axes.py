@@ -7,17 +7,17 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import Wording, declare, with_unit, with_value, write
+from grazemap.plots.engineering import Wording, in_engineering_units, scale_ticks, with_unit, with_value
 from grazemap.plots.palette import INK, PAPER
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
-from grazemap.results.pictures import PICTURES, LegendPlace
+from grazemap.results.pictures import PICTURES, LegendPlace, PictureOptions
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -131,24 +131,13 @@ def place_text(units: str, **values: float) -> Wording:
 
 
 def point_text(result: Result) -> Wording:
-    """Return the text of omega and of the clearance, or of each stop's, in a result's request; of those that it has."""
+    """Return the text of omega and of the clearance, or of each stop's, in a result's request, where they are fixed."""
     request = result.meta["request"]
-    clearance = request.get("clearance")
+    vary, clearance = request.get("vary"), request.get("clearance")
     stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
-    values = {"omega": request.get("omega"), **stops}
+    fixed = {name: at for name, at in stops.items() if vary not in (name, f"clearance_{name}")}
+    values = fixed if vary == "omega" else {"omega": request.get("omega"), **fixed}
     return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
-
-
-def fixed_text(result: Result) -> Wording:
-    """Return the text of the omega and the clearances of a result along a parameter, where these do not vary."""
-    request = result.meta["request"]
-    vary, clearance = request["vary"], request.get("clearance")
-    fixed = {} if vary == "omega" else {"omega": request["omega"]}
-    if isinstance(clearance, dict):
-        fixed |= {name: one for name, one in clearance.items() if one is not None and vary != f"clearance_{name}"}
-    elif clearance is not None and vary != "clearance":
-        fixed["clearance"] = clearance
-    return place_text(result.units, **fixed)
 
 
 @dataclass(frozen=True)
@@ -161,21 +150,33 @@ class Drawing:
     """"outside": to the right of the axes, "inside": on them, or "none": left out."""
     labels: bool
     """Whether there are a title, texts of the axes and names of regions."""
+    engineering_units: bool
+    """Whether what is in SI is drawn with Hz and mm."""
     may_be_left_out: bool = False
     """Whether a legend that would cover most of the axes has fewer entries, or is left out."""
 
     def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
-        """Record the units of the axes, and label the axes."""
+        """Give the axes their units and labels."""
         self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
         self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
-        if self.labels and title is not None:
-            write(self.ax, partial(self.ax.set_title, fontsize=10), title)
+        if title is not None:
+            self.write(partial(self.ax.set_title, fontsize=10), title)
 
     def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
-        """Record the unit of an axis of the picture, and label it with a method such as `ax.set_xlabel`."""
-        declare(self.ax, axis, wording)
-        if self.labels:
-            write(self.ax, put, wording)
+        """Give an axis of the picture its unit, and a label with a method such as `ax.set_xlabel`."""
+        # `set_units` would forget the limits of regions
+        axis.units = wording.unit or None
+        if self.engineering_units:
+            scale_ticks(axis)
+        self.write(put, wording)
+
+    def write(self, put: Callable[[str], Text], wording: Wording | str) -> None:
+        """Write a text with a method such as `ax.set_title`, if there are texts."""
+        if not self.labels:
+            return
+        wording = with_unit(wording) if isinstance(wording, str) else wording
+        text = put(wording.engineering if self.engineering_units else wording.text)
+        text.wording = wording  # type: ignore[attr-defined]
 
     def describe_plane(self, units: str, title: str) -> None:
         """Label the axes of a picture in the plane of omega and clearance."""
@@ -243,24 +244,22 @@ class Drawing:
 
 
 def drawing(
-    ax: Axes | None, legend: LegendPlace | None, labels: bool, width: float = 9.0, height: float = 5.5
+    ax: Axes | None,
+    legend: LegendPlace | None,
+    labels: bool,
+    engineering_units: bool = False,
+    width: float = 9.0,
+    height: float = 5.5,
 ) -> Drawing:
     """Return where to draw: on the caller's axes, or on a new figure's.
 
     Without a choice the legend is to the right of new axes. On the caller's it is inside, with fewer entries where it
-    would cover most of them, and left out where not even a few fit.
-
-    Raises
-    ------
-    ValueError
-        There is no such place for a legend.
+    would cover most of them, and left out where not even a few fit. Axes that show Hz or mm keep these units.
     """
-    if legend not in (None, *get_args(LegendPlace)):
-        raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {legend!r}")
-    new = axes_or_new(ax, width, height)
-    if legend is None and ax is not None:
-        return Drawing(new, "inside", labels, may_be_left_out=True)
-    return Drawing(new, legend or "outside", labels)
+    place = legend or ("outside" if ax is None else "inside")
+    may_be_left_out = ax is not None and legend is None
+    ax = axes_or_new(ax, width, height)
+    return Drawing(ax, place, labels, engineering_units or in_engineering_units(ax), may_be_left_out)
 
 
 def draws(
@@ -269,12 +268,20 @@ def draws(
     """Register a function as what a method of a result draws.
 
     The function is called with the result, where to draw, as `place` returns it for a new figure of the `width` and
-    the `height`, and the arguments of the method that not every picture has.
+    the `height`, and the arguments of the method that not every picture has. Where it fails, a new figure is closed.
     """
 
     def register(function: F) -> F:
-        def drawn(result: Result, ax: Any, legend: LegendPlace | None, labels: bool, **arguments: Any) -> Any:
-            return function(result, place(ax, legend, labels, **size), **arguments)
+        def drawn(result: Result, ax: Any, options: PictureOptions, **arguments: Any) -> Any:
+            where = place(ax, **options, **size)
+            try:
+                return function(result, where, **arguments)
+            except BaseException:
+                if ax is None:
+                    from matplotlib import pyplot
+
+                    pyplot.close(where.ax.get_figure(root=True))
+                raise
 
         PICTURES[kind, method] = drawn
         return function

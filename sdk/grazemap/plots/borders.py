@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, rimmed
-from grazemap.plots.palette import BIFURCATIONS, INK, dash, label_text
+from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, dash, label_text
 from grazemap.plots.smooth import smooth_line
 from grazemap.results import BifurcationCurve, BifurcationCurves
 
@@ -64,7 +64,7 @@ def draw_bifurcation_curves(
     for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
         ax.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
     for motion, number in () if only else dashes.items():
-        style = {"color": INK, "linestyle": dash(number), "linewidth": 1.2}
+        style = {"color": ANY_COLOUR, "linestyle": dash(number), "linewidth": 1.6}
         ax.plot([], [], label=f"of {label_text(motion)}", **style)
 
 

@@ -32,7 +32,7 @@ _ROOMY = 150
 # Of 1.5 times the order, this size of an asterisk in points is left, so that low orders are seen among many symbols.
 _LARGEST = 12.5
 # Text of the grazing curve in legends, and its number of points where it is evaluated for a picture.
-_CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
+CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
 
 
 @draws(GrazingCurve)
@@ -66,7 +66,7 @@ def plot_codimension_two_points(
         omega = np.union1d(between, [point.omega for point in points.points])
         oscillator, other = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
         if oscillator.is_symmetric and other is None:
-            ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
+            ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=CURVE, zorder=3)
         else:
             _draw_evaluated(ax, oscillator, omega, other)
     draw_points(ax, points.points)
@@ -115,7 +115,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
         curve.clearance,
         color=PAPER if halo else INK,
         linewidth=1.2,
-        label=_CURVE,
+        label=CURVE,
         path_effects=rimmed(3.2, INK) if halo else None,
         zorder=3,
     )

@@ -12,9 +12,9 @@ from grazemap.plots.axes import (
     axis_label,
     chance_text,
     draws,
-    fixed_text,
     legend_square,
     parameter_label,
+    point_text,
     quantity_label,
 )
 from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
@@ -81,7 +81,7 @@ def plot_bifurcation_diagram(
     drawing.describe(
         parameter_label(result.vary, result.units),
         wording,
-        "Bifurcation diagram, " + fixed_text(result) + f", {request['policy']}",
+        "Bifurcation diagram, " + point_text(result) + f", {request['policy']}",
     )
     ax.margins(x=0.01)
     drawing.show_legend(handlelength=1.0, labelspacing=0.35)

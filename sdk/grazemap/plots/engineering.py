@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
     A = TypeVar("A", bound=Axes | Iterable[Axes])
 
 _OMEGA, _FREQUENCY = r"$\omega$", r"$\omega/2\pi$"
-_ENGINEERING: ContextVar[bool] = ContextVar("in engineering units", default=False)
 
 
 @dataclass(frozen=True)
@@ -59,16 +56,6 @@ def with_value(symbol: str, value: float, unit: str, units: str) -> Wording:
     return Wording(f"{symbol} = {value:.5g} {unit}", f"{other} = {value * factor:.5g} {shown}")
 
 
-@contextmanager
-def in_engineering_units(wanted: bool = True) -> Iterator[None]:
-    """Within this block pictures of results in SI are drawn with hertz and millimetres."""
-    token = _ENGINEERING.set(wanted)
-    try:
-        yield
-    finally:
-        _ENGINEERING.reset(token)
-
-
 def engineering_units(ax: A) -> A:
     """Show frequencies in Hz and lengths in mm, in the ticks, labels and titles of pictures of results in SI.
 
@@ -101,7 +88,7 @@ def engineering_units(ax: A) -> A:
         raise ValueError("nothing on these axes is in SI units: plot a result in SI first")
     for one in pictures:
         for axis in (one.xaxis, one.yaxis):
-            _scale_ticks(axis)
+            scale_ticks(axis)
         for text in _texts(one):
             wording = getattr(text, "wording", None)
             if wording is not None and text.get_text() == wording.text:
@@ -109,44 +96,38 @@ def engineering_units(ax: A) -> A:
     return ax
 
 
-def declare(ax: Axes, axis: Axis, wording: Wording) -> None:
-    """Record the unit of an axis, with ticks in engineering units where `ax` is drawn in them."""
-    # `set_units` would forget the limits of regions
-    axis.units = wording.unit or None
-    if _is_engineering(ax):
-        _scale_ticks(axis)
-
-
-def write(ax: Axes, put: Callable[[str], Text], wording: Wording | str) -> None:
-    """Write a text with a method such as `ax.set_xlabel`, in engineering units where `ax` is drawn in them."""
-    wording = with_unit(wording) if isinstance(wording, str) else wording
-    text = put(wording.engineering if _is_engineering(ax) else wording.text)
-    text.wording = wording  # type: ignore[attr-defined]
-
-
-def _is_engineering(ax: Axes) -> bool:
-    """Return whether axes are drawn in engineering units: all are, or their ticks are since `engineering_units`."""
+def in_engineering_units(ax: Axes) -> bool:
+    """Return whether axes show Hz or mm."""
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLogFormatter
 
     scaled = ScaledFormatter, ScaledLogFormatter
-    return _ENGINEERING.get() or any(isinstance(one.get_major_formatter(), scaled) for one in (ax.xaxis, ax.yaxis))
+    return any(isinstance(axis.get_major_formatter(), scaled) for axis in (ax.xaxis, ax.yaxis))
 
 
-def _scale_ticks(axis: Axis) -> None:
-    from matplotlib.ticker import FixedLocator, LogFormatter, MaxNLocator, NullFormatter
+def scale_ticks(axis: Axis) -> None:
+    """Show Hz or mm along an axis whose `units` are those of SI, unless the caller wrote its ticks."""
+    from matplotlib.ticker import FixedLocator, LogFormatter, ScalarFormatter
 
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLocator, ScaledLogFormatter
 
-    if axis.units not in ENGINEERING_UNITS or isinstance(axis.get_major_formatter(), NullFormatter):
-        return  # the caller may have removed the texts
-    factor, locator = ENGINEERING_UNITS[axis.units][1], axis.get_major_locator()
-    if isinstance(axis.get_major_formatter(), LogFormatter):
+    if axis.units not in ENGINEERING_UNITS:
+        return
+    _, factor = ENGINEERING_UNITS[axis.units]
+    locator, formatter = axis.get_major_locator(), axis.get_major_formatter()
+    if isinstance(formatter, ScaledFormatter | ScaledLogFormatter):
+        return
+    if isinstance(formatter, LogFormatter):
         axis.set_major_formatter(ScaledLogFormatter(factor))
         axis.set_minor_formatter(ScaledLogFormatter(factor))
+        axis.set_minor_locator(ScaledLocator(axis.get_minor_locator(), factor))
+    elif isinstance(formatter, ScalarFormatter):
+        scaled = ScaledFormatter(factor)
+        scaled.set_useOffset(formatter.get_useOffset())
+        axis.set_major_formatter(scaled)
+    else:
         return
-    if isinstance(locator, MaxNLocator):
+    if not isinstance(locator, FixedLocator):
         axis.set_major_locator(ScaledLocator(locator, factor))
-    axis.set_major_formatter(ScaledFormatter(factor, 4 if isinstance(locator, FixedLocator) else 10))
 
 
 def _colour_bars(ax: Axes) -> Iterator[Axes]:

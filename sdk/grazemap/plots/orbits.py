@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, draws, fixed_text, parameter_label
+from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
 from grazemap.plots.engineering import Wording, with_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
+# Share of the height of a picture that is added for a scale of colours inside of it.
+_FOR_BAR = 0.25
 # Share of the height of the axes within which the impacts of two lines have one text.
 _TOGETHER = 0.025
 # Styles of the stretches of a branch.
@@ -55,10 +57,12 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
 
     Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
-    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + fixed_text(result))
+    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + point_text(result))
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return drawing.ax
+    from matplotlib.ticker import MaxNLocator
+
     ax = _unit_circle(drawing)
     value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
     low, high = float(result.parameter.min()), float(result.parameter.max())
@@ -71,8 +75,11 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
-        bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
-        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high], format="%.3g")
+        # below what is drawn, where the view is made higher
+        bottom, top = ax.dataLim.intervaly
+        ax.update_datalim([(0.0, bottom - _FOR_BAR * (top - bottom))])
+        bar = ax.inset_axes((0.05, 0.09, 0.5, 0.03))
+        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
         bar.tick_params(labelsize=6)
     return ax
@@ -89,6 +96,7 @@ def _unit_circle(drawing: Drawing) -> Axes:
     for value in (ax.axhline, ax.axvline):
         value(0.0, color=PALE_LINE, linewidth=0.5, zorder=0)
     ax.set_aspect("equal", adjustable="datalim")
+    ax.locator_params(nbins=6)
     return ax
 
 
@@ -103,7 +111,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     drawing.describe(
         parameter_label(result.meta["request"]["vary"], result.units),
         with_unit("impact speed", "m/s", result.units),
-        ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + fixed_text(result),
+        ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
     )
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")

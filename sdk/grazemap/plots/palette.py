@@ -9,8 +9,6 @@ from typing import Any
 from grazemap import colours
 from grazemap.colours import PALETTE
 from grazemap.results import Motion, MotionShare
-from grazemap.wire import motion_label
-from grazemap.wire.job import INFINITE
 
 INK: str = PALETTE["ink"]
 PAPER: str = PALETTE["paper"]
@@ -24,6 +22,8 @@ ORDERS: tuple[str, ...] = tuple(PALETTE["orders"])
 """Colours of recurrences by order, and of lines that stand for nothing else."""
 
 LINE, SECOND_LINE, PALE_LINE = NAMED["1-2r-3l"], NAMED["2-3r-3l"], OTHER
+ANY_COLOUR = UNRESOLVED
+"""Colour of entries of legends that explain the dashes of lines in any colour."""
 
 # Marker, colour and name of bifurcations; the same in every picture.
 BIFURCATIONS = {
@@ -68,14 +68,11 @@ _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 
 def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, str] | None = None) -> list[str]:
-    """Return the colours #RRGGBB of different motions in one picture; those that find no colour left have `OTHER`.
+    """Return the colours of different motions in one picture, as `grazemap.colours.motion_colours`.
 
-    Motions with equal labels, such as mirror images, have different colours: the first has that of the label. `given`
-    are the colours of some motions by label or kind. The others have none of these while there are others. Raises
-    ValueError for what is not a colour.
+    `given` are the colours of some motions by label or kind. Raises ValueError for what is not a colour.
     """
-    names = [_label(motion) or motion.kind for motion in motions]
-    return colours.motion_colours(names, hexadecimal(given))
+    return colours.motion_colours([motion.label or motion.kind for motion in motions], hexadecimal(given))
 
 
 def hexadecimal(given: Mapping[str, str] | None) -> dict[str, str]:
@@ -103,23 +100,13 @@ def _luminance(colour: str) -> float:
     return float(0.2126 * red + 0.7152 * green + 0.0722 * blue)
 
 
-def _label(motion: Motion | MotionShare) -> str | None:
-    if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
-        return None
-    return motion_label(motion.period, motion.impacts_right, motion.impacts_left)
-
-
 def motion_text(motion: Motion | MotionShare) -> str:
-    """Return a motion's label with subscripts, n-p_r-q_l, as mathtext; its kind when it is not periodic."""
-    if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
-        return motion.kind
-    counts = (motion.impacts_right, motion.impacts_left)
-    right, left = (r"\infty" if n == INFINITE else f"({n})" if n < 0 else str(n) for n in counts)
-    return f"{motion.period}-${right}_r$-${left}_l$"
+    """Return a motion's label with subscripts, as mathtext; its kind when it is not periodic."""
+    return label_text(motion.label or motion.kind)
 
 
 def label_text(label: str) -> str:
-    """Return a label n-p_r-q_l, as motions have it in plain text, with subscripts as `motion_text` has it."""
+    """Return a label n-p_r-q_l in plain text with subscripts, as mathtext; other texts as they are."""
 
     def subscripts(found: re.Match[str]) -> str:
         period, right, left = (count.replace("∞", r"\infty") for count in found.groups())

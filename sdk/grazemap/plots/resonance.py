@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label, draws
+from grazemap.plots.axes import Drawing, axis_label, draws, rimmed
+from grazemap.plots.curve import CURVE
 from grazemap.plots.engineering import with_unit
-from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, dash
+from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, INK, PAPER, dash
 from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: 
     interval = result.meta["request"]["omega"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
-    ax.axhline(0.0, color=INK, linewidth=1.2, label=r"grazing curve $b = A(\omega)$", zorder=3)
+    # as in maps: no curve from it has a rim
+    ax.axhline(0.0, color=PAPER, linewidth=1.2, label=CURVE, path_effects=rimmed(3.2, INK), zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
     shown = sorted(resonant, key=_prominence)[:_DRAWN]
     for point, unfolding in shown:
@@ -80,11 +82,14 @@ def _explain(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]]) -> No
         if any(point.bifurcation == type for point, _ in shown):
             ax.plot([], [], color=colour, marker=marker, markersize=5, linewidth=1.4, label=text)
     for multiple in sorted({point.multiple or 1 for point, _ in shown}):
-        ax.plot([], [], color=INK, linestyle=_dash(multiple), linewidth=1.2, label=f"of motions of period {multiple}")
+        style = {"color": ANY_COLOUR, "linestyle": _dash(multiple), "linewidth": 1.4}
+        ax.plot([], [], label=f"of motions of period {multiple}", **style)
     if any(point.symmetric for point, _ in shown):
         ax.plot([], [], "o", color=INK, markerfacecolor=PAPER, markersize=5, label="hollow: symmetric motions")
-    if any(unfolding.admissible is False for _, unfolding in shown):
-        ax.plot([], [], color=INK, alpha=_PALE, linewidth=1.4, label="pale: not admissible")
+    pale = [point for point, unfolding in shown if unfolding.admissible is False]
+    if pale:
+        _, colour, _ = BIFURCATIONS[pale[0].bifurcation or "SN"]
+        ax.plot([], [], color=colour, alpha=_PALE, linewidth=1.4, label="pale: not admissible")
 
 
 def _dash(multiple: int) -> Any:

@@ -1,10 +1,11 @@
-"""Ticks of an axis that shows its data in another unit. Needs matplotlib."""
+"""Ticks of an axis that shows its data in another unit: the data times a factor. Needs matplotlib."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from matplotlib.ticker import Formatter, Locator, LogFormatterSciNotation, MaxNLocator
+from matplotlib.ticker import Locator, LogFormatterSciNotation, ScalarFormatter
 
 # Values between these are legible as numbers.
 _SMALLEST, _LARGEST = 1e-2, 1e4
@@ -13,7 +14,7 @@ _SMALLEST, _LARGEST = 1e-2, 1e4
 class ScaledLocator(Locator):
     """Places ticks where the data times a factor have the ticks of another locator."""
 
-    def __init__(self, of: MaxNLocator, factor: float) -> None:
+    def __init__(self, of: Locator, factor: float) -> None:
         self._of, self._factor = of, factor
 
     def __call__(self) -> list[float]:
@@ -25,24 +26,45 @@ class ScaledLocator(Locator):
         """Return the places of the ticks, in the unit of the data."""
         return [place / self._factor for place in self._of.tick_values(vmin * self._factor, vmax * self._factor)]
 
+    def nonsingular(self, v0: float, v1: float) -> tuple[float, float]:
+        """As of the other locator: data of one value are in the middle of a view, and on a logarithmic one positive."""
+        low, high = self._of.nonsingular(v0, v1)
+        return low, high
+
     def set_params(self, **settings: Any) -> None:
         """As of the other locator."""
         self._of.set_params(**settings)
 
 
-class ScaledFormatter(Formatter):
-    """Writes the data times a factor."""
+class ScaledFormatter(ScalarFormatter):
+    """Writes the data times a factor, with as many digits as the ticks of the view need."""
 
-    def __init__(self, factor: float, digits: int) -> None:
-        self._factor, self._digits = factor, digits
+    def __init__(self, factor: float) -> None:
+        super().__init__()
+        self._factor = factor
+
+    def set_axis(self, axis: Any) -> None:
+        """Take the view of an axis, in the unit that is shown."""
+        self._of = axis
+        self.create_dummy_axis()
+        self._shown: Any = self.axis
+
+    def set_locs(self, locs: Sequence[float]) -> None:
+        """Choose the digits for ticks at places in the unit of the data."""
+        self._shown.set_view_interval(*(end * self._factor for end in self._of.get_view_interval()))
+        super().set_locs([place * self._factor for place in locs])
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text of a tick."""
-        return self.fix_minus(f"{x * self._factor:.{self._digits}g}")
+        return super().__call__(x * self._factor, pos)
+
+    def format_data_short(self, value: Any) -> str:
+        """Return the text of a value under the pointer."""
+        return super().format_data_short(value * self._factor)
 
 
 class ScaledLogFormatter(LogFormatterSciNotation):
-    """Writes the data times a power of ten, on a logarithmic axis: numbers, and powers of ten over a wide range."""
+    """Writes the data times a factor, on a logarithmic axis: numbers, and powers of ten over a wide range."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.described import described
 from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
-from grazemap.plots.engineering import Wording, write
+from grazemap.plots.engineering import Wording
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
-from grazemap.wire.structure import RestitutionPair, as_pair
+from grazemap.wire.structure import as_pair, restitutions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +30,7 @@ _LONGEST_MOTION = 32
 Floats = NDArray[np.float64]
 
 
+@described
 class TrajectoryAxes(NamedTuple):
     """The axes of a trajectory's picture."""
 
@@ -54,49 +56,42 @@ class TrajectoryDrawing(NamedTuple):
     """Whether the figure was made for it."""
 
     @property
+    def ax(self) -> Axes:
+        """The axes of the motion over time."""
+        return self.history.ax
+
+    @property
     def axes(self) -> TrajectoryAxes:
         """The axes of both."""
         return TrajectoryAxes(self.history.ax, self.portrait.ax)
 
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool
+    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool, engineering_units: bool
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
     With one axes the phase portrait is drawn on a figure that nobody sees.
     """
-    if ax is not None and not isinstance(ax, Iterable):
+    pair: Iterable[Axes]
+    if ax is None:
+        legend = legend or "outside"
+        pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    elif isinstance(ax, Iterable):
+        pair = ax
+    else:
         from matplotlib.figure import Figure
 
-        ax = ax, Figure().add_subplot()
-    if ax is not None:
-        history, portrait = ax
-        return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels), own_figure=False)
-    pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
-    made = [drawing(one, legend or "outside", labels) for one in pair]
-    return TrajectoryDrawing(made[0], made[1], own_figure=True)
+        pair = ax, Figure().add_subplot()
+    history, portrait = (drawing(one, legend, labels, engineering_units) for one in pair)
+    return TrajectoryDrawing(history, portrait, own_figure=ax is None)
 
 
 @draws(Trajectory, place=trajectory_drawing)
 def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int | None) -> TrajectoryAxes:
     """Draw the last periods of the contact, or of one mass, over time, and the whole record in its phase plane.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-    drawing : TrajectoryDrawing
-    mass : int, optional
-        1 to N. Left out: the contact coordinate. The stops and the impacts are drawn for it only.
-
-    Returns
-    -------
-    TrajectoryAxes
-
-    Raises
-    ------
-    ValueError
-        There is no such mass.
+    The stops and the impacts are drawn for the contact only. Raises ValueError: there is no such mass.
     """
     touching = _Contact.of(trajectory)
     mass = _checked_mass(touching, mass)
@@ -169,9 +164,7 @@ class _Contact(NamedTuple):
         alone = len(named) == 1 and row[named[0]] == 1.0
         stops = as_pair(ClearancePair(**given) if isinstance(given := request["clearance"], dict) else given)
         right, left = (np.inf if one is None else float(one) for one in (stops.right, stops.left))
-        found = oscillator.restitution
-        restitutions = (found.right, found.left) if isinstance(found, RestitutionPair) else (found, found)
-        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions)
+        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions(oscillator.restitution))
 
     def of_stops(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
         """Return the value of each stop, +1 or -1."""
@@ -207,8 +200,8 @@ def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None,
     drawing.history.ax.margins(x=0.0)
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
-    if drawing.own_figure and drawing.history.labels and figure is not None:
-        write(drawing.history.ax, partial(figure.suptitle, fontsize=10), title)
+    if drawing.own_figure and figure is not None:
+        drawing.history.write(partial(figure.suptitle, fontsize=10), title)
 
 
 def _legend(drawing: Drawing, columns: int) -> None:

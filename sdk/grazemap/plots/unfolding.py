@@ -51,32 +51,11 @@ def plot_unfolding_map(
     over: Callable[[Axes], None] | None = None,
     margins: bool = True,
 ) -> Axes:
-    """Draw the regions of a map, and over them what is given.
+    """Draw the regions of a map, or a quantity, and over them what is given; see `UnfoldingMap.plot`.
 
-    Parameters
-    ----------
-    umap : UnfoldingMap
-    drawing : Drawing
-    quantity : Quantity, optional
-        Drawn in place of the regions.
-    curve : GrazingCurve or StopGrazingCurves, optional
-        Drawn over the regions, as far as it lies inside.
-    points : CodimensionTwoPoints, optional
-        Drawn on the curve.
-    curves : BifurcationCurves or several, optional
-        Drawn over the regions, only those of admissible motions.
-    motions : int
-        Number of motions with a colour and an entry in the legend; the smaller ones have one colour, as "other".
-    colours : mapping of str to str, optional
-        Colours of motions by label or kind.
-    merge_mirror_images : bool
-        As of `UnfoldingMap.motions`.
-    title : str, optional
-        Left out: what the map is.
-    over : callable, optional
-        Draws more on the axes that it is called with, before the legend.
-    margins : bool
-        Whether the grazing curves are drawn where the margins of a map with axes are 0.
+    The motions that have no colour have one together, as "other". Of `curves` those of admissible motions are drawn.
+    `over` draws more on the axes that it is called with, before the legend. With `margins` the grazing curves of a map
+    with axes are drawn, where its margins are 0.
     """
     if quantity is not None:
         return plot_over_plane(umap, drawing, quantity, curve, points, curves)
@@ -101,7 +80,8 @@ def plot_unfolding_map(
     ax.set_ylim(up[0], up[-1])
     _leave_out_of_legend(ax)
     describe_map(umap, drawing, _title(umap) if title is None else title)
-    drawing.show_legend(shares_of_entries, handlelength=1.4, labelspacing=0.35)
+    # curves are told apart by their dashes
+    drawing.show_legend(shares_of_entries, handlelength=1.4 if curves is None else 2.6, labelspacing=0.35)
     return ax
 
 

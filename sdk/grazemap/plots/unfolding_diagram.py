@@ -20,20 +20,10 @@ if TYPE_CHECKING:
 
 @draws(UnfoldingDiagram, width=10.5, height=6.5)
 def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **options: Any) -> Axes:
-    """Draw an unfolding diagram.
+    """Draw a map, its grazing curve and the curves that explain borders, one colour for each type.
 
-    Parameters
-    ----------
-    diagram : UnfoldingDiagram
-    drawing : Drawing
-    options
-        `motions`, `colours` and `merge_mirror_images` of `plot_unfolding_map`.
-
-    Returns
-    -------
-    Axes
-        With the grazing curve and the curves that explain borders, one colour for each type. Borders of basins
-        of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
+    Borders of basins of attraction are white, unexplained ones magenta. Without borders the curves are those in closed
+    form. `options` are those of a map that a diagram has too.
     """
     borders, umap = diagram.borders, diagram.unfolding_map
     size = f"{len(umap.vertical)} × {len(umap.horizontal)} points"

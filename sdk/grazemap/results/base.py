@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Container, Mapping, Sequence, Sized
 from inspect import Signature
@@ -14,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
+from grazemap.constants import ENGINEERING_UNITS, UNITS
+from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
 from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
@@ -44,31 +45,26 @@ def counted_points(where: NDArray[np.bool_], what: str) -> str:
 def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
     """Return the error for a value of a parameter outside a result, in SI with units and in Hz or mm too."""
     low, high = ends
-    unit, other, factor = {"omega": ("rad/s", "Hz", 1.0 / (2.0 * math.pi)), "clearance": ("m", "mm", 1e3)}.get(
-        name.partition("_")[0], ("", "", 1.0)
-    )
-    if units != "SI" or not unit:
+    if units != "SI" or name not in UNITS:
         return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
+    unit = UNITS[name]
+    other, factor = ENGINEERING_UNITS[unit]
     return ValueError(
         f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
         f"{low * factor:g} to {high * factor:g} {other}"
     )
 
 
+@described
 class Result(Record):
-    """What all results share; a subclass is the result of a process.
-
-    Attributes
-    ----------
-    meta : dict
-        process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
-        units and notes.
-    """
+    """What all results share; a subclass is the result of a process."""
 
     schema: ClassVar[ResultSchema]
     process: ClassVar[str]
 
     meta: dict[str, Any]
+    """process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
+    units and notes."""
     _document: Document
 
     def __init_subclass__(

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted, counted_points
+from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named
 from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, Motion, MotionShare
-from grazemap.results.unfolding import UnfoldingMap
+from grazemap.results.unfolding import LABEL, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,7 +104,7 @@ class Basins(
     Result,
     process="basins",
     derived={
-        "motion": field("The name of the motion, or its kind.", _PLANE, type="str"),
+        "motion": field(LABEL, _PLANE),
         "attractor_motion": _ATTRACTOR_MOTION,
     },
 ):
@@ -196,7 +197,7 @@ class BasinFractions(
 ):
     """The shares of random initial states that lead to each attractor, along one parameter."""
 
-    parameter: FloatArray = field("Values of the parameter that varies, increasing.", "parameter")
+    parameter: FloatArray = field(BifurcationDiagram)
     attractors: tuple[ContinuedAttractor, ...] = field(
         "The motions found, in the order of the values at which they are met, then of their shares there.",
         "attractor",
@@ -209,7 +210,7 @@ class BasinFractions(
     mean_velocity: FloatArray = field(Attractor, _ALONG, null=True, when="")
     multiplier: FloatArray = field(Attractor, _ALONG, null=True, when="")
     lyapunov: FloatArray = field(Attractor, _ALONG, null=True, when="")
-    verified: BoolArray = field("Whether a periodic motion is verified for every state that leads to it.", _ALONG)
+    verified: BoolArray = field(Attractor, _ALONG)
     unresolved: FloatArray = field("Share of the states whose motion is unresolved.", "parameter")
     unresolved_error: FloatArray = field("Its binomial standard error.", "parameter")
     sensitive: FloatArray = field("Share of the states whose trajectories are sensitive.", "parameter")

@@ -215,6 +215,14 @@ class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
+_PHASE = field("omega t at the contact, in (-pi/p, pi/p].", "omega", "rad")
+_MARGIN = field("Gap of the other stop minus the amplitude toward it; null if there is none.", "omega", "m", null=True)
+_VIRTUAL = field("Whether the steady motion meets the other stop first, so that it does not reach this graze.", "omega")
+_FIRST_RECURRENCE = field(
+    "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.", "omega"
+)
+
+
 class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="omega"):
     """The grazes of stops that are not alike: of one of them, or of both at one clearance.
 
@@ -225,59 +233,19 @@ class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="ome
     contact_equilibrium: float = field("The contact coordinate at the static equilibrium.", unit="m")
     omega: FloatArray = field(Common, "omega")
     clearance_right: FloatArray | None = field(
-        "Clearance of the right stop at which the steady motion touches it.", "omega", "m", when=_IF_RIGHT, null=False
+        "Clearance of the right stop at which the steady motion touches it.", "omega", "m", when=_IF_RIGHT
     )
-    phase_right: FloatArray | None = field(
-        "omega t at the contact, in (-pi/p, pi/p].", "omega", "rad", when=_IF_RIGHT, null=False
-    )
-    margin_right: FloatArray | None = field(
-        "Gap of the other stop minus the amplitude toward it; null if there is none.",
-        "omega",
-        "m",
-        when=_IF_RIGHT,
-        null=True,
-    )
-    virtual_right: BoolArray | None = field(
-        "Whether the steady motion meets the other stop first, so that it does not reach this graze.",
-        "omega",
-        "",
-        when=_IF_RIGHT,
-        null=False,
-    )
-    first_recurrence_right: IntArray | None = field(
-        "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.",
-        "omega",
-        "",
-        when=_IF_RIGHT,
-        null=False,
-    )
+    phase_right: FloatArray | None = field(_PHASE, when=_IF_RIGHT)
+    margin_right: FloatArray | None = field(_MARGIN, when=_IF_RIGHT)
+    virtual_right: BoolArray | None = field(_VIRTUAL, when=_IF_RIGHT)
+    first_recurrence_right: IntArray | None = field(_FIRST_RECURRENCE, when=_IF_RIGHT)
     clearance_left: FloatArray | None = field(
-        "Clearance of the left stop at which the steady motion touches it.", "omega", "m", when=_IF_LEFT, null=False
+        "Clearance of the left stop at which the steady motion touches it.", "omega", "m", when=_IF_LEFT
     )
-    phase_left: FloatArray | None = field(
-        "omega t at the contact, in (-pi/p, pi/p].", "omega", "rad", when=_IF_LEFT, null=False
-    )
-    margin_left: FloatArray | None = field(
-        "Gap of the other stop minus the amplitude toward it; null if there is none.",
-        "omega",
-        "m",
-        when=_IF_LEFT,
-        null=True,
-    )
-    virtual_left: BoolArray | None = field(
-        "Whether the steady motion meets the other stop first, so that it does not reach this graze.",
-        "omega",
-        "",
-        when=_IF_LEFT,
-        null=False,
-    )
-    first_recurrence_left: IntArray | None = field(
-        "Number of half periods, even, after which an impact on this stop first recurs; 0: none up to max_order.",
-        "omega",
-        "",
-        when=_IF_LEFT,
-        null=False,
-    )
+    phase_left: FloatArray | None = field(_PHASE, when=_IF_LEFT)
+    margin_left: FloatArray | None = field(_MARGIN, when=_IF_LEFT)
+    virtual_left: BoolArray | None = field(_VIRTUAL, when=_IF_LEFT)
+    first_recurrence_left: IntArray | None = field(_FIRST_RECURRENCE, when=_IF_LEFT)
     points: tuple[CodimensionTwoPoint, ...] = field(GrazingCurve)
 
     def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:

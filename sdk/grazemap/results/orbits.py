@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.curves import BifurcationCurve, PlaneCurve
 from grazemap.results.fields import Request
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
-from grazemap.results.records import BIFURCATIONS, Common, Motion, State, Sticking
+from grazemap.results.records import Common, Motion, State, Sticking
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class Beyond(Record):
 class SpecialPoint(Record):
     """A special point of a branch."""
 
-    type: str = field("Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.", values=BIFURCATIONS)
+    type: str = field(PlaneCurve)
     parameter: float = field("Value of the parameter that varies.", variable=None)
     clearance: float = field(PeriodicOrbit)
     omega: float = field(Common)
@@ -150,7 +151,7 @@ class SpecialPoint(Record):
     velocities: FloatArray = field(_VELOCITIES, "impact", "m/s", variable=None)
     stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE)
     phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_OF_GRAZE)
-    impact: int | None = field("Number of the impact that vanishes.", when="of grazes where an impact vanishes")
+    impact: int | None = field(BifurcationCurve)
     beyond: tuple[Beyond, ...] = field(
         "Orbits of other branches: with twice the period at a PD, without the symmetry at an SB, with one impact "
         "more or less at a GR.",

@@ -8,9 +8,10 @@ from functools import cache
 from importlib import import_module
 from inspect import Parameter
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, get_args
 
 from grazemap.errors import MissingExtra
+from grazemap.results.tables import check_si
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,17 +24,21 @@ A = TypeVar("A")
 F = TypeVar("F", bound=Callable[..., Any])
 
 PICTURES: dict[tuple[type[Result], str], Callable[..., Any]] = {}
-"""What draws a result, by its class and the name of the method: a function of the result, ax, and keywords."""
+"""What draws a result, by its class and the name of the method: a function of the result, ax, options, and keywords."""
 
 
 class PictureOptions(TypedDict, total=False):
-    """The keywords of every picture: the place of the legend, and whether there are a title and texts of the axes."""
+    """The keywords of every picture."""
 
     legend: LegendPlace | None
+    """Where the legend is."""
     labels: bool
+    """Whether there are a title and texts of the axes."""
+    engineering_units: bool
+    """Whether frequencies are in Hz and lengths in mm."""
 
 
-_DEFAULTS: PictureOptions = {"legend": None, "labels": True}
+_DEFAULTS: PictureOptions = {"legend": None, "labels": True, "engineering_units": False}
 
 
 def picture(method: F) -> F:
@@ -51,13 +56,18 @@ def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: s
     """Draw what a method of a result draws, on the axes given or those of a new figure, and return the axes.
 
     `arguments` are those of the method that not every picture has. Raises TypeError for an option that no picture has,
-    and MissingExtra.
+    ValueError for a place where no legend can be and for units that the result does not have, and MissingExtra.
     """
     for name in options:
         if name not in _DEFAULTS:
             raise TypeError(f"{type(result).__name__}.{method}() got an unexpected keyword argument {name!r}")
+    every = _DEFAULTS | options
+    if every["legend"] not in (None, *get_args(LegendPlace)):
+        raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {every['legend']!r}")
+    if every["engineering_units"]:
+        check_si(result)
     plots()
-    drawn: A = PICTURES[type(result), method](result, ax, **{**_DEFAULTS, **options}, **arguments)
+    drawn: A = PICTURES[type(result), method](result, ax, every, **arguments)
     return drawn
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, replace
 from functools import cache, partial
 from inspect import Parameter, Signature, cleandoc, get_annotations
@@ -20,6 +20,7 @@ from typing import Any, ClassVar, TypeVar, cast, dataclass_transform, get_args, 
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.described import Made
 from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema, Scalar
 
 FloatArray = NDArray[np.float64]
@@ -107,16 +108,6 @@ def deprecated(of: str) -> Any:
     return _Deprecated(of)
 
 
-class _Made:
-    """An attribute of a class that is made when it is read."""
-
-    def __init__(self, make: Callable[[type[Record]], object]) -> None:
-        self._make = make
-
-    def __get__(self, instance: object, cls: type[Record]) -> object:
-        return self._make(cls)
-
-
 def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
     """Make a class a dataclass, and return its fields."""
     dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
@@ -147,7 +138,7 @@ class Record:
 
     schema: ClassVar[RecordSchema]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    __signature__: ClassVar[Any] = _Made(_signature)
+    __signature__: ClassVar[Any] = Made(_signature)
     _comparable: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
@@ -156,9 +147,9 @@ class Record:
         inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
         fields = (*(one for one in inherited if one.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
-        cls.__dataclass_fields__ = _Made(_dataclass_fields)  # type: ignore[assignment]
+        cls.__dataclass_fields__ = Made(_dataclass_fields)  # type: ignore[assignment]
         cls._comparable = "Any" not in annotations.values() and all(_comparable(one) for one in fields)
-        cls.__doc__ = _Made(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
+        cls.__doc__ = Made(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
     def __init__(self, *given: Any, **named: Any) -> None:
         fields = dataclasses.fields(self)

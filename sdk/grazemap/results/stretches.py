@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.described import described
 from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ _LESS_REGULAR = (_STABLE, _UNSTABLE, _INADMISSIBLE)
 Floats = NDArray[np.float64]
 
 
+@described
 @dataclass(frozen=True)
 class Stretch:
     """Part of a branch whose orbits are of one kind, and within which the parameter does not turn.
@@ -40,6 +42,7 @@ class Stretch:
     """The same where it ends."""
 
 
+@described
 @dataclass(frozen=True)
 class Knots:
     """The orbits of a branch and its special points, in order."""

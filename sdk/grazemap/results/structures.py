@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Unpack
 
+from grazemap.described import described
 from grazemap.results.base import Result, counted
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
@@ -39,16 +40,17 @@ class HarmonicResponse(Record):
     amplitude_slope: FloatArray = field("d amplitude/d omega.", "omega", "m s/rad", null=True)
 
 
+@described
 @dataclass(frozen=True)
 class Mode:
-    """One mode of a structure; the contact weight is None where the stiffness matrix is not symmetric.
-
-    The damping ratio is that of the damped mode with this place in the order of frequencies.
-    """
+    """One mode of a structure."""
 
     natural_frequency: float
+    """Its frequency without damping."""
     damping_ratio: float
+    """That of the damped mode with this place in the order of frequencies."""
     contact_weight: float | None
+    """Its weight in the contact coordinate; None where the stiffness matrix is not symmetric."""
 
 
 class Structure(Result, process="structures", rows="omega"):

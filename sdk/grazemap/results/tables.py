@@ -53,14 +53,19 @@ def dataframe(result: Result, name: str | None, engineering_units: bool) -> pand
         name = found[0]
     if name is None or name not in found:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(found) or 'none'}")
-    if engineering_units and result.units != "SI":
-        raise ValueError("engineering_units: a nondimensional result has neither Hz nor mm")
     shown = columns(result, name)
     if engineering_units:
+        check_si(result)
         shown = {key: _in_engineering_units(one) for key, one in shown.items()}
     table = pandas.DataFrame({key: pandas.Series(one.values, dtype=one.dtype) for key, one in shown.items()})
     table.attrs["units"] = {key: one.unit for key, one in shown.items() if one.unit}
     return table
+
+
+def check_si(result: Result) -> None:
+    """Raise ValueError for engineering units of a result that is not in SI."""
+    if result.units != "SI":
+        raise ValueError("engineering_units: a nondimensional result has neither Hz nor mm")
 
 
 class Column(NamedTuple):

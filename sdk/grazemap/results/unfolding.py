@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
+from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, value_of
-from grazemap.results.curves import BifurcationCurves
+from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
@@ -29,6 +30,7 @@ _IN_JSON = "in JSON"
 _FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
 _OF_RANGES, _OF_AXES = "of maps over ranges of omega and clearance", "of maps with axes"
 _PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
+_MEASURED, _OF_RANDOM_STATES = "of maps that are neither previews nor adaptive", "of ensembles that are not adaptive"
 _MARGIN = (
     "from the steady motion, 0 on its grazing curve; null for an absent stop. That motion exists without impacts where "
     "no margin is negative."
@@ -39,42 +41,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@described
 @dataclass(frozen=True, slots=True)
 class MapPoint:
-    """One point of an unfolding map.
-
-    Attributes
-    ----------
-    horizontal, vertical : float
-        The point of the grid.
-    label, kind : str
-        n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic; and the kind.
-    verified : bool
-    reason : str
-        Why the motion is unresolved, or periodic and not verified; else empty.
-    computed : bool
-        False: inferred from the points around it.
-    horizontal_offset, vertical_offset : float
-        This point minus the place that was asked for: at most half a step of the grid.
-    request : dict or None
-        The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
-        unless the map's trajectories start at rest.
-    omega, clearance : float or dict
-        The frequency and the clearance there.
-    """
+    """One point of an unfolding map."""
 
     horizontal: float
+    """Value of the horizontal parameter."""
     vertical: float
+    """Value of the vertical parameter."""
     label: str
+    """n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic."""
     kind: str
+    """The kind of motion."""
     verified: bool
+    """Whether the motion is verified."""
     reason: str
+    """Why the motion is unresolved, or periodic and not verified; else empty."""
     computed: bool
+    """False: inferred from the points around it."""
     horizontal_offset: float
+    """This point minus the place that was asked for: at most half a step of the grid."""
     vertical_offset: float
+    """Likewise along the vertical axis."""
     request: dict[str, Any] | None
+    """The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
+    unless the map's trajectories start at rest."""
     omega: float
+    """The frequency there."""
     clearance: float | dict[str, float | None]
+    """The clearance there, or that of each stop."""
 
 
 class FiguresAtComputedPoints(Record):
@@ -159,8 +155,8 @@ class UnfoldingMap(
 
     omega: FloatArray | None = field(Common, "omega", when=_OF_RANGES)
     clearance: FloatArray | None = field(Common, "clearance", when=_OF_RANGES)
-    horizontal: FloatArray = field("Values of the horizontal parameter.", "horizontal", when=_OF_AXES, variable=None)
-    vertical: FloatArray = field("Values of the vertical parameter.", "vertical", when=_OF_AXES, variable=None)
+    horizontal: FloatArray = field(PlaneCurve, "horizontal", when=_OF_AXES, variable=None)
+    vertical: FloatArray = field(PlaneCurve, "vertical", when=_OF_AXES, variable=None)
     margin_right: FloatArray | None = field(
         f"Gap of the right stop {_MARGIN}",
         _PLANE,
@@ -184,19 +180,13 @@ class UnfoldingMap(
     impacts_left: IntArray = field(Common, _PLANE, dtype="int32")
     symmetric: BoolArray = field(Common, _PLANE)
     sticking: BoolArray = field(Common, _PLANE)
-    multiplier: FloatArray | None = field(
-        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
-    )
-    lyapunov: FloatArray | None = field(
-        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
-    )
-    lyapunov_error: FloatArray | None = field(
-        FiguresAtComputedPoints, _PLANE, when="of maps that are neither previews nor adaptive"
-    )
+    multiplier: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
+    lyapunov: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
+    lyapunov_error: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
     least_impact_velocity: FloatArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
     settled_after: IntArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
-    share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when="of ensembles that are not adaptive")
-    motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when="of ensembles that are not adaptive")
+    share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_OF_RANDOM_STATES)
+    motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when=_OF_RANDOM_STATES)
     verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
     sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")
     transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import COLOURED
+from grazemap.described import described
 from grazemap.results.base import Result, counted_points, value_of
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.fields import ResultSchema
@@ -35,8 +36,8 @@ class GrazingCurveOfPlane(Record):
     """A curve of a plane of any two parameters on which the steady motion touches a stop."""
 
     stop: int = field("The stop that is touched: +1 right, or both where they are alike; -1 left.")
-    horizontal: FloatArray = field("Values of the horizontal parameter.", "point")
-    vertical: FloatArray = field("Values of the vertical parameter.", "point")
+    horizontal: FloatArray = field(PlaneCurve, when="")
+    vertical: FloatArray = field(PlaneCurve, when="")
     admissible: BoolArray = field("Whether the steady motion does not reach beyond the other stop.", "point")
 
 
@@ -60,28 +61,21 @@ class BorderCurve(PlaneCurve):
         return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
 
 
+@described
 @dataclass(frozen=True, slots=True)
 class Border:
-    """Pairs of neighbouring points with the same two motions and the same explanation.
-
-    Attributes
-    ----------
-    motions : tuple of two str
-        Labels, the same for mirror images between symmetric stops, or kinds; in no order.
-    explanation : str
-        "curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`.
-    curve : str
-        Type of the curve, and the motion that ends on it; empty without one.
-    reason : str
-        Why it is unexplained.
-    pairs : int
-    """
+    """Pairs of neighbouring points with the same two motions and the same explanation."""
 
     motions: tuple[str, str]
+    """Labels, the same for mirror images between symmetric stops, or kinds; in no order."""
     explanation: str
+    """"curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`."""
     curve: str
+    """Type of the curve, and the motion that ends on it; empty without one."""
     reason: str
+    """Why it is unexplained."""
     pairs: int
+    """Number of the pairs."""
 
 
 class MapBorders(Record):

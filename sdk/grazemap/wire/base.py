@@ -29,11 +29,11 @@ from pydantic import (
     model_validator,
 )
 from pydantic.config import JsonDict
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
-from grazemap.wire.error_texts import error_text, schema_of
+from grazemap.wire.error_texts import explained
 
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
@@ -69,7 +69,8 @@ class Request(BaseModel):
         try:
             return handler(values)
         except ValidationError as error:
-            raise _in_our_words(error, cls) from None
+            details = [explained(one, cls) for one in error.errors(include_url=False, include_input=False)]
+            raise ValidationError.from_exception_data(error.title, details, hide_input=True) from None
 
     def unused(self) -> Collection[str]:
         """Return the names of fields that other fields leave without meaning; the canonical text lacks them."""
@@ -79,20 +80,6 @@ class Request(BaseModel):
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         unused = self.unused()
         return {name: value for name, value in dump(self).items() if name not in unused}
-
-
-def _in_our_words(error: ValidationError, model: type[BaseModel]) -> ValidationError:
-    said = []
-    for one in error.errors(include_url=False, include_input=False):
-        text = error_text({**one, "loc": ("body", *one["loc"])}, schema_of(model), naming=True)
-        context = {name: value for name, value in one.get("ctx", {}).items() if name != "at"}
-        # the model around this one, and the service, make their own text of the same error
-        context.setdefault("reason", one["msg"])
-        context["said"] = text.detail + (f" (allowed: {text.allowed})" if text.allowed else "")
-        place = (*text.where, text.unknown) if one["type"] == "extra_forbidden" else text.where
-        kind = PydanticCustomError(one["type"], "{said}", context)
-        said.append(InitErrorDetails(type=kind, loc=tuple(place), input=None))
-    return ValidationError.from_exception_data(error.title, said, hide_input=True)
 
 
 class Response(BaseModel):
@@ -114,8 +101,8 @@ def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCu
 
     Neither text may contain a value that was sent; `value` is the one that is wrong, which only a client repeats.
     """
-    context = {"reason": message, "allowed": allowed, "at": at, "value": value}
-    return PydanticCustomError("not_allowed", "{reason} (allowed: {allowed})", context)
+    context = {"detail": message, "allowed": allowed, "at": at, "value": f", {value}" if value else ""}
+    return PydanticCustomError("not_allowed", "{detail}{value} (allowed: {allowed})", context)
 
 
 def plain(value: Any) -> Any:

@@ -1,7 +1,6 @@
-"""The text of an error in a request, from pydantic's: where it is, what is wrong, and what is allowed.
+"""What the errors of a model say: pydantic's message, and what is allowed where the error is.
 
-`allowed` is taken from the JSON schema of the request's model at the place of the error, so it cannot disagree with the
-validation.
+The latter is described from the JSON schema of the model, so it cannot disagree with the validation.
 """
 
 from __future__ import annotations
@@ -10,101 +9,49 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import BaseModel
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 
 Schema = Mapping[str, Any]
 # All known names are much shorter, and the comparison of longer names takes time.
 _LONGEST_NAME = 64
-# Messages of these types contain no input; every other type has a sentence below.
-_QUOTABLE = {
-    "greater_than",
-    "greater_than_equal",
-    "less_than",
-    "less_than_equal",
-    "too_short",
-    "too_long",
-    "finite_number",
-    "float_type",
-    "int_type",
-    "bool_type",
-    "list_type",
-    "dict_type",
-    "literal_error",
-    "not_allowed",
-}
-_SENTENCES = {
-    "missing": "Field required",
+# In place of messages that name classes of Python or quote the input.
+_NO_ALTERNATIVE, _NO_OBJECT = "Input is not valid here", "Input should be an object"
+_MESSAGES = {
     "extra_forbidden": "Unknown field",
-    "model_type": "Input should be an object",
-    "model_attributes_type": "Input should be an object",
+    "model_type": _NO_OBJECT,
+    "model_attributes_type": _NO_OBJECT,
+    "union_tag_invalid": _NO_ALTERNATIVE,
+    "union_tag_not_found": _NO_ALTERNATIVE,
 }
-UNITS = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
-"""The units of parameters in SI."""
-ONLY_IN_FLAGS = "; units are written on the command line only"
-"""What is said of numbers that have a unit in SI."""
 _OF_EVERY_NUMBER = {SMALLEST_NUMBER, LARGEST_NUMBER}
-# Query parameters have no schema here.
-_PARSED = {"int_parsing": "an integer", "bool_parsing": "true or false"}
 
 
-class ErrorText(NamedTuple):
-    """An error in a request."""
+def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDetails:
+    """Return an error of a model, as from ``ValidationError.errors()``, that says what is allowed.
 
-    source: str
-    """Either "body" or "query"."""
-    where: list[str | int]
-    """The names and numbers that lead to the place; for an unknown field, to its object."""
-    unknown: str
-    """The name of an unknown field, else ""."""
-    detail: str
-    """What is wrong."""
-    allowed: str
-    """What is allowed, if that is said."""
-
-
-def error_text(error: Mapping[str, Any], schema: Schema, naming: bool) -> ErrorText:
-    """Return the text of one of pydantic's errors.
-
-    Parameters
-    ----------
-    error : mapping
-        As from ``ValidationError.errors()``; its location begins with "body" or "query".
-    schema : JSON schema
-        Of the model of the body, empty without one.
-    naming : bool
-        Whether an unknown field, or a value of a validator, is named; the service does not repeat it.
+    Its context has the parts of its message: `detail`, what is wrong; `value`, what was sent, which a service does not
+    repeat; `hint`, a name that may be meant; and `allowed`. Those of a validator, and of the model of a part, stay.
     """
-    source, *rest = error["loc"] or ("body",)
-    kind = str(error["type"])
-    unknown = ""
-    if kind == "extra_forbidden":
-        unknown = str(rest.pop())
+    kind = error["type"]
     # the names of union branches, such as "[range]", are not in the body
-    where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
-    context = error.get("ctx") or {}
-    where += context.get("at", ())
-    # a message of our own ends with what is allowed, which has its own field here
-    detail = (
-        str(context.get("reason", error["msg"]))
-        if kind in _QUOTABLE
-        else _SENTENCES.get(kind, "Input is not valid here")
-    )
-    here = _at(schema, where)
-    if kind == "extra_forbidden":
-        detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
-        detail += suggestion(unknown, [name for one in here for name in one.get("properties", ())])
-    allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
-    if naming and context.get("value"):
-        detail += f", {context['value']}"
-    if kind == "float_type" and (unit := next((UNITS[part] for part in reversed(where) if part in UNITS), "")):
-        allowed += f", in {unit} in SI{ONLY_IN_FLAGS}"
-    if source != "body" and not allowed:
-        allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
-    return ErrorText(source, where, unknown, detail, allowed)
+    place = [part for part in error["loc"] if not (isinstance(part, str) and part.startswith("["))]
+    said = {"value": "", "hint": "", **error.get("ctx", {})}
+    if "detail" not in said:
+        schema = schema_of(model)
+        said["detail"] = _MESSAGES.get(kind, error["msg"])
+        here = _at(schema, place[:-1] if kind == "extra_forbidden" else place)
+        said.setdefault("allowed", _describe_all(here, schema))
+        if kind == "extra_forbidden":
+            said["value"] = f" {json.dumps(str(place[-1])[:_LONGEST_NAME])}"
+            said["hint"] = suggestion(str(place[-1]), [name for one in here for name in one.get("properties", ())])
+    place += said.pop("at", ())
+    message = "{detail}{value}{hint}" + (" (allowed: {allowed})" if said["allowed"] else "")
+    return InitErrorDetails(type=PydanticCustomError(kind, message, said), loc=tuple(place), input=None)
 
 
 @cache
@@ -119,32 +66,17 @@ def suggestion(unknown: str, known: Iterable[str]) -> str:
     return f"; did you mean {near[0]}" if near else ""
 
 
-def _allowed_of_context(context: Mapping[str, Any]) -> str:
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    bounds = [f"{sign} {context[key]}" for key, sign in signs.items() if key in context]
-    if "pattern" in context:
-        return f"text of the pattern {context['pattern']}"
-    if "max_length" in context:
-        return f"at most {context['max_length']} characters"
-    return str(context["expected"]) if "expected" in context else ", ".join(bounds)
-
-
-def _resolve(schema: Schema, root: Schema) -> Schema:
-    while "$ref" in schema:
-        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
-    return schema
-
-
 def branches(schema: Schema, root: Schema) -> list[Schema]:
     """Return the alternatives of a schema, one level of union resolved."""
-    schema = _resolve(schema, root)
+    while "$ref" in schema:
+        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
     options = schema.get("oneOf") or schema.get("anyOf")
     return [branch for option in options for branch in branches(option, root)] if options else [schema]
 
 
 def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
     """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
-    found = branches(root, root) if root else []
+    found = branches(root, root)
     for part in where:
         if isinstance(part, int):
             below = [schema["items"] for schema in found if "items" in schema]
@@ -154,11 +86,11 @@ def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
     return found
 
 
-def _describe(schemas: Sequence[Schema], root: Schema) -> str:
-    return " or ".join(filter(None, (_describe_one(schema, root) for schema in schemas)))
+def _describe_all(schemas: Sequence[Schema], root: Schema) -> str:
+    return " or ".join(filter(None, (_describe(schema, root) for schema in schemas)))
 
 
-def _describe_one(schema: Schema, root: Schema) -> str:
+def _describe(schema: Schema, root: Schema) -> str:
     if "const" in schema:
         return json.dumps(schema["const"])
     if "enum" in schema:
@@ -168,7 +100,7 @@ def _describe_one(schema: Schema, root: Schema) -> str:
         noun = "an integer" if kind == "integer" else "a finite number"
         return " ".join(filter(None, (noun, _bounds(schema))))
     if kind == "array":
-        items = _describe(branches(schema.get("items", {}), root), root) or "any value"
+        items = _describe_all(branches(schema.get("items", {}), root), root) or "any value"
         minimum, maximum = schema.get("minItems"), schema.get("maxItems")
         counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
         return f"a list of {counts}{items}"

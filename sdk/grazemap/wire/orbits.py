@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from grazemap.constants import UNITS
 from grazemap.wire.base import Float, LeftOut, Listable, Positive, Request, SignedInterval, invalid
-from grazemap.wire.error_texts import UNITS
 from grazemap.wire.job import impacts_on, motion_label
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator

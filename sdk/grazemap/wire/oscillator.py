@@ -90,15 +90,6 @@ class Oscillator(Request):
         A ground that moves.
     bias : sequence of N floats, optional
         Static forces. "At rest" is then the static equilibrium.
-
-    Attributes
-    ----------
-    size : int
-        Number of degrees of freedom N.
-    natural_frequencies : ndarray of float, shape (N,)
-        Of the undamped structure without stops, increasing; rad/s in SI.
-    damping_ratios : ndarray of float, shape (N,)
-        Of each mode; 1 or more: the mode does not oscillate.
     """
 
     # The docstring is for Python; in the API's document it would be one paragraph.

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from grazemap.described import described
 from grazemap.wire.base import (
     CoordinateGrid,
     CoordinateRange,
@@ -31,6 +32,7 @@ from grazemap.wire.structure import (
     ModalDamping,
     RayleighDamping,
     RestitutionPair,
+    restitutions,
 )
 
 _OF_ONE = ("omega", "bias", "forcing", "damping")
@@ -104,6 +106,7 @@ def require_domain(name: str, value: float, *at: str) -> None:
         raise invalid(f"{name} is at least 0", "numbers >= 0", *at)
 
 
+@described
 @dataclass(frozen=True)
 class PlanePoint:
     """A point of a plane or of a line."""
@@ -116,6 +119,7 @@ class PlanePoint:
     """The clearances of the stops."""
 
 
+@described
 @dataclass(frozen=True)
 class Parameters:
     """The values of all parameters but those that vary."""
@@ -196,6 +200,7 @@ def is_place(name: str) -> bool:
     return name == "omega" or name.startswith("clearance")
 
 
+@described
 @dataclass(frozen=True)
 class Line:
     """One parameter that varies, and the values of the others."""
@@ -210,6 +215,7 @@ class Line:
         return [self.parameters.at({self.axis.vary: end}) for end in self.axis.ends]
 
 
+@described
 @dataclass(frozen=True)
 class Plane:
     """Two parameters that vary, and the values of the others."""
@@ -274,8 +280,7 @@ def _field(indexed: re.Match[str]) -> str:
 def _restitution(oscillator: Oscillator, name: str, value: float) -> float | RestitutionPair:
     if name == "restitution":
         return value
-    given = oscillator.restitution
-    right, left = (given.right, given.left) if isinstance(given, RestitutionPair) else (given, given)
+    right, left = restitutions(oscillator.restitution)
     if name == "restitution_right":
         return RestitutionPair.model_construct(right=value, left=left)
     return RestitutionPair.model_construct(right=right, left=value)

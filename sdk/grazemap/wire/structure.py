@@ -217,6 +217,11 @@ Restitution = Annotated[
 ]
 
 
+def restitutions(given: float | RestitutionPair) -> tuple[float, float]:
+    """Return the restitution of the right and of the left stop."""
+    return (given.right, given.left) if isinstance(given, RestitutionPair) else (given, given)
+
+
 class OtherClearance(Request):
     """The clearance of one stop, where that of the other one varies: the one that is left out."""
 

@@ -13,9 +13,10 @@ import redis.exceptions
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Query, Request
 from fastapi.responses import StreamingResponse
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request
+from grazemap.wire.base import Request as RequestBody
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, planned, start
@@ -46,21 +47,17 @@ _EXAMPLE = {
 router = APIRouter(route_class=JsonRoute, tags=["processes"])
 
 
-class BatchItem(BaseModel):
+class BatchItem(RequestBody):
     """A request of a batch."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    process: Annotated[
-        str, Field(description="Name of a process.", json_schema_extra={"enum": sorted(PROCESSES)}, max_length=64)
-    ]
-    request: Annotated[dict[str, Any], Field(description="The body as the route of the process takes it.")]
+    process: Annotated[str, Field(json_schema_extra={"enum": sorted(PROCESSES)}, max_length=64)]
+    """Name of a process."""
+    request: dict[str, Any]
+    """The body as the route of the process takes it."""
 
 
-class Batch(BaseModel):
+class Batch(RequestBody):
     """Requests that are submitted together."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MOST_REQUESTS)]
 
@@ -113,7 +110,7 @@ def _checked(context: Context, batch: Batch) -> list[Submission]:
                 asked.append(planned(context, item.process, parse_request(item.process, item.request)))
             except ValidationError as error:
                 details = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
-                found += _below(path, errors_of(details, model))
+                found += _below(path, errors_of(details))
             except ProblemException as error:
                 error.problem = error.problem.model_copy(update={"errors": _below(path, error.problem.errors)})
                 raise

@@ -572,9 +572,10 @@ def test_the_method_of_a_new_process_follows_from_its_request(monkeypatch):
 def test_a_number_with_a_unit_in_text_is_refused_with_the_unit_of_the_field(client):
     with pytest.raises(ParameterError) as refused:
         client.unfolding_map(omega=("10Hz", "13Hz"), clearance=(1.0, 2.0), shape=(3, 3))
-    said = [(error.pointer, error.allowed) for error in refused.value.problem.errors]
-    allowed = "a finite number > 0, in rad/s in SI; units are written on the command line only"
-    assert said == [("/omega/start", allowed), ("/omega/stop", allowed)]
+    assert [error.pointer for error in refused.value.problem.errors] == ["/omega/start", "/omega/stop"]
+    for error in refused.value.problem.errors:
+        assert "> 0" in error.allowed
+        assert "rad/s" in error.allowed
 
 
 def test_a_range_without_the_orbit_names_parameter_unit_and_value(client):

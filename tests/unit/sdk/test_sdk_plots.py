@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from coloraide import Color
 from matplotlib import pyplot
+from matplotlib.ticker import MultipleLocator
 
 from grazemap import Oscillator, engineering_units
 from grazemap.plots import palette, save_picture, unfolding
@@ -34,7 +35,7 @@ from tests.support.sdk_documents import ADAPTIVE, CHANCE, DRAWN, MANY, POINTS, d
 
 
 def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
-    return MotionShare("", "periodic", period, right, left, pixels, 0.0)
+    return MotionShare(motion_label(period, right, left), "periodic", period, right, left, pixels, 0.0)
 
 
 CURVE = r"grazing curve $b = A(\omega)$"
@@ -766,23 +767,64 @@ def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
 @pytest.mark.parametrize("process", [name for name in DRAWN if not name.startswith("periodic-orbits")])
 @pytest.mark.parametrize("labels", [True, pytest.param(False, marks=pytest.mark.thorough)])
 def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
-    drawn = in_si(process).plot(labels=labels)
-    assert engineering_units(drawn) is drawn
+    drawn = in_si(process).plot(labels=labels, engineering_units=True)
     pair = drawn if isinstance(drawn, tuple) else (drawn,)
-    texts = [pair[0].figure.get_suptitle()]
+    texts = texts_of(pair)
     for ax in pair:
-        texts += [ax.get_title(), ax.get_xlabel(), ax.get_ylabel()]
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_units() in ("rad/s", "m") and axis.get_scale() == "linear":
                 factor = 1e3 if axis.get_units() == "m" else 1.0 / (2.0 * np.pi)
                 shown = ticks(axis)
                 places = np.array(list(shown.values()))
                 np.testing.assert_allclose([float(text) for text in shown], places * factor, rtol=1e-3)
+                assert len({len(text.partition(".")[2]) for text in shown}) == 1
     assert not [text for text in texts if "rad/s" in text or "(m)" in text or text.endswith(" m")]
     assert any(axis.get_units() for ax in pair for axis in (ax.xaxis, ax.yaxis))
     other = decode_result(npz(process)).plot(labels=labels)
     for ax, plain in zip(pair, other if isinstance(other, tuple) else (other,), strict=True):
         assert (ax.get_xlim(), ax.get_ylim()) == (plain.get_xlim(), plain.get_ylim())
+    finished = in_si(process).plot(labels=labels)
+    assert engineering_units(finished) is finished
+    assert texts_of(finished if isinstance(finished, tuple) else (finished,)) == texts
+
+
+def texts_of(pair) -> list[str]:
+    """Return the titles, labels and ticks of axes of one figure."""
+    texts = [pair[0].figure.get_suptitle()]
+    for ax in pair:
+        texts += [ax.get_title(), ax.get_xlabel(), ax.get_ylabel(), *ticks(ax.xaxis), *ticks(ax.yaxis)]
+    return texts
+
+
+def test_engineering_units_of_a_nondimensional_result_are_refused():
+    with pytest.raises(ValueError, match="engineering_units"):
+        decode_result(npz("grazing-curves")).plot(engineering_units=True)
+
+
+def test_ticks_in_hertz_and_millimetres_have_the_digits_of_their_steps():
+    ax = in_si("grazing-curves").plot(engineering_units=True)
+    ax.xaxis.set_major_locator(MultipleLocator(0.02))
+    ax.set_ylim(1.83412, 1.83418)
+    for axis in (ax.xaxis, ax.yaxis):
+        assert ticks(axis)
+        assert max(len(text) for text in ticks(axis)) <= 7
+    assert len(ax.format_xdata(1.0 / 3.0)) <= 8
+
+
+@pytest.mark.parametrize(
+    ("draw", "error"),
+    [
+        (lambda: decode_result(npz("unfolding-maps")).plot_computed(), ValueError),
+        (lambda: decode_result(npz("trajectories")).plot(mass=99), ValueError),
+        (lambda: decode_result(npz("trajectories")).plot(legend="nowhere"), ValueError),
+        (lambda: decode_result(npz("unfolding-maps")).plot(colours={"1-2r-2l": "no colour"}), ValueError),
+    ],
+)
+def test_a_picture_that_fails_leaves_no_figure(draw, error):
+    before = pyplot.get_fignums()
+    with pytest.raises(error):
+        draw()
+    assert pyplot.get_fignums() == before
 
 
 def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
@@ -849,8 +891,9 @@ def test_every_method_that_draws_has_a_picture_and_the_keywords_of_all_pictures(
     methods = [name for name in dir(kind) if name.startswith("plot")]
     assert methods == sorted(name for drawn, name in PICTURES if drawn is kind)
     for name in methods:
-        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-2:]
-        assert [(one.name, one.default) for one in keywords] == [("legend", None), ("labels", True)]
+        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-3:]
+        expected = [("legend", None), ("labels", True), ("engineering_units", False)]
+        assert [(one.name, one.default) for one in keywords] == expected
         with pytest.raises(TypeError, match=rf"{kind.__name__}\.{name}\(\).*'nonsense'"):
             getattr(result, name)(nonsense=1)
 

@@ -1,6 +1,7 @@
 """Results: arrays and records, saved and loaded without losing anything."""
 
 import dataclasses
+import inspect
 import io
 import json
 import random
@@ -14,12 +15,18 @@ import numpy as np
 import pytest
 
 import grazemap
+from grazemap import Event
+from grazemap.checker import Verdict
 from grazemap.client.process_methods import METHODS
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
-from grazemap.results import ChanceToSettle, Family, InferredWrong, UnfoldingMap, decode_result, load
+from grazemap.results import Border, ChanceToSettle, Family, InferredWrong, UnfoldingMap, decode_result, load
 from grazemap.results.motions import motions_of
+from grazemap.results.stretches import Stretch
+from grazemap.results.structures import Mode
+from grazemap.results.unfolding import MapPoint
 from grazemap.wire import motion_label
+from grazemap.wire.planes import Plane
 from tests.support.sdk_documents import ADAPTIVE, CHANCE, INFERRED_WRONG, MANY, POINTS, REQUESTS, document, npz
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))
@@ -820,3 +827,10 @@ def test_basin_fractions_have_the_shares_of_attractors_along_the_parameter(tmp_p
     made = result.to_xarray()
     assert made["share"].sel(parameter=1.6).values.tolist() == [0.5, 0.25, 0.125]
     assert meanings(made["attractor_motion"]) == ["1-2r-1l", "1-2r-1l", "chaotic"]
+
+
+@pytest.mark.parametrize("kind", [Border, Event, MapPoint, Mode, Plane, Stretch, Verdict])
+def test_help_lists_every_field_of_a_class_with_its_description(kind):
+    shown = inspect.getdoc(kind)
+    for name in kind.__annotations__:
+        assert re.search(rf"^{name} : .+\n    \S", shown, re.MULTILINE)
