@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NewType
 
 import numpy as np
 
@@ -13,9 +13,11 @@ if TYPE_CHECKING:
     from grazemap.results.record import Record
 
 Document = dict[str, Any]
+ClassDocument = NewType("ClassDocument", Document)
+"""A document that `document_of` has made, with the names of the fields of a class."""
 
 
-def document_of(kind: type[Record], source: object = None, /, **values: Any) -> Document:
+def document_of(kind: type[Record], source: object = None, /, **values: Any) -> ClassDocument:
     """Return the document of a record or of a result, with the deprecated names of its fields.
 
     Parameters
@@ -50,7 +52,7 @@ def document_of(kind: type[Record], source: object = None, /, **values: Any) -> 
             raise TypeError(f"a document of {kind.schema.name} lacks {one.name}")
     if values:
         raise TypeError(f"documents of {kind.schema.name} have no {', '.join(values)}")
-    return document
+    return ClassDocument(document)
 
 
 def _stored(one: Field, value: Any) -> Any:

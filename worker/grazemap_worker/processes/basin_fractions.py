@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinFractionsRequest, StateRange, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, longest_period, setup_seconds
@@ -55,7 +55,7 @@ def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
 
 def assemble(
     request: BasinFractionsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
-) -> Document:
+) -> ClassDocument:
     """Return the attractors along the parameter with their shares, from the documents of the tiles."""
     from grazemap_core.maps.basin_fractions import basin_fractions, random_states
     from grazemap_core.maps.chaotic_transients import chance_in_fractions

@@ -9,7 +9,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinCoordinate, BasinFractionsRequest, BasinsRequest, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import (
@@ -88,7 +88,7 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     return basin_tile(*_arguments(request, tile.rows, tile.columns))
 
 
-def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
+def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> ClassDocument:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
     from grazemap_core.maps.basin_boundary import basin_entropy, evenly_spaced, uncertainty
     from grazemap_core.maps.basins import attractors

@@ -13,7 +13,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
 from grazemap_worker.planning.costs import branch_point_seconds, longest_period, period_cost
 from grazemap_worker.planning.rates import (
@@ -93,7 +93,7 @@ NOTHING_FOUND = (
 )
 
 
-def compute(request: BifurcationCurvesRequest, report: Report) -> Document:
+def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
     """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
     if request.is_explicit:
         return document_of(results.BifurcationCurves, curves=_closed_form(request), motions=[])

@@ -9,7 +9,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationDiagramsRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
@@ -56,7 +56,7 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
 REPORTS = 100
 
 
-def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
+def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocument:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from grazemap import results
-from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import CodimensionTwoPointsRequest, DiscontinuityMappingsRequest, GrazingCurvesRequest
 from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds, setup_seconds
 from grazemap_worker.processes.conversion import core_oscillator
@@ -55,7 +54,7 @@ def special_points(
     return sorted(points, key=lambda point: point.omega)
 
 
-def compute(request: CodimensionTwoPointsRequest, report: Report) -> Document:
+def compute(request: CodimensionTwoPointsRequest, report: Report) -> ClassDocument:
     """Return points, a list of records in the order of omega. Raises CoreError."""
     oscillator, omega = core_oscillator(request.oscillator), request.omega
     orders = request.max_order, request.max_multiple

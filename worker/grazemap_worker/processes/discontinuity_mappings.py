@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap import results
-from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import DiscontinuityMappingsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost
@@ -36,7 +35,7 @@ def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count
     ]
 
 
-def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
+def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocument:
     """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
 
     Raises CoreError.

@@ -6,7 +6,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds
@@ -39,7 +39,7 @@ _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].d
 _SIDES = {1: "right", -1: "left"}
 
 
-def compute(request: GrazingCurvesRequest, report: Report) -> Document:
+def compute(request: GrazingCurvesRequest, report: Report) -> ClassDocument:
     """Return the fields of the result's schema: one curve of equal stops, or one of each stop that varies.
 
     The points are the codimension-two points between the first and the last omega, of all kinds, with the default

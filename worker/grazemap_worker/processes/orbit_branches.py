@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
 from grazemap.wire.planes import is_structural, with_parameter
@@ -66,7 +66,7 @@ _OF_EACH = ("clearance_right", "clearance_left", "restitution_right", "restituti
 _OF_BOTH = ("clearance", "omega", "restitution")
 
 
-def compute(request: OrbitBranchesRequest, report: Report) -> Document:
+def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
     """Return the branch of the orbit; without an orbit, a branch without points and the reason. Raises CoreError."""
     from grazemap_core.continuation.branch_switching import starts_beyond
     from grazemap_core.continuation.branches import orbit_branch
@@ -155,7 +155,7 @@ def whole_period(
     )
 
 
-def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
+def _no_branch(request: OrbitBranchesRequest, reason: str) -> ClassDocument:
     """Return the document of a branch without points."""
     nothing = nothing_in(
         results.OrbitBranch.schema,

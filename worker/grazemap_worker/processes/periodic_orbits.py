@@ -8,7 +8,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import PeriodicOrbitsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import longest_at_point, period_cost, setup_seconds
@@ -57,7 +57,7 @@ NOT_PERIODIC = (
 _OTHER_START = "Remedy: give the motion as (period, stops), another initial state, or a smaller clearance."
 
 
-def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
+def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
     """Return the orbit, or why there is none; one with rests is taken from the simulation. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
@@ -139,7 +139,7 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
     )
 
 
-def _document(orbit: PeriodicOrbit, observed: Document) -> Document:
+def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
     whole = orbit.impacts.whole
     return document_of(
         results.PeriodicOrbit,
@@ -156,7 +156,7 @@ def _document(orbit: PeriodicOrbit, observed: Document) -> Document:
     )
 
 
-def _simulated(orbit: SimulatedOrbit, observed: Document) -> Document:
+def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
     """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return document_of(
@@ -192,7 +192,7 @@ def clearances(clearance: float | tuple[float | None, float | None]) -> Document
     return {"clearance": np.nan, "clearance_right": right, "clearance_left": left}
 
 
-def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> Document:
+def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> ClassDocument:
     """Return the document of an orbit that was not found: without impacts, its numbers NaN."""
     from grazemap_core.simulation.motion import Motion
 

@@ -6,8 +6,7 @@ import json
 from typing import Any
 
 from grazemap import results
-from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import ClearancePair, ProofsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.plan import SMALL_SECONDS
@@ -22,7 +21,7 @@ def _seconds(request: ProofsRequest) -> float:
     return max(SMALL_SECONDS, seconds)
 
 
-def compute(request: ProofsRequest, report: Report) -> Document:
+def compute(request: ProofsRequest, report: Report) -> ClassDocument:
     """Return the certificate of a statement, or why it is undecided."""
     from grazemap_core.errors import ParameterError
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import StructuresRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits, of_points
@@ -39,7 +39,7 @@ def _counts(request: StructuresRequest, limits: Limits) -> list[Count]:
     ]
 
 
-def compute(request: StructuresRequest, report: Report) -> Document:
+def compute(request: StructuresRequest, report: Report) -> ClassDocument:
     """Return the fields of the result's schema. Raises CoreError."""
     from grazemap_core.model.equilibrium import effective_gaps
     from grazemap_core.model.summary import summary

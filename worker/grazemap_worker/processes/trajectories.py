@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
@@ -66,7 +66,7 @@ NOT_VERIFIED = (
 REPORTS = 20
 
 
-def compute(request: TrajectoriesRequest, report: Report) -> Document:
+def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
     """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
     from grazemap_core.simulation.start import forced_oscillator
     from grazemap_core.simulation.trajectories import trajectories
@@ -117,7 +117,7 @@ def _state(state: InitialState, rest: NDArray[np.float64] | None) -> State:
     return State(given, np.array(state.velocity), state.phase)
 
 
-def _document(found: Trajectory, observed: Document) -> Document:
+def _document(found: Trajectory, observed: Document) -> ClassDocument:
     return document_of(results.Trajectory, found, motion=motion_document(_explained(found.motion)), **observed)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.planning.costs import longest_period
@@ -74,7 +74,7 @@ def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
     return unfolding_maps.compute_tile(request.unfolding_map, tile)
 
 
-def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
+def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> ClassDocument:
     """Return the documents of the map, the curves and the points, and borders where they are asked for.
 
     Each equals the document of its own process. Only the steps of the borders are reported. Raises CoreError.

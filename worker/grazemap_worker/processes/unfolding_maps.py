@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from grazemap import results
 from grazemap.codec import Document
-from grazemap.results.documents import document_of
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.results.unfolding import FiguresAtComputedPoints
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_values
 from grazemap.wire.planes import Plane, is_scalar, is_structural
@@ -177,7 +177,7 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
 
 def assemble(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
-) -> Document:
+) -> ClassDocument:
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
