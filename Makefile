@@ -1,7 +1,8 @@
+VERSIONS = $(shell sed -n 's/.*"Programming Language :: Python :: \(3\..*\)".*/\1/p' pyproject.toml)
 # the newest that runs and can make an environment: those that pyenv only stands in for do not
-PYTHON ?= $(or $(shell for python in python3.14 python3.13 python3.12 python3.11; do \
-	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python from 3.11 \
-	to 3.14 runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
+PYTHON ?= $(or $(shell for python in $$(printf 'python%s\n' $(VERSIONS) | sort -rV); do \
+	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python of \
+	$(VERSIONS) runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
 BIN := .venv/bin
 # what a stack, its client and pictures need; the rest, for tests and tools; the other tools of the benchmarks
 RUN_STAMP := .venv/.run-stamp

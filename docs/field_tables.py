@@ -27,7 +27,6 @@ FOLDER = Path(__file__).parent
 PAGES = ("api.md", "sdk.md")
 _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
 _LAST_PROCESS = "\n## Following a job\n"
-_DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "str": "text", "complex": "complex"}
 
 
 def written(text: str) -> str:
@@ -93,7 +92,7 @@ def _type(one: Field) -> str:
     if isinstance(one.type, RecordSchema):
         name = f"{one.type.name}"
     elif isinstance(one.type, str):
-        name = one.dtype or _DTYPES[one.type]
+        name = {"str": "text", "complex": "complex"}.get(one.type, one.stored_dtype)
     else:
         name = "request"
     return f"{name} [{', '.join(one.dims)}]" if one.dims else name

@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 import urllib.request
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,7 +26,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+_PYTHON = "Programming Language :: Python :: "
+_DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["classifiers"]
+PYTHONS = tuple(one.removeprefix(_PYTHON) for one in _DECLARED if one.startswith(_PYTHON))
+"""The versions of Python that the package declares, the oldest first."""
 LOADS = {"idle": 0, "4 busy processes": 4}
 FIRST_WORD_SECONDS = 1.0
 # A line every second, and a quarter for its way through three processes that wait for a processor.

@@ -29,7 +29,6 @@ name = "grazemap-kernels"
 version = {version}
 description = "The kernels of grazemap, compiled ahead of time for x86-64-v3"
 license = "BSD-3-Clause"
-requires-python = ">=3.11"
 dependencies = {dependencies}
 
 [tool.hatch.build.targets.wheel]

@@ -9,9 +9,9 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from tools.first_start import PYTHONS, ROOT
+
 LOCK = ROOT / "requirements.lock"
 PARTS = {
     "what runs": ("server", "plot", "proofs"),
@@ -21,13 +21,14 @@ PARTS = {
 """From the heading of a part to the extras that are installed with it and the parts before it."""
 # What builds the package, which `pip install` without isolation needs.
 BUILDS = "hatchling"
-_COMPILE = ("--quiet", "--universal", "--python-version", "3.11", "--generate-hashes", "--no-header", "--no-annotate")
+_COMPILE = ("--quiet", "--universal", "--generate-hashes", "--no-header", "--no-annotate")
 
 
 def compiled(extras: Sequence[str], *options: str) -> list[str]:
     """Return the pinned requirements of some extras, each with the lines of its hashes."""
     chosen = [word for extra in extras for word in ("--extra", extra)]
-    command = [".venv/bin/uv", "pip", "compile", *_COMPILE, "--no-emit-index-url", *options, *chosen]
+    command = [".venv/bin/uv", "pip", "compile", *_COMPILE, "--python-version", PYTHONS[0]]
+    command += ["--no-emit-index-url", *options, *chosen]
     done = subprocess.run(
         [*command, "pyproject.toml", "-"], cwd=ROOT, input=BUILDS, capture_output=True, text=True, check=True
     )

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
+from grazemap.version import __version__
 from grazemap_service import middleware, openapi, problems
 from grazemap_service.context import Context
 from grazemap_service.hub import Hub
@@ -15,7 +16,7 @@ from grazemap_service.metrics import Metrics
 from grazemap_service.representations import Renderings
 from grazemap_service.request_log import Observe
 from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
-from grazemap_service.settings import VERSION, Settings
+from grazemap_service.settings import Settings
 from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
 
@@ -51,7 +52,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await hub.close()
         connection.close()
 
-    app = FastAPI(title="grazemap", version=VERSION, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)

@@ -20,11 +20,7 @@ _STORE_THREADS = 40
 
 @dataclass(frozen=True)
 class Context:
-    """The objects of one app.
-
-    Routes call the store in threads, limited by `threads`. These are not the framework's threads, so that a Redis that
-    does not respond does not delay other pages.
-    """
+    """The objects of one app."""
 
     settings: Settings
     """The settings."""

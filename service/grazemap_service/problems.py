@@ -24,9 +24,9 @@ from starlette.routing import Match
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
 from grazemap_worker.store import QueueFull, QuotaUsed, is_away, is_full, trouble
+from grazemap_worker.store.problems import TYPE_PREFIX
 
 MEDIA_TYPE = "application/problem+json"
-TYPE_PREFIX = "urn:grazemap:problem:"
 STORE_RETRY_SECONDS = 2
 
 

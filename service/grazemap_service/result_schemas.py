@@ -14,7 +14,8 @@ Schema = dict[str, Any]
 _TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "string"}
 _TEXT: Schema = {"type": "string"}
 _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}
-_NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
+NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
+"""The fields of the worker's `Numerics`."""
 RESULT, TILE, JOB = "Result", "Tile", "Job"
 # Processes whose tiles can be fetched, with the schema of a tile; a tile of a diagram is one of its map.
 _TILES: Mapping[str, RecordSchema] = {
@@ -32,7 +33,7 @@ def reference(name: str) -> Schema:
 
 def result_components() -> dict[str, Schema]:
     """Return the components of results and tiles: `Result` and `Tile` are one of them, distinguished by `process`."""
-    components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(_NUMERICS, _TEXT))}
+    components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(NUMERICS, _TEXT))}
     results: dict[str, list[str]] = {}
     for schema in SCHEMAS:
         components |= _records(schema)

@@ -7,7 +7,6 @@ and host names need keys is here too, because it is a property of the settings.
 from __future__ import annotations
 
 import ipaddress
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,8 +17,8 @@ from grazemap_service import keys
 from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 
-VERSION = version("grazemap")
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 
 
@@ -104,7 +103,7 @@ class StackSettings(WorkerSettings):
     """The settings of the Redis that a stack embeds: on a small machine it has less memory than elsewhere."""
 
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = Field(
-        default_factory=lambda: _share_of_memory(WorkerSettings.model_fields["result_bytes"].default, 4)
+        default_factory=lambda: _share_of_memory(DEFAULT_RESULT_BYTES, 4)
     )
     redis_bytes: Annotated[
         int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; default: the results and 1 GiB.")

@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TypeVar
 
 import structlog
 from pydantic import ValidationError
@@ -51,6 +51,8 @@ _TALK_SECONDS = 1.0
 _COUNT_SECONDS = 0.5
 # A child that dies this often before the stack was ever ready counts as unable to start.
 _MOST_EARLY_DEATHS = 3
+
+S = TypeVar("S", bound=RedisSettings)
 
 
 class StackError(RuntimeError):
@@ -101,7 +103,7 @@ class Stack:
         self._allowed_host = environment.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
-            settings = _stack_settings(workers)
+            settings = _settings(StackSettings, workers=workers)
             memory = settings.most_redis_bytes
             server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), most_memory=memory)
             environment["GRAZEMAP_RESULT_BYTES"] = str(settings.result_bytes)
@@ -110,7 +112,7 @@ class Stack:
             self._children.append(server)
             self._store = Store(connect(server.url, _COUNT_SECONDS))
         else:
-            self._store = Store(_redis_settings().connect(socket_timeout=_COUNT_SECONDS))
+            self._store = Store(_settings(RedisSettings).connect(socket_timeout=_COUNT_SECONDS))
         self._uncounted: list[str] = []
         self._count_from = 0.0
         listening = self._listener.fileno()
@@ -249,18 +251,10 @@ def own_variables(environment: Mapping[str, str]) -> dict[str, str]:
     return {name.upper() if name.upper().startswith("GRAZEMAP_") else name: environment[name] for name in environment}
 
 
-def _redis_settings() -> RedisSettings:
-    """Return where Redis is. Raises StackError."""
+def _settings(kind: type[S], **given: Any) -> S:
+    """Return settings of the environment, but for those that are given and not None. Raises StackError."""
     try:
-        return RedisSettings()
-    except ValidationError as error:
-        raise StackError(refusal_text(error)) from None
-
-
-def _stack_settings(workers: int | None) -> StackSettings:
-    """Return the settings of the embedded Redis. Raises StackError."""
-    try:
-        return StackSettings() if workers is None else StackSettings(workers=workers)
+        return kind(**{name: value for name, value in given.items() if value is not None})
     except ValidationError as error:
         raise StackError(refusal_text(error)) from None
 

@@ -20,12 +20,12 @@ import redis
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import PROCESSES, canonical, parse_request
 from grazemap_service.redis_server import RedisServer
+from grazemap_service.result_schemas import NUMERICS
 from grazemap_worker.store import Finished, Store, WorkerInfo, connect, core_version
 from tests.support.sdk_documents import npz
 from tools.latency import standalone
 
 _CHECKS = Path(__file__).with_name("described_requests_checks.py")
-_NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
 _WORKER, _FINGERPRINT = "played", "f00d"
 _LEASE_SECONDS = 86_400
 _LOOK_SECONDS = 0.1
@@ -52,7 +52,7 @@ def play(store: Store, stop: threading.Event) -> None:
 def _finish(store: Store, job_id: str, process: str) -> bool:
     """Commit a made-up result of a job, and return whether that was possible."""
     document, meta = decode_npz(npz(process))
-    data = encode_npz(document, {**meta, "numerics": dict.fromkeys(_NUMERICS, "played")})
+    data = encode_npz(document, {**meta, "numerics": dict.fromkeys(NUMERICS, "played")})
     claim = store.tiles.claim(job_id, 0, _WORKER, _FINGERPRINT, _LEASE_SECONDS)
     return claim is not None and store.results.commit([Finished(claim, data, 0.0, whole=True)])[0] >= 0
 

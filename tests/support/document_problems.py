@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
-
-_DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
-_KINDS = {"float": float, "int": int, "bool": bool, "str": str}
+from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema
 
 
 def problems(record: RecordSchema, document: Mapping[str, Any]) -> list[str]:
@@ -50,13 +47,12 @@ def _value_problems(one: Field, value: Any, at: str, sizes: dict[str, int]) -> I
         array = np.asarray(value)
         pair = one.type == "complex"
         yield from _size_problems(one.dims, array.shape[:-1] if pair else array.shape, at, sizes)
-        expected = "str" if one.type == "str" else one.dtype or _DTYPES[one.type]
         found = "str" if array.dtype.kind == "U" else str(array.dtype)
-        if found != expected and not (one.texts and array.size == 0):
-            yield f"{at} is {found}, not {expected}"
+        if found != one.stored_dtype and not (one.texts and array.size == 0):
+            yield f"{at} is {found}, not {one.stored_dtype}"
         yield from _number_problems(one, array, at)
     else:
-        if not isinstance(value, _KINDS[one.type] | np.generic):
+        if not isinstance(value, TYPES[one.type] | np.generic):
             yield f"{at} is a {type(value).__name__}, not a {one.type}"
         yield from _number_problems(one, np.asarray(value), at)
 

@@ -16,16 +16,14 @@ import time
 import numba.core.event  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
 from numba.core.registry import cpu_target
 
-import grazemap_core.errors
-import grazemap_core.maps.chaotic_transients  # noqa: F401
+import grazemap_core.errors  # noqa: F401 - which a tile would load
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker import logs, tasks
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
-from grazemap_worker.processes.conversion import Report
-from grazemap_worker.processes.unfolding_maps import assemble
+from grazemap_worker.processes.conversion import Report, joined
 from grazemap_worker.queue import drainer  # noqa: F401
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import WorkerInfo, core_version
@@ -48,9 +46,7 @@ def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     row_start, row_stop, column_start, column_stop = tile
     omega = grid_values(request.omega)[column_start:column_stop]
     clearance = grid_values(request.clearance)[row_start:row_stop]
-    names = {"kinds": omega[:0], "reasons": omega[:0]}
-    product = clearance[:, None] * omega
-    return {"omega": omega, "clearance": clearance, "kind": 0.0 * product, "product": product, **names}
+    return {"product": clearance[:, None] * omega}
 
 
 def compute_for(seconds: float) -> None:
@@ -83,7 +79,7 @@ def planted(mode: str) -> Process:
     def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
         if mode == "busy":
             compute_for(BUSY_SECONDS)
-        return assemble(request, plan, tiles)
+        return joined(plan, tiles)
 
     return Process(tile=tile, assembled=assembled)
 

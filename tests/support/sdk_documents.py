@@ -8,14 +8,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from grazemap.codec import encode_npz
-from grazemap.results import VERSION, DiscontinuityMapping, PeriodicOrbit, Structure, schema_of
-from grazemap.results.documents import Document, add_deprecated
+from grazemap.results import VERSION, DiscontinuityMapping, PeriodicOrbit, Structure, class_of
+from grazemap.results.documents import Document, document_of
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import canonical, parse_request
 
@@ -206,15 +205,9 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
         "units": "nondimensional",
         "notes": [],
     }
-    full = with_deprecated(schema_of(name, document(process)), document(process))
+    made = document(process)
+    full = document_of(class_of(name, made), **made)
     return encode_npz({**full, **(extra or {})}, meta)
-
-
-def with_deprecated(schema: RecordSchema, document: Document) -> Document:
-    """Return a document with the deprecated names of its fields too."""
-    full = deepcopy(document)
-    add_deprecated(schema, full)
-    return full
 
 
 def example(record: RecordSchema, sizes: Mapping[str, int], **given: Any) -> Document:

@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NoReturn
 
 from grazemap_worker.environment import one_thread
@@ -37,13 +38,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
-    from grazemap_worker.said import said
+    from redis.exceptions import RedisError
+
     from grazemap_worker.store import Store
-    from grazemap_worker.watchdog import beating
+    from grazemap_worker.watchdog import beating, repeated
+
+    workers = Store(settings.connect()).workers
+
+    def say_loading() -> None:
+        with suppress(RedisError):
+            workers.say_starting("loading the kernels")
 
     # An ordinary end while it loads; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
-    with beating(), said(Store(settings.connect()).workers.say_starting, lambda: "loading the kernels"):
+    with beating(), repeated(say_loading, 1.0):
         from grazemap_core import kernel_folder
         from grazemap_worker.supervision.kernels import Kernels
 

@@ -48,13 +48,15 @@ class RedisSettings(BaseSettings):
 
     def connect(self, tries: int = 1, socket_timeout: float = SOCKET_TIMEOUT) -> Redis:
         """Return a client; nothing is sent yet. `tries` and `socket_timeout` as in `store.connect`."""
-        password = self.redis_password.get_secret_value() if self.redis_password else None
-        return connect(self.redis_url, socket_timeout, tries, password=password or None)
+        return connect(self.redis_url, socket_timeout, tries, self._password)
 
     def connect_async(self) -> redis.asyncio.Redis:
         """Return a client for an event loop; nothing is sent yet."""
-        password = self.redis_password.get_secret_value() if self.redis_password else None
-        return redis.asyncio.Redis.from_url(self.redis_url, password=password or None, health_check_interval=10)
+        return redis.asyncio.Redis.from_url(self.redis_url, password=self._password, health_check_interval=10)
+
+    @property
+    def _password(self) -> str | None:
+        return (self.redis_password.get_secret_value() or None) if self.redis_password else None
 
 
 def refusal_text(error: ValidationError) -> str:

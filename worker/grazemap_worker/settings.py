@@ -10,6 +10,7 @@ from pydantic import Field
 
 from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
+from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 
 # A worker renews its lease every second while it works and every three while it waits; one that is killed loses its
 # tile when the lease runs out.
@@ -54,7 +55,9 @@ class WorkerSettings(RedisSettings):
     kernels: Annotated[Literal["ahead", "native"], Field(description="Whether those compiled ahead are used.")] = (
         "ahead"
     )
-    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
+    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = (
+        DEFAULT_RESULT_BYTES
+    )
     memory_bytes: Annotated[int, Field(ge=_LEAST_MEMORY, description="Memory for the computation of a tile.")] = Field(
         default_factory=_default_memory
     )

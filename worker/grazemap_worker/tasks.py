@@ -21,8 +21,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.results import VERSION, schema_of
-from grazemap.results.documents import add_deprecated
+from grazemap.results import VERSION
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
@@ -346,7 +345,6 @@ def _computed(claim: Claim, context: Context) -> Finished:
     began = _processor_seconds()
     document = compute()
     took = _processor_seconds() - began
-    add_deprecated(schema_of(claim.process, document), document)
     notes = [note.model_dump() for note in notes_on(claim.request)]
     data = encode_npz(document, {**_meta(claim, context), "notes": notes})
     return Finished(claim, data, took, lasting=process.lasting(document))

@@ -10,7 +10,7 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -32,24 +32,14 @@ def beat() -> None:
 
 
 @contextmanager
-def beating() -> Iterator[None]:
-    """Say so repeatedly while the main thread, which computes or looks at others within this block, goes on.
-
-    It goes on as long as it uses processor time. Call this from the main thread.
-    """
+def repeated(action: Callable[[], object], seconds: float) -> Iterator[None]:
+    """Call a function within this block, in a thread: at once, and again after every pause of so many seconds."""
     ended = threading.Event()
-    # not on every system of its own for a thread
-    clock = getattr(time, "pthread_getcpuclockid", lambda _: time.CLOCK_PROCESS_CPUTIME_ID)(threading.get_ident())
 
     def repeat() -> None:
-        last = -1.0
-        while True:
-            used = time.clock_gettime(clock)
-            if used > last:
-                beat()
-            last = used
-            if ended.wait(INTERVAL_SECONDS):
-                return
+        action()
+        while not ended.wait(seconds):
+            action()
 
     thread = threading.Thread(target=repeat, daemon=True)
     thread.start()
@@ -58,6 +48,26 @@ def beating() -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
+
+
+@contextmanager
+def beating() -> Iterator[None]:
+    """Say so repeatedly while the main thread, which computes or looks at others within this block, goes on.
+
+    It goes on as long as it uses processor time. Call this from the main thread.
+    """
+    # not on every system of its own for a thread
+    clock = getattr(time, "pthread_getcpuclockid", lambda _: time.CLOCK_PROCESS_CPUTIME_ID)(threading.get_ident())
+    last = -1.0
+
+    def beat_if_it_goes_on() -> None:
+        nonlocal last
+        before, last = last, time.clock_gettime(clock)
+        if last > before:
+            beat()
+
+    with repeated(beat_if_it_goes_on, INTERVAL_SECONDS):
+        yield
 
 
 class WatchdogSocket:

@@ -17,8 +17,8 @@ from grazemap.constants import ENGINEERING_UNITS, UNITS
 from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
-from grazemap.results.record import ARRAY_TYPES, ComplexArray, Record, named
+from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema
+from grazemap.results.record import ComplexArray, Record, named
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ RESULTS: dict[str, type[Result]] = {}
 """The classes of results by their names."""
 # No result has a longer list of texts, such as the reasons to which a map refers by numbers.
 _MOST_TEXTS = 1 << 16
-_SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
 
 
 def counted(items: Sized, noun: str) -> str:
@@ -270,14 +269,14 @@ def value_of(one: Field, value: Any) -> Any:
     if one.texts:
         if len(value) > _MOST_TEXTS:
             raise ValueError("a list of texts is too long")
-        return tuple(map(_SCALARS[one.type], value))
+        return tuple(map(TYPES[one.type], value))
     if one.dims:
-        array = np.asarray(value, dtype=ARRAY_TYPES[one.type])
+        array: NDArray[Any] = np.asarray(value, dtype=TYPES[one.type])
         # neither JSON nor npz has the second dimension of an array without rows
         return array if array.size else array.reshape(*array.shape, *[0] * (len(one.dims) - array.ndim))
     if one.type == "float":
         return np.nan if value is None else float(value)
-    return None if value is None else _SCALARS[one.type](value)
+    return None if value is None else TYPES[one.type](value)
 
 
 def _complex(pairs: Any) -> ComplexArray:

@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results.fields import Field, RecordSchema, ResultSchema
+from grazemap.results.fields import TYPES, Field, RecordSchema, ResultSchema
 from grazemap.results.observables import outputs_of
-from grazemap.results.record import ARRAY_TYPES
 from grazemap.results.records import Motion
 
 if TYPE_CHECKING:
@@ -154,18 +153,16 @@ class _Columns:
             elif isinstance(one.type, RecordSchema):
                 self.add_records(one.varied(dims=of.dims), values, prefix + one.prefix)
             elif not one.dims:
-                missing, kind = _MISSING[str(one.type)], ARRAY_TYPES[str(one.type)]
+                missing, kind = _MISSING[str(one.type)], TYPES[one.type]
                 incomplete = any((one.optional, one.null, of.optional, of.null)) and one.type != "str"
                 kind = np.float64 if incomplete else kind
-                column = np.array([missing if value is None else value for value in values], kind)
+                column: NDArray[Any] = np.array([missing if value is None else value for value in values], kind)
                 self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
             elif one.dims[-1] in _SHARED:
                 self._add_padded(one, name, along, values)
             elif not values or any(value is not None for value in values):
                 self._add_owners(one.dims[0], along, [len(value) for value in values])
-                self.add(
-                    one, name, one.dims, np.concatenate([np.zeros(0, ARRAY_TYPES[str(one.type)]), *values]), of.type
-                )
+                self.add(one, name, one.dims, np.concatenate([np.zeros(0, TYPES[one.type]), *values]), of.type)
 
     def number(self) -> None:
         """Add the coordinates of dimensions that are numbered from 1, and of the entries of states."""

@@ -1,27 +1,71 @@
-"""Documents and their schemas: deprecated names in documents, and documents from JSON."""
+"""Documents and their schemas: documents from fields, and documents from JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, NewType
 
 import numpy as np
 
 from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
 
+if TYPE_CHECKING:
+    from grazemap.results.record import Record
+
 Document = dict[str, Any]
-_DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
+ClassDocument = NewType("ClassDocument", Document)
+"""A document that `document_of` has made, with the names of the fields of a class."""
 
 
-def add_deprecated(record: RecordSchema, document: Document) -> None:
-    """Add the deprecated names of fields beside the names that replace them, in place, also in the records inside."""
-    for one in record:
-        value = document.get(one.name)
-        if isinstance(one.type, RecordSchema) and value is not None:
-            for item in value if one.dims else [value]:
-                add_deprecated(one.type, item)
-        if one.replaces in document:
-            document[one.name] = document[one.replaces]
+def document_of(kind: type[Record], source: object = None, /, **values: Any) -> ClassDocument:
+    """Return the document of a record or of a result, with the deprecated names of its fields.
+
+    Parameters
+    ----------
+    kind : class of a record or of a result
+    source
+        An object of the core, whose attributes are the fields without a value. What is None there is left out if not
+        every document has the field.
+    values
+        Values of fields. A record inside is its document, or the object of the core that it is made of, and complex
+        numbers need not be pairs.
+
+    Raises
+    ------
+    TypeError
+        The class, or that of a record inside, has no field of a name; or neither the values nor the object have one
+        that every document has.
+    """
+    document: Document = {}
+    for one in kind.schema:
+        if one.replaces:
+            values.pop(one.name, None)
+            if one.replaces in document:
+                document[one.name] = document[one.replaces]
+        elif one.name in values:
+            document[one.name] = _stored(one, values.pop(one.name))
+        elif one.optional and getattr(source, one.name, None) is None:
+            continue
+        elif hasattr(source, one.name):
+            document[one.name] = _stored(one, getattr(source, one.name))
+        else:
+            raise TypeError(f"a document of {kind.schema.name} lacks {one.name}")
+    if values:
+        raise TypeError(f"documents of {kind.schema.name} have no {', '.join(values)}")
+    return ClassDocument(document)
+
+
+def _stored(one: Field, value: Any) -> Any:
+    """Return the value of a field as documents have it."""
+    if isinstance(one.type, RecordSchema) and value is not None:
+        return [_record(one.type, item) for item in value] if one.dims else _record(one.type, value)
+    if one.type == "complex" and np.iscomplexobj(value):
+        return np.stack([value.real, value.imag], axis=-1)
+    return value
+
+
+def _record(record: RecordSchema, value: Any) -> Any:
+    return document_of(record.kind, **value) if isinstance(value, Mapping) else document_of(record.kind, value)
 
 
 def from_json(record: RecordSchema, document: Mapping[str, Any]) -> Document:
@@ -52,7 +96,7 @@ def _value_from_json(one: Field | None, value: Any) -> Any:
         return value
     if one.type == "str":
         return np.asarray(value, dtype=np.str_)
-    return np.asarray(value, dtype=one.dtype or _DTYPES[one.type])
+    return np.asarray(value, dtype=one.stored_dtype)
 
 
 def _guessed(value: Any) -> Any:

@@ -12,10 +12,14 @@ from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self
 
+import numpy as np
+
 VERSION = 2
 """The version of the layout of results."""
 
 Scalar = Literal["float", "int", "bool", "str", "complex"]
+TYPES: Mapping[Any, type] = {"float": float, "int": int, "bool": bool, "str": str, "complex": complex}
+"""The types of values; numpy takes them as those of arrays."""
 # Units that apply to nondimensional oscillators too.
 _ALWAYS = frozenset({"rad", "forcing periods"})
 
@@ -98,6 +102,11 @@ class Field:
     def optional(self) -> bool:
         """Whether there are results without it."""
         return bool(self.when) or bool(self.replaces)
+
+    @property
+    def stored_dtype(self) -> str:
+        """The name of the dtype of its arrays in documents, where pairs of real numbers stand for complex ones."""
+        return self.dtype or np.dtype(float if self.type == "complex" else TYPES[self.type]).name
 
     def unit_in(self, units: str) -> str:
         """Return its unit in results of an oscillator in SI, or in a nondimensional one; empty: it has none."""

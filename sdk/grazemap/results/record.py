@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.described import Made
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema, Scalar
+from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema, Scalar
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -29,8 +29,7 @@ BoolArray = NDArray[np.bool_]
 TextArray = NDArray[np.str_]
 ComplexArray = NDArray[np.complex128]
 
-ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
-_SCALARS: Mapping[Any, Scalar] = {float: "float", int: "int", bool: "bool", str: "str"}
+_SCALARS: Mapping[Any, Scalar] = {kind: name for name, kind in TYPES.items()}
 _ARRAYS: Mapping[Any, Scalar] = {
     FloatArray: "float",
     IntArray: "int",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import time
 from collections.abc import AsyncIterator, Iterable
 from functools import partial
@@ -22,11 +21,10 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentAsker, KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
+from grazemap_worker.store.jobs import EVENT_ID
 from grazemap_worker.store.records import Event
 
 _BEGINNING = "0"
-# at most 19 digits, which Redis always accepts
-_EVENT_ID = re.compile(r"\d{1,19}(?:-\d{1,19})?", re.ASCII)
 # Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
 # Seconds without events after which the store is looked at: at what the job waits for, and for events that were missed.
@@ -54,7 +52,7 @@ def resume_point(
     """Return the id after which the stream continues. Raises ProblemException if it is not an event's id."""
     if not last_event_id:
         return _BEGINNING
-    if not _EVENT_ID.fullmatch(last_event_id):
+    if not EVENT_ID.fullmatch(last_event_id):
         raise invalid("?last-event-id", "Not the id of an event", "an id of this stream")
     return last_event_id
 

@@ -8,12 +8,12 @@ from fastapi import APIRouter, Response
 from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel, Field
 
+from grazemap.version import __version__
 from grazemap.wire import ServiceStatus
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.metrics import with_zeros
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import KINDS
-from grazemap_service.settings import VERSION
 from grazemap_worker.store import is_full
 
 router = APIRouter(tags=["operations"])
@@ -87,7 +87,7 @@ def _status(context: Context) -> ServiceStatus:
             raise
         ready, detail = False, KINDS["storage-full"].meaning
     return ServiceStatus(
-        version=VERSION,
+        version=__version__,
         ready=ready,
         detail=detail,
         workers=counts.workers,

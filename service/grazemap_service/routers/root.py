@@ -5,10 +5,10 @@ from __future__ import annotations
 from fastapi import APIRouter
 from pydantic import BaseModel
 
+from grazemap.version import __version__
 from grazemap.wire import PROCESSES, Link
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import PREFIX
-from grazemap_service.settings import VERSION
 from grazemap_worker.planning.limits import MOST_RESULT_BYTES
 from grazemap_worker.planning.rates import MOST_TILE_SECONDS
 
@@ -58,7 +58,7 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
     settings = context.settings
     return ServiceDescription(
         name="grazemap",
-        version=VERSION,
+        version=__version__,
         core_version=context.core_version,
         processes=[
             ProcessDescription(

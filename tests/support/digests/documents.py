@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from grazemap import npz
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import schema_of
-from grazemap.results.documents import add_deprecated
 from grazemap.wire import parse_request
 from grazemap_core.numerics.jit.quick_compiler import hurry
 from grazemap_worker.processes import PROCESSES
@@ -65,7 +63,6 @@ def document(process: str, body: Body) -> bytes:
         plan = PROCESSES[process].plan(request)
         tiles = [decode_npz(encode_npz(computes.tile(request, tile), {}))[0] for tile in plan.tiles]
         found = computes.assembled(request, plan, tiles, _silent)
-    add_deprecated(schema_of(process, found), found)
     return encode_npz(found, {})
 
 

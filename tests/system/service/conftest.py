@@ -21,6 +21,7 @@ from grazemap_service import request_body
 from grazemap_service.app import create_app
 from grazemap_service.connections import bounded_server
 from grazemap_service.redis_server import RedisServer
+from grazemap_service.result_schemas import NUMERICS
 from grazemap_service.settings import Settings
 from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
 
@@ -140,9 +141,7 @@ class PlayedWorker:
         assert (store or self.store).results.commit([finished])[0] >= 0
 
     def finish(self, job_id: str, document: dict[str, Any] | None = None, meta: dict[str, Any] | None = None) -> bytes:
-        numerics = dict.fromkeys(
-            ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint"), "played"
-        )
+        numerics = dict.fromkeys(NUMERICS, "played")
         full = {**meta, "numerics": numerics} if meta else {"process": "grazing-curves"}
         data = encode_npz(document or example_document(), full)
         claim = self.store.tiles.claim(job_id, 0, WORKER, FINGERPRINT, 60)

@@ -22,13 +22,14 @@ from grazemap.results import SCHEMAS, VERSION, MotionShare, UnfoldingMap, schema
 from grazemap.results.base import decode_result
 from grazemap.wire import PROCESSES
 from grazemap_service.representations import render
+from grazemap_service.result_schemas import NUMERICS
 from tests.support.sdk_documents import REQUESTS, document, npz
 
 
 def in_json(process: str) -> dict[str, Any]:
     """A result as the service answers it."""
     whole, meta = decode_npz(npz(process))
-    numerics = dict.fromkeys(("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint"), "x")
+    numerics = dict.fromkeys(NUMERICS, "x")
     answer: dict[str, Any] = json.loads(render(encode_npz(whole, {**meta, "numerics": numerics}), "json"))
     return answer
 

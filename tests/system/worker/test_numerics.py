@@ -10,6 +10,7 @@ import sys
 import pytest
 from llvmlite import binding
 
+from grazemap_service.result_schemas import NUMERICS
 from grazemap_worker.numerics import numerics
 from tests.support.narrow import SETTINGS as NARROW
 
@@ -42,6 +43,10 @@ def test_the_processor_and_its_features_are_those_of_this_machine(here: dict[str
 
 def test_another_process_says_the_same() -> None:
     assert numerics().as_meta() == said({**os.environ})
+
+
+def test_the_document_of_the_api_has_their_fields(here: dict[str, str]) -> None:
+    assert tuple(here) == NUMERICS
 
 
 def test_a_processor_without_extensions_names_none(here: dict[str, str]) -> None:

@@ -77,18 +77,6 @@ def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Sto
     assert "tile" not in meta
 
 
-def test_a_result_has_the_deprecated_names_of_its_fields_too(worker: pytest.MonkeyPatch, store: Store) -> None:
-    def whole_map(request: UnfoldingMapsRequest, report: Report) -> Document:
-        return {"verified": np.array([[True, False, True]]), "period": np.array([[1, 2, 3]])}
-
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
-    job = submit(store, ONE)
-    drain(store)
-    document, _ = decode_npz(whole(store, job.id))
-    assert set(document) == {"verified", "certified", "period"}
-    np.testing.assert_array_equal(document["certified"], document["verified"])
-
-
 @pytest.mark.parametrize("mode", ["busy", "slow"])
 def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted(mode)})

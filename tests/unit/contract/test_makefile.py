@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
 
-VERSIONS = ["3.11", "3.12", "3.13", "3.14"]
-MAKEFILE = Path(__file__).parents[3] / "Makefile"
+from tools.first_start import PYTHONS
+
+ROOT = Path(__file__).parents[3]
 # what stands in for Python: it makes environments of itself, and otherwise does nothing
 PLAYED_PYTHON = """#!/bin/sh
 [ "$2" = venv ] && mkdir -p "$3/bin" && cp "$0" "$3/bin/python"
@@ -38,8 +40,9 @@ def clone(tmp_path: Path) -> Path:
     """A folder with the Makefile, and with environments that count as installed."""
     folder = tmp_path / "a folder's clone"
     program(folder / ".venv/bin/python", PLAYED_PYTHON)
-    (folder / "Makefile").write_text(MAKEFILE.read_text())
-    for name in ("requirements.lock", "pyproject.toml", ".venv/.run-stamp", ".venv/.stamp"):
+    for name in ("Makefile", "pyproject.toml"):
+        (folder / name).write_text((ROOT / name).read_text())
+    for name in ("requirements.lock", ".venv/.run-stamp", ".venv/.stamp"):
         (folder / name).touch()
     return folder
 
@@ -72,9 +75,9 @@ def test_kernels_are_compiled_into_the_folder_of_the_clone(clone: Path) -> None:
     assert make(clone, "digests").stdout.splitlines()[-1] == f"{clone}/.cache/grazemap"
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("version", PYTHONS)
 def test_the_newest_python_that_runs_makes_the_environment(clone: Path, version: str) -> None:
-    for other in VERSIONS:
+    for other in PYTHONS:
         text = PLAYED_PYTHON + f"# {other}\n" if other <= version else SHIM
         program(clone / f"bin/python{other}", text)
     for name in (".venv/.run-stamp", ".venv/.stamp", ".venv/bin/python"):
@@ -84,9 +87,16 @@ def test_the_newest_python_that_runs_makes_the_environment(clone: Path, version:
     assert (clone / ".venv/bin/python").read_text().endswith(f"# {version}\n")
 
 
+def test_the_oldest_and_the_newest_python_are_the_same_in_every_file() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    oldest, newest = PYTHONS[0], PYTHONS[-1]
+    assert project["project"]["requires-python"] == f">={oldest}"
+    assert f"Python {oldest} to {newest}" in (ROOT / "README.md").read_text()
+
+
 def test_without_such_a_python_the_reason_is_given(clone: Path) -> None:
     (clone / ".venv/.run-stamp").unlink()
-    for version in VERSIONS:
+    for version in PYTHONS:
         program(clone / f"bin/python{version}", SHIM)
     done = make(clone, ".venv/.run-stamp", path=f"{clone}/bin:")
     assert done.returncode != 0

@@ -6,18 +6,20 @@ import copy
 import dataclasses
 import pickle
 import pydoc
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import RESULTS, SCHEMAS, Family, Motion, UnfoldingMap, schema_of
+from grazemap.results import RESULTS, SCHEMAS, Family, Motion, PeriodicOrbit, UnfoldingMap, class_of, schema_of
+from grazemap.results.documents import document_of
 from grazemap.results.fields import RecordSchema
 from grazemap.results.record import FloatArray, Record, deprecated, field, stored
 from grazemap.wire import PROCESSES
 from tests.support.document_problems import problems
-from tests.support.sdk_documents import REQUESTS, document, with_deprecated
+from tests.support.sdk_documents import REQUESTS, document
 
 
 def records(record: RecordSchema) -> list[RecordSchema]:
@@ -136,7 +138,7 @@ def test_documents_are_checked_field_by_field(process: str) -> None:
     whole = document(process)
     schema = schema_of(process.split()[0], whole)
     assert problems(schema, whole) == []
-    assert problems(schema, with_deprecated(schema, whole)) == []
+    assert problems(schema, document_of(schema.kind, **whole)) == []
     assert problems(schema, decode_npz(encode_npz(whole, {}))[0]) == []
     for one in schema:
         if one.name not in whole:
@@ -149,6 +151,31 @@ def test_documents_are_checked_field_by_field(process: str) -> None:
             other = {**whole, one.name: whole[one.name].astype(np.complex64 if one.type != "str" else "S")}
             assert any(f"{one.name} is " in problem for problem in problems(schema, other))
     assert "not declared" in problems(schema, {**whole, "novelty": 1})[0]
+
+
+def test_a_document_is_made_of_objects_and_values() -> None:
+    number = SimpleNamespace(number=1.0, array=None, families=None, of_no_field=2)
+    made = document_of(Sample, number, name=None, texts=["x"], aside=SimpleNamespace(case=1, n=2))
+    assert made == {"number": 1.0, "certified": 1.0, "name": None, "texts": ["x"], "aside": {"case": 1, "n": 2}}
+    made = document_of(Sample, number=1.0, name="x", texts=[], array=None, families=[{"case": 1, "n": 2}, Family(2, 3)])
+    assert made["array"] is None
+    assert made["families"] == [{"case": 1, "n": 2}, {"case": 2, "n": 3}]
+    orbit = document("periodic-orbits") | {"multipliers": np.array([1.0 + 2.0j])}
+    np.testing.assert_array_equal(document_of(PeriodicOrbit, **orbit)["multipliers"], [[1.0, 2.0]])
+
+
+def test_a_wrong_or_a_missing_name_fails_where_a_document_is_made() -> None:
+    given: dict[str, Any] = {"number": 1.0, "name": "x", "texts": []}
+    for wrong, named in (
+        ({"numbers": 1.0}, "Sample have no numbers"),
+        ({"families": [{"case": 1}]}, "Family lacks n"),
+        ({"aside": {"case": 1, "n": 2, "m": 3}}, "Family have no m"),
+    ):
+        with pytest.raises(TypeError, match=named):
+            document_of(Sample, **given, **wrong)
+    for name in given:
+        with pytest.raises(TypeError, match=f"Sample lacks {name}"):
+            document_of(Sample, **{other: value for other, value in given.items() if other != name})
 
 
 def test_values_that_are_not_numbers_or_not_allowed_are_found() -> None:
@@ -167,10 +194,10 @@ def test_values_that_are_not_numbers_or_not_allowed_are_found() -> None:
 def test_deprecated_names_stand_beside_what_replaces_them() -> None:
     for process in ("unfolding-maps", "unfolding-maps of computed points", "unfolding-diagrams"):
         whole = document(process)
-        full = with_deprecated(schema_of(process.split()[0], whole), whole)
+        full = document_of(class_of(process.split()[0], whole), **whole)
         inside = full.get("at_computed") or full.get("unfolding_map") or full
         np.testing.assert_array_equal(inside["certified"], inside["verified"])
-    orbit = with_deprecated(schema_of("periodic-orbits", {}), document("periodic-orbits"))
+    orbit = document_of(PeriodicOrbit, **document("periodic-orbits"))
     assert (orbit["certified"], orbit["motion"]["certified"]) == (False, False)
     named = [one.name for schema in SCHEMAS for record in records(schema) for one in record if one.replaces]
     assert set(named) == {"certified"}

@@ -301,11 +301,6 @@ def setup_seconds(oscillator: Oscillator) -> float:
     return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2
 
 
-def _chaotic(oscillator: Oscillator) -> float:
-    """Return the share of trajectories that are expected to be chaotic: more where impacts take less energy."""
-    return max(rates.LEAST_UNSETTLED, rates.MOST_UNSETTLED * _largest_restitution(oscillator) ** rates.UNSETTLED_POWER)
-
-
 class Settling(NamedTuple):
     """How trajectories settle on average."""
 
@@ -327,7 +322,10 @@ def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settli
     if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
         free = free | rests
     alike = rates.LEAST_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
-    share = np.where(free | rests, 0.0, np.where(alike > max_periods, 1.0, _chaotic(oscillator)))
+    # more are chaotic where impacts take less energy
+    power = _largest_restitution(oscillator) ** rates.UNSETTLED_POWER
+    chaotic = max(rates.LEAST_UNSETTLED, rates.MOST_UNSETTLED * power)
+    share = np.where(free | rests, 0.0, np.where(alike > max_periods, 1.0, chaotic))
     periods = np.fmin(alike + share * max_periods, max_periods)
     unsettled = float(share.mean())
     counted = np.fmin(impacts, rates.MOST_ORBIT_IMPACTS)

@@ -1,8 +1,8 @@
 """The processes: what each of them costs and computes, one module per process, named after it.
 
-The input is a validated request, the output a document (see `grazemap.codec`) with the fields of the class of its
-result (see `grazemap.results`), without their deprecated names. The core is imported when a process first computes, so
-that the service can plan requests without it.
+The input is a validated request, the output a document that `document_of` makes with the class of the result (see
+`grazemap.results`). The core is imported when a process first computes, so that the service can plan requests without
+it.
 """
 
 from __future__ import annotations

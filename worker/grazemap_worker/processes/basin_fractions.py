@@ -8,24 +8,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinFractionsRequest, StateRange, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, longest_period, setup_seconds
 from grazemap_worker.planning.limits import Count, Limits, of_points
 from grazemap_worker.processes.basins import plan_of_states
-from grazemap_worker.processes.conversion import (
-    chance_document,
-    core_line,
-    fields,
-    joined,
-    label,
-)
+from grazemap_worker.processes.conversion import core_line, joined, known, label
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.maps.basin_fractions import Point, Ranges
+    from grazemap_core.maps.basins import Attractor
 
 
 def _tiling(request: BasinFractionsRequest) -> Plan:
@@ -44,21 +42,6 @@ def _counts(request: BasinFractionsRequest, limits: Limits) -> list[Count]:
     ]
 
 
-_ARRAYS = (
-    "states",
-    "share",
-    "share_error",
-    "mean_position",
-    "mean_velocity",
-    "multiplier",
-    "lyapunov",
-    "verified",
-    "unresolved",
-    "unresolved_error",
-    "sensitive",
-)
-
-
 def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
     """Return the arrays [value, state] of the core for some values and states. Raises CoreError."""
     from grazemap_core.maps.basin_fractions import fraction_tile, random_states
@@ -72,29 +55,30 @@ def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
 
 def assemble(
     request: BasinFractionsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
-) -> Document:
+) -> ClassDocument:
     """Return the attractors along the parameter with their shares, from the documents of the tiles."""
-    from grazemap_core.maps.basin_fractions import NAME, basin_fractions, random_states
+    from grazemap_core.maps.basin_fractions import basin_fractions, random_states
     from grazemap_core.maps.chaotic_transients import chance_in_fractions
 
-    whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
+    whole = joined(plan, tiles)
     points = _points(request)
     ranges = _ranges(request, points)
     states = random_states(points, ranges, request.states, request.seed)
     found = basin_fractions(whole)
     values = grid_values(request.range)
     chance = chance_in_fractions(whole["kind"], points, states, request.phase, request.max_periods, request.max_period)
-    return {
-        "parameter": values,
-        "attractors": [
-            _named(fields(attractor, *NAME), values[there > 0])
+    return document_of(
+        results.BasinFractions,
+        found,
+        parameter=values,
+        attractors=[
+            _attractor(attractor, values[there > 0])
             for attractor, there in zip(found.attractors, found.states, strict=True)
         ],
-        **fields(found, *_ARRAYS),
-        "displacement": ranges.displacement,
-        "velocity": ranges.velocity,
-        **chance_document(chance),
-    }
+        displacement=ranges.displacement,
+        velocity=ranges.velocity,
+        **known({"chance_to_settle": chance}),
+    )
 
 
 def _points(request: BasinFractionsRequest) -> list[Point]:
@@ -113,10 +97,10 @@ def _pairs(ranges: list[StateRange] | None) -> Any:
     return None if ranges is None else np.array([(one.start, one.stop) for one in ranges])
 
 
-def _named(name: Document, values: Any) -> Document:
-    """Return an attractor with its label, and the values between which it was found."""
-    named = {part: value for part, value in name.items() if value is not None}
-    return named | {"label": label(named), "first": float(values[0]), "last": float(values[-1]), "found": len(values)}
+def _attractor(found: Attractor, values: NDArray[np.float64]) -> Document:
+    """Return the document of an attractor with its label, and the values between which it was found."""
+    ends = {"first": float(values[0]), "last": float(values[-1])}
+    return document_of(results.ContinuedAttractor, found, label=label(found), found=len(values), **ends)
 
 
 PROCESS = Process(

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinCoordinate, BasinFractionsRequest, BasinsRequest, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import (
@@ -21,18 +23,11 @@ from grazemap_worker.planning.costs import (
 )
 from grazemap_worker.planning.limits import Count, Limits, of_grid
 from grazemap_worker.planning.plan import estimated, even, pixels_per_tile
-from grazemap_worker.processes.conversion import (
-    chance_document,
-    core_clearance,
-    core_oscillator,
-    joined,
-    label,
-    record,
-)
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, joined, known, label, reasons
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
-    from grazemap_core.maps.basins import Coordinate
+    from grazemap_core.maps.basins import Attractor, Coordinate
 
 
 def _tiling(request: BasinsRequest) -> Plan:
@@ -93,29 +88,28 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     return basin_tile(*_arguments(request, tile.rows, tile.columns))
 
 
-def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
+def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> ClassDocument:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
     from grazemap_core.maps.basin_boundary import basin_entropy, evenly_spaced, uncertainty
     from grazemap_core.maps.basins import attractors
     from grazemap_core.maps.chaotic_transients import chance_in_basins
-    from grazemap_core.simulation.motion import REASONS
 
-    whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
+    whole = joined(plan, tiles)
     labels, found = attractors(whole)
     chance = chance_in_basins(whole["kind"], *_arguments(request, slice(None), slice(None)))
     sides = {name: grid_values(getattr(request, name).values) for name in ("horizontal", "vertical")}
     even = all(map(evenly_spaced, sides.values()))
     measured = {"basin_entropy": basin_entropy, "uncertainty": uncertainty} if even else {}
     boundary = {name: measure(labels) for name, measure in measured.items()}
-    return {
+    return document_of(
+        results.Basins,
         **sides,
-        "label": labels,
-        "attractors": [_named(record(attractor)) for attractor in found],
+        label=labels,
+        attractors=list(map(_attractor, found)),
         **{name: whole[name] for name in _OF_STATES},
-        "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
-        **{name: dict(vars(found)) for name, found in boundary.items() if found is not None},
-        **chance_document(chance),
-    }
+        reasons=np.array(reasons()),
+        **known(boundary | {"chance_to_settle": chance}),
+    )
 
 
 def _arguments(request: BasinsRequest, rows: slice, columns: slice) -> tuple[Any, ...]:
@@ -141,10 +135,10 @@ def _coordinate(coordinate: BasinCoordinate, part: slice) -> Coordinate:
     return Coordinate(coordinate.quantity, coordinate.mass, grid_values(coordinate.values)[part])
 
 
-def _named(attractor: dict[str, Any]) -> dict[str, Any]:
-    """Return an attractor's record with the label of its motion, None for figures that are not known."""
-    unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(attractor[name])}
-    return attractor | unknown | {"label": label(attractor)}
+def _attractor(found: Attractor) -> Document:
+    """Return the document of an attractor with the label of its motion, None for figures that are not known."""
+    unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(getattr(found, name))}
+    return document_of(results.Attractor, found, label=label(found), **unknown)
 
 
 PROCESS = Process(

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
 from grazemap_worker.planning.costs import branch_point_seconds, longest_period, period_cost
 from grazemap_worker.planning.rates import (
@@ -91,31 +93,31 @@ NOTHING_FOUND = (
 )
 
 
-def compute(request: BifurcationCurvesRequest, report: Report) -> Document:
+def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
     """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
     if request.is_explicit:
-        return {"curves": _closed_form(request), "motions": []}
+        return document_of(results.BifurcationCurves, curves=_closed_form(request), motions=[])
     plane = core_plane(request.plane)
-    curves: list[dict[str, Any]] = []
-    motions: list[dict[str, Any]] = []
+    curves: list[Document] = []
+    motions: list[Document] = []
     followed = request.followed
     for number, motion in enumerate(followed):
         report(number, len(followed))
         found = _orbit(plane, request, motion)
-        named = fields(motion, "period", "stops")
+        known: Document
         if isinstance(found, str):
-            nothing = dict.fromkeys((*request.axes, "label"))
-            motions.append({**named, **nothing, "admissible": False, "reason": found})
-            continue
-        orbit, at = found
-        place = dict(zip(request.axes, map(at.value, plane.names), strict=True))
-        label = motion_label(orbit.least_period, *orbit.impacts_per_period)
-        motions.append({**named, **place, "admissible": orbit.admissible, "label": label, "reason": None})
-        curves += _continued(plane, request, number, found)
-    return {"curves": curves, "motions": motions}
+            known = {**dict.fromkeys(request.axes), "label": None, "admissible": False, "reason": found}
+        else:
+            orbit, at = found
+            label = motion_label(orbit.least_period, *orbit.impacts_per_period)
+            known = {"label": label, "admissible": orbit.admissible, "reason": None}
+            known |= zip(request.axes, map(at.value, plane.names), strict=True)
+            curves += _continued(plane, request, number, found)
+        motions.append(document_of(results.FollowedMotion, period=motion.period, stops=motion.stops, **known))
+    return document_of(results.BifurcationCurves, curves=curves, motions=motions)
 
 
-def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
+def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
     from grazemap_core.orbits.window_curves import window_curves
 
     plane = request.plane
@@ -125,13 +127,14 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
     varied = _varied(other.vary, plane.parameters)
     names = request.axes if omega is across else request.axes[::-1]
     return [
-        {
+        document_of(
+            results.BifurcationCurve,
             **fields(piece, "type", "period", "impacts_right", "impacts_left", "symmetric", "admissible", "stop"),
             **dict(zip(names, (piece.omega, piece.value), strict=True)),
-            "impact_velocity": piece.impact_velocity,
-            "motion": motion_label(piece.period, piece.impacts_right, piece.impacts_left),
-            "ends": list(piece.ends),
-        }
+            impact_velocity=piece.impact_velocity,
+            motion=motion_label(piece.period, piece.impacts_right, piece.impacts_left),
+            ends=list(piece.ends),
+        )
         for piece in window_curves(oscillator, omega.ends, other.ends, request.max_multiple, request.points, varied)
     ]
 
@@ -177,9 +180,7 @@ def _ends(axis: Axis) -> tuple[float, float]:
     return float(axis.values[0]), float(axis.values[-1])
 
 
-def _continued(
-    plane: Plane, request: BifurcationCurvesRequest, number: int, found: OrbitPoint
-) -> Iterator[dict[str, Any]]:
+def _continued(plane: Plane, request: BifurcationCurvesRequest, number: int, found: OrbitPoint) -> Iterator[Document]:
     """Yield the pieces of a motion's curves; `number` is that of the motion in the request."""
     from grazemap_core.continuation.motion_curves import motion_curves
 
@@ -190,7 +191,7 @@ def _continued(
         yield from _pieces(curve, number, further, request.axes)
 
 
-def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[dict[str, Any]]:
+def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[Document]:
     """Yield the pieces of a curve, each wholly admissible or wholly inadmissible; `axes` names its two parameters."""
     keep = np.ones(len(curve.stops), dtype=np.bool_)
     if further and curve.impact is not None:  # the motion without the contact that appears
@@ -216,24 +217,24 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
         if len(members) < 2:
             continue
         each = ("clearance_right", "clearance_left") if axes[0] == "omega" and curve.plane[1] != "clearance" else ()
-        yield {
+        yield document_of(
+            results.BifurcationCurve,
             **fields(curve, "type", "period", "symmetric"),
-            "motion": motion_label(curve.period, right, left),
-            "impacts_right": right,
-            "impacts_left": left,
-            "admissible": bool(curve.admissible[members[0]]),
-            "stop": 0 if curve.impact is None else int(curve.stops[curve.impact]),
-            axes[0]: curve.horizontal[members],
-            axes[1]: curve.vertical[members],
+            motion=motion_label(curve.period, right, left),
+            impacts_right=right,
+            impacts_left=left,
+            admissible=bool(curve.admissible[members[0]]),
+            stop=0 if curve.impact is None else int(curve.stops[curve.impact]),
+            **{axes[0]: curve.horizontal[members], axes[1]: curve.vertical[members]},
             **{name: finite(curve.values_of(name)[members]) for name in each},
-            "impact_velocity": least[members],
-            "ends": [ends[0] if place == 0 else "admissible", ends[1] if place == len(runs) - 1 else "admissible"],
-            "of_motion": number,
-            "impact": impact,
-            "stops": stops.tolist(),
-            "phases": phases[members],
-            "velocities": velocities[members],
-        }
+            impact_velocity=least[members],
+            ends=[ends[0] if place == 0 else "admissible", ends[1] if place == len(runs) - 1 else "admissible"],
+            of_motion=number,
+            impact=impact,
+            stops=stops.tolist(),
+            phases=phases[members],
+            velocities=velocities[members],
+        )
 
 
 PROCESS = Process(

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationDiagramsRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import (
-    Samples,
-    chance_seconds,
-    longest_period,
-    setup_seconds,
-)
+from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
 from grazemap_worker.planning.limits import MOST_RESULT_BYTES, Count, Limits, of_points
-from grazemap_worker.processes.conversion import (
-    chance_document,
-    core_line,
-    counted,
-    fields,
-)
+from grazemap_worker.processes.conversion import core_line, counted, known
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.trajectories import motion_document
@@ -64,7 +56,7 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
 REPORTS = 100
 
 
-def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
+def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocument:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
@@ -85,18 +77,18 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
         listed.reverse()
     watched = request.transient_periods + request.periods + EXPONENT_PERIODS
     chance = chance_in_diagram(line, listed, watched, request.max_period)
-    return {
-        "parameter": values,
-        "sections": list(map(_record, listed)),
-        **chance_document(chance),
+    return document_of(
+        results.BifurcationDiagram,
+        parameter=values,
+        sections=list(map(_section, listed)),
+        **known({"chance_to_settle": chance}),
         **observed_document(request, np.stack([section.figures for section in listed], axis=1)),
-    }
+    )
 
 
-def _record(section: Section) -> dict[str, Any]:
-    found = fields(section, "displacement", "velocity", "impact_velocity", "impact_stop", "sensitive")
-    growth = None if math.isnan(section.transient_growth) else section.transient_growth
-    return {**found, "transient_growth": growth, "motion": motion_document(section.motion)}
+def _section(found: Section) -> Document:
+    growth = None if math.isnan(found.transient_growth) else found.transient_growth
+    return document_of(results.Section, found, motion=motion_document(found.motion), transient_growth=growth)
 
 
 PROCESS = Process(

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from grazemap.codec import Document
+from grazemap import results
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import CodimensionTwoPointsRequest, DiscontinuityMappingsRequest, GrazingCurvesRequest
 from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds, setup_seconds
-from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
+    from grazemap_core.grazing.codimension_two import CodimensionTwoPoint
     from grazemap_core.grazing.one_stop import VariedStop
     from grazemap_core.model.oscillator import Oscillator
 
@@ -41,22 +43,23 @@ def varied_stops(
 
 def special_points(
     oscillator: Oscillator, start: float, stop: float, max_order: int, max_multiple: int, varied: list[VariedStop]
-) -> list[Any]:
-    """Return the codimension-two points of the curves of these stops as records, by increasing omega."""
+) -> list[CodimensionTwoPoint]:
+    """Return the codimension-two points of the curves of these stops, by increasing omega."""
     from grazemap_core.grazing.codimension_two import codimension_two_points
 
     each: list[VariedStop | None] = [*varied] or [None]
     points = [
         point for one in each for point in codimension_two_points(oscillator, start, stop, max_order, max_multiple, one)
     ]
-    return [record(point) for point in sorted(points, key=lambda point: point.omega)]
+    return sorted(points, key=lambda point: point.omega)
 
 
-def compute(request: CodimensionTwoPointsRequest, report: Report) -> Document:
+def compute(request: CodimensionTwoPointsRequest, report: Report) -> ClassDocument:
     """Return points, a list of records in the order of omega. Raises CoreError."""
     oscillator, omega = core_oscillator(request.oscillator), request.omega
     orders = request.max_order, request.max_multiple
-    return {"points": special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))}
+    points = special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))
+    return document_of(results.CodimensionTwoPoints, points=points)
 
 
 PROCESS = Process(whole=compute, seconds=expected_seconds)

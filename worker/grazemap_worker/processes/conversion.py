@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache, lru_cache
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grazemap.codec import Document
+from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import ClearancePair, Forcing, Matrices, Oscillator, ProcessRequest, grid_values, motion_label
 from grazemap.wire.planes import Line, Parameters, is_structural, structure_value, with_parameter
 from grazemap_worker.planning import Plan
@@ -20,13 +20,14 @@ from grazemap_worker.processes.process import Report
 
 if TYPE_CHECKING:
     from grazemap_core.continuation.parameters import ParameterPoint
-    from grazemap_core.maps.chaotic_transients import ChanceToSettle
+    from grazemap_core.maps.basins import Attractor
     from grazemap_core.maps.planes import Line as CoreLine
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
+    from grazemap_core.simulation.motion import Motion
 
 Item = TypeVar("Item")
-EVIDENCE = ("isolated", "admissible", "stable", "verified")
-"""The names of the checks of an orbit, or of the orbits of a branch."""
+STOPS = {"A": 1, "C": -1}
+"""The numbers of the stops by their names in the paper."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
@@ -138,29 +139,6 @@ def core_clearance(clearance: float | ClearancePair) -> float | tuple[float | No
     return (clearance.right, clearance.left) if isinstance(clearance, ClearancePair) else clearance
 
 
-def record(item: Any) -> Any:
-    """Return a dataclass or named tuple of the core as plain values, without fields of a dataclass that are None."""
-    if isinstance(item, float | int | str):
-        return item.item() if isinstance(item, np.generic) else item
-    if dataclasses.is_dataclass(item) and not isinstance(item, type):
-        values = ((name, getattr(item, name)) for name in _names(type(item)))
-        return {name: record(value) for name, value in values if value is not None}
-    if isinstance(item, tuple) and hasattr(item, "_asdict"):
-        return record(item._asdict())
-    if isinstance(item, dict):
-        return {name: record(value) for name, value in item.items()}
-    if isinstance(item, list | tuple | np.ndarray):
-        return [record(entry) for entry in item]
-    if isinstance(item, np.generic):
-        return item.item()
-    return item
-
-
-@cache
-def _names(kind: Any) -> list[str]:
-    return [field.name for field in dataclasses.fields(kind)]
-
-
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
     """Return the JSON pointer of the request's field that an error of the core names, or None."""
     if request.oscillator.matrices is not None and name in Matrices.model_fields:
@@ -175,25 +153,35 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
     return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None
 
 
-def pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return complex numbers (...) as real and imaginary parts, (..., 2), as JSON has no complex numbers."""
-    return np.stack([values.real, values.imag], axis=-1)
-
-
 def fields(found: Any, *names: str) -> Document:
     """Return the named attributes of an object."""
     return {name: getattr(found, name) for name in names}
 
 
-def label(motion: Mapping[str, Any]) -> str | None:
-    """Return the label of a motion from its record; None where its period or its impacts are not known."""
-    counts: list[Any] = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
-    return motion_label(*counts) if None not in counts else None
+def label(motion: Motion | Attractor) -> str | None:
+    """Return the label of a motion; None where its period or its impacts are not known."""
+    if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
+        return None
+    return motion_label(motion.period, motion.impacts_right, motion.impacts_left)
 
 
-def chance_document(chance: ChanceToSettle | None) -> Document:
-    """Return the field of a result that has the chance of its chaotic motions to settle, if there are any."""
-    return {} if chance is None else {"chance_to_settle": record(chance)}
+def known(values: Mapping[str, Any]) -> Document:
+    """Return the values that are not None."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def nothing_in(record: RecordSchema, **values: Any) -> Document:
+    """Return the document of what was not found: arrays without entries, NaN, 0 and False, but for some values."""
+    return {one.name: nothing_of(one) for one in record if not one.optional and one.name not in values} | values
+
+
+def nothing_of(one: Field) -> Any:
+    """Return the value of a field in such a document; that of a text must be given."""
+    if isinstance(one.type, RecordSchema):
+        return [] if one.dims else nothing_in(one.type)
+    if one.dims:
+        return np.zeros([0] * len(one.dims), one.stored_dtype)
+    return {"float": np.nan, "int": 0, "bool": False}[str(one.type)]
 
 
 def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
@@ -204,9 +192,19 @@ def counted(found: Iterable[Item], count: int, report: Report, times: int) -> It
         yield item
 
 
-def joined(plan: Plan, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return an array of the grid, joined from those of its tiles in the plan's order."""
-    array = np.empty((plan.rows, plan.columns), dtype=parts[0].dtype)
-    for tile, part in zip(plan.tiles, parts, strict=True):
-        array[tile.rows, tile.columns] = part
-    return array
+def joined(plan: Plan, tiles: Sequence[Document], but: Container[str] = ()) -> Document:
+    """Return the arrays of the grid, joined from those of its tiles in the plan's order, but for some."""
+    whole = {}
+    for name in tiles[0]:
+        if name not in but:
+            whole[name] = np.empty((plan.rows, plan.columns), dtype=tiles[0][name].dtype)
+            for tile, part in zip(plan.tiles, tiles, strict=True):
+                whole[name][tile.rows, tile.columns] = part[name]
+    return whole
+
+
+def reasons() -> list[str]:
+    """Return the reasons why motions are unresolved, or are not verified, by their codes."""
+    from grazemap_core.simulation.motion import REASONS
+
+    return [REASONS.get(code, "") for code in range(1 + max(REASONS))]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from grazemap.codec import Document
+from grazemap import results
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import DiscontinuityMappingsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits
 from grazemap_worker.processes.codimension_two_points import varied_stops
-from grazemap_worker.processes.conversion import core_oscillator, fields
+from grazemap_worker.processes.conversion import STOPS, core_oscillator
 from grazemap_worker.processes.process import Process, Report
 
 
@@ -34,10 +35,7 @@ def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count
     ]
 
 
-STOPS = {"A": 1, "C": -1}
-
-
-def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
+def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocument:
     """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
 
     Raises CoreError.
@@ -77,33 +75,36 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
         displacement[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
         compared.append(compare_returns(point, np.zeros(size), request.returns, depth, request.order))
     state = point.state + beyond
-    return {
-        "omega": request.omega,
-        **fields(point, "clearance", "stop"),
-        "grazing": fields(point, "state", "vector_field", "acceleration", "beta", "gamma"),
-        "overshoot": overshoot,
-        "largest_overshoot": largest,
-        "state": state,
-        "mapped": state + displacement,
-        "displacement": displacement,
-        "size": errors.displacement,
-        "error": errors.leading,
-        "error_of_second_order": errors.second,
-        "fitted_order": errors.leading_order,
-        "fitted_order_of_second": errors.second_order,
-        "jacobian": return_jacobian(point),
-        "jacobian_opposite": return_jacobian(point.next()),
-        **fields(sequence, "xi", "first_recurrence", "recurrence_stop"),
-        "next_contact": fields(contact, "order", "stop", "margin"),
+    return document_of(
+        results.DiscontinuityMapping,
+        sequence,
+        omega=request.omega,
+        clearance=point.clearance,
+        stop=stop,
+        grazing=point,
+        overshoot=overshoot,
+        largest_overshoot=largest,
+        state=state,
+        mapped=state + displacement,
+        displacement=displacement,
+        size=errors.displacement,
+        error=errors.leading,
+        error_of_second_order=errors.second,
+        fitted_order=errors.leading_order,
+        fitted_order_of_second=errors.second_order,
+        jacobian=return_jacobian(point),
+        jacobian_opposite=return_jacobian(point.next()),
+        next_contact=contact,
         **({"margin": point.margin} if np.isfinite(point.margin) else {}),
-        "returns": {
-            "mapped": np.array([one.mapped.deviation for one in compared]),
-            "simulated": np.array([one.simulated.deviation for one in compared]),
-            "mapped_overshoot": np.array([one.mapped.overshoot for one in compared]),
-            "simulated_overshoot": np.array([one.simulated.overshoot for one in compared]),
-            "error": np.array([one.error for one in compared]),
-        },
-    }
+        returns=document_of(
+            results.Returns,
+            mapped=np.array([one.mapped.deviation for one in compared]),
+            simulated=np.array([one.simulated.deviation for one in compared]),
+            mapped_overshoot=np.array([one.mapped.overshoot for one in compared]),
+            simulated_overshoot=np.array([one.simulated.overshoot for one in compared]),
+            error=np.array([one.error for one in compared]),
+        ),
+    )
 
 
 PROCESS = Process(whole=compute, seconds=_seconds, counts=_counts, longest_period=_longest_period, kernels="orbits")

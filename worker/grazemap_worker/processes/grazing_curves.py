@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds
@@ -37,7 +39,7 @@ _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].d
 _SIDES = {1: "right", -1: "left"}
 
 
-def compute(request: GrazingCurvesRequest, report: Report) -> Document:
+def compute(request: GrazingCurvesRequest, report: Report) -> ClassDocument:
     """Return the fields of the result's schema: one curve of equal stops, or one of each stop that varies.
 
     The points are the codimension-two points between the first and the last omega, of all kinds, with the default
@@ -51,21 +53,22 @@ def compute(request: GrazingCurvesRequest, report: Report) -> Document:
     omega = grid_values(request.omega)
     report(0, 2)
     varied = varied_stops(request)
-    document: Document
-    if not varied:
-        curve = grazing_curve(oscillator, omega, request.max_order)
-        document = {"xi": xi_along(oscillator, omega, request.max_order)} if request.sequence else {}
-        document |= fields(curve, "omega", "clearance", "phase", "first_recurrence", "recurrence_stop")
-    else:
-        document = {"contact_equilibrium": contact_equilibrium(oscillator), "omega": omega}
-        for stop in varied:
-            grazes, side = stop_grazes(oscillator, omega, stop, request.max_order), _SIDES[stop.stop]
-            found = fields(grazes, "clearance", "phase", "virtual", "first_recurrence")
-            found["margin"] = np.where(np.isfinite(grazes.margin), grazes.margin, np.nan)
-            document |= {f"{name}_{side}": values for name, values in found.items()}
+    curve = None if varied else grazing_curve(oscillator, omega, request.max_order)
+    sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if curve and request.sequence else {}
+    of_stops: Document = {}
+    for stop in varied:
+        grazes, side = stop_grazes(oscillator, omega, stop, request.max_order), _SIDES[stop.stop]
+        found = fields(grazes, "clearance", "phase", "virtual", "first_recurrence")
+        found["margin"] = np.where(np.isfinite(grazes.margin), grazes.margin, np.nan)
+        of_stops |= {f"{name}_{side}": values for name, values in found.items()}
     report(1, 2)
-    ends = float(omega[0]), float(omega[-1])
-    return document | {"points": special_points(oscillator, *ends, request.max_order, _MOST_MULTIPLE, varied)}
+    points = special_points(oscillator, float(omega[0]), float(omega[-1]), request.max_order, _MOST_MULTIPLE, varied)
+    if curve is not None:
+        return document_of(results.GrazingCurve, curve, points=points, **sequence)
+    equilibrium = contact_equilibrium(oscillator)
+    return document_of(
+        results.StopGrazingCurves, contact_equilibrium=equilibrium, omega=omega, points=points, **of_stops
+    )
 
 
 PROCESS = Process(whole=compute, seconds=expected_seconds, counts=_counts)

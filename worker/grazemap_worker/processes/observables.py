@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
+from grazemap.results.documents import document_of
 from grazemap.results.observables import MEANS as FIGURES
+from grazemap.results.observables import Output
 from grazemap.wire.observables import ObservedRequest
 
 if TYPE_CHECKING:
@@ -20,13 +22,14 @@ OUTPUTS = "outputs"
 
 def core_observables(request: ObservedRequest) -> Observables | None:
     """Return what a request reads off motions, None where that is nothing."""
-    from grazemap_core.simulation.observables import Observables, Output
+    from grazemap_core.simulation.observables import Observables
+    from grazemap_core.simulation.observables import Output as CoreOutput
 
     if not request.observed:
         return None
     nothing = [0.0] * request.oscillator.size
     outputs = [
-        Output(name, np.array(one.displacement or nothing), np.array(one.velocity or nothing))
+        CoreOutput(name, np.array(one.displacement or nothing), np.array(one.velocity or nothing))
         for name, one in request.outputs.items()
     ]
     return Observables(tuple(request.observables), tuple(outputs))
@@ -41,11 +44,12 @@ def observed_document(request: ObservedRequest, figures: NDArray[np.float64] | N
     if request.outputs:
         of_outputs = values[len(request.observables) :]
         document[OUTPUTS] = [
-            {
-                "name": name,
-                "unit": one.unit,
+            document_of(
+                Output,
+                name=name,
+                unit=one.unit,
                 **dict(zip(MEANS, of_outputs[len(MEANS) * k : len(MEANS) * (k + 1)], strict=True)),
-            }
+            )
             for k, (name, one) in enumerate(request.outputs.items())
         ]
     return document

@@ -8,28 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
 from grazemap.wire.planes import is_structural, with_parameter
 from grazemap.wire.process import LONGEST_PERIOD
 from grazemap.wire.structure import as_pair
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import (
-    Points,
-    branch_point_seconds,
-    contact_force,
-    longest_at_point,
-    period_impacts,
-)
+from grazemap_worker.planning.costs import Points, branch_point_seconds, contact_force, longest_at_point, period_impacts
 from grazemap_worker.processes import periodic_orbits
-from grazemap_worker.processes.conversion import (
-    EVIDENCE,
-    core_oscillator,
-    fields,
-    pairs,
-    varying_oscillator,
-)
+from grazemap_worker.processes.conversion import core_oscillator, fields, nothing_in, varying_oscillator
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.periodic_orbits import clearances, orbit_asked_for
 from grazemap_worker.processes.process import Process, Report
@@ -71,13 +61,12 @@ def _points(request: OrbitBranchesRequest) -> float:
     return rates.BRANCH_POINTS + turning
 
 
-_PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
 _OF_EACH = ("clearance_right", "clearance_left", "restitution_right", "restitution_left", "bias", "forcing")
 # Parameters of which branches have no further fields.
 _OF_BOTH = ("clearance", "omega", "restitution")
 
 
-def compute(request: OrbitBranchesRequest, report: Report) -> Document:
+def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
     """Return the branch of the orbit; without an orbit, a branch without points and the reason. Raises CoreError."""
     from grazemap_core.continuation.branch_switching import starts_beyond
     from grazemap_core.continuation.branches import orbit_branch
@@ -103,21 +92,21 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
         branch.period / branch.divisor,
         branch.symmetric,
     )
-    return {
-        "parameter": branch.values,
-        **fields(branch, *_PER_POINT, *EVIDENCE, "period", "symmetric"),
+    return document_of(
+        results.OrbitBranch,
+        branch,
+        parameter=branch.values,
         **{name: finite(branch.values_of(name)) for name in _further(request)},
-        "stops": stops,
-        "phases": phases,
-        "velocities": velocities,
-        "multipliers": pairs(branch.multipliers),
-        "special_points": [
+        stops=stops,
+        phases=phases,
+        velocities=velocities,
+        special_points=[
             _special(request, point, starts) for point, starts in zip(branch.special_points, beyond, strict=True)
         ],
-        "ends": np.array([ENDS[end] for end in branch.ends]),
-        "reason": None,
+        ends=np.array([ENDS[end] for end in branch.ends]),
+        reason=None,
         **_observed(request, branch),
-    }
+    )
 
 
 def _observed(request: OrbitBranchesRequest, branch: OrbitBranch | None) -> Document:
@@ -166,41 +155,38 @@ def whole_period(
     )
 
 
-def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
+def _no_branch(request: OrbitBranchesRequest, reason: str) -> ClassDocument:
     """Return the document of a branch without points."""
-    nothing = np.zeros(0)
-    return {
-        **dict.fromkeys(("parameter", *_PER_POINT, *_further(request)), nothing),
-        "stops": np.zeros(0, dtype=np.int64),
-        "period": 0 if request.motion is None else request.motion.period,
-        "symmetric": False,
-        **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
-        "multipliers": np.zeros((0, 2 * request.oscillator.size, 2)),
-        **dict.fromkeys(EVIDENCE, np.zeros(0, dtype=np.bool_)),
-        "special_points": [],
-        "ends": np.array(["", ""]),
-        "reason": reason,
-        **_observed(request, None),
-    }
+    nothing = nothing_in(
+        results.OrbitBranch.schema,
+        period=0 if request.motion is None else request.motion.period,
+        multipliers=np.zeros((0, 2 * request.oscillator.size, 2)),
+        ends=np.array(["", ""]),
+        reason=reason,
+    )
+    further = dict.fromkeys(_further(request), np.zeros(0))
+    return document_of(results.OrbitBranch, **nothing, **further, **_observed(request, None))
 
 
-def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> dict[str, Any]:
+def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> Document:
     whole = point.impacts.whole
-    return {
-        **fields(point, "type", "omega", "restitution", "status", "admissible"),
-        "reason": point.reason or None,
-        "clearance": clearances(point.clearance)["clearance"],
+    return document_of(
+        results.SpecialPoint,
+        point,
+        parameter=point.values.value(request.vary),
+        clearance=clearances(point.clearance)["clearance"],
         **{name: float(finite(np.array(getattr(point.values, name)))) for name in _further(request)},
-        **fields(point, "segment", "stop", "phase", "impact"),
-        "parameter": point.values.value(request.vary),
-        **fields(whole, "phases", "velocities"),
-        "beyond": [
-            {"admissible": start.admissible, "request": _request(request, start)}
+        reason=point.reason or None,
+        phases=whole.phases,
+        velocities=whole.velocities,
+        **fields(point, "stop", "phase", "impact"),
+        beyond=[
+            document_of(results.Beyond, admissible=start.admissible, request=_request(request, start))
             for start in beyond
             # a doubled motion may have too many impacts or periods for a request
             if len(start.impacts.whole.stops) <= MAX_IMPACTS and start.impacts.whole.period <= LONGEST_PERIOD
         ],
-    }
+    )
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import PeriodicOrbitsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import longest_at_point, period_cost, setup_seconds
 from grazemap_worker.planning.limits import Count, Limits
-from grazemap_worker.processes.conversion import EVIDENCE, core_clearance, core_oscillator, fields, pairs
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, fields, nothing_in, nothing_of
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
-from grazemap_worker.processes.trajectories import motion_document, state_document
+from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator
@@ -53,13 +54,10 @@ NOT_PERIODIC = (
     "the trajectory did not close within {} forcing periods: the motion may be chaotic or quasi-periodic, or "
     "has not settled. Remedy: give the orbit as motion, (period, stops), more transient_periods or a larger max_period."
 )
-# Fields of orbits from the equations only.
-_OF_EQUATIONS = ("kantorovich", "radius", "excess", "excess_phase")
-
 _OTHER_START = "Remedy: give the motion as (period, stops), another initial state, or a smaller clearance."
 
 
-def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
+def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
     """Return the orbit, or why there is none; one with rests is taken from the simulation. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
@@ -71,10 +69,11 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
             clearance = core_clearance(request.clearance)
             found = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
         except LinearisationError as error:
-            return _no_orbit(request, str(error))
-        return _simulated(found) | _observed(request, found)
+            return _no_orbit(request, str(error), {})
+        return _simulated(found, _observed(request, found))
     orbit = orbit_asked_for(oscillator, request, run)
-    return (_no_orbit(request, orbit) if isinstance(orbit, str) else _document(orbit)) | _observed(request, orbit)
+    observed = _observed(request, orbit)
+    return _no_orbit(request, orbit, observed) if isinstance(orbit, str) else _document(orbit, observed)
 
 
 def _observed(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOrbit | str) -> Document:
@@ -140,48 +139,47 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
     )
 
 
-def _document(orbit: PeriodicOrbit) -> Document:
+def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
     whole = orbit.impacts.whole
-    return {
-        **fields(orbit, "omega", "converged", "residual", *_OF_EQUATIONS, *EVIDENCE),
+    return document_of(
+        results.PeriodicOrbit,
+        orbit,
         **clearances(orbit.clearance),
-        **fields(orbit, "physical", "contacts", "excess_stop"),
-        "found_by": "equations",
-        "reason": orbit.reason or None,
-        "period": orbit.impacts.period,
+        found_by="equations",
+        reason=orbit.reason or None,
+        period=orbit.impacts.period,
         **fields(whole, "stops", "phases", "velocities"),
-        "times": whole.phases / orbit.omega,
-        "sticking": _rests((), (), ()),
-        "multipliers": pairs(orbit.multipliers),
-        "start": state_document(orbit.start),
-        "motion": motion_document(orbit.motion),
-    }
+        times=whole.phases / orbit.omega,
+        sticking=nothing_of(results.PeriodicOrbit.schema["sticking"]),
+        motion=motion_document(orbit.motion),
+        **observed,
+    )
 
 
-def _simulated(orbit: SimulatedOrbit) -> Document:
+def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
     """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
-    return {
-        **fields(orbit, "omega", *EVIDENCE),
+    return document_of(
+        results.PeriodicOrbit,
+        orbit,
         **clearances(orbit.clearance),
-        "converged": True,
-        "found_by": "simulation",
-        "reason": orbit.motion.reason,
-        "period": orbit.motion.period,
-        "stops": impacts.stop.astype(np.int64),
-        "phases": orbit.omega * impacts.time,
-        "times": impacts.time,
-        "velocities": impacts.velocity,
-        "sticking": _rests(sticking.start, sticking.stop_time, sticking.stop),
-        "residual": orbit.closing,
-        **dict.fromkeys(_OF_EQUATIONS, np.nan),
-        "multipliers": pairs(orbit.multipliers),
-        "physical": True,
-        "contacts": "none",
-        "excess_stop": 0,
-        "start": state_document(orbit.start),
-        "motion": motion_document(orbit.motion),
-    }
+        converged=True,
+        found_by="simulation",
+        reason=orbit.motion.reason,
+        period=orbit.motion.period,
+        stops=impacts.stop.astype(np.int64),
+        phases=orbit.omega * impacts.time,
+        times=impacts.time,
+        velocities=impacts.velocity,
+        sticking=document_of(results.Sticking, sticking, stop=sticking.stop.astype(np.int64)),
+        residual=orbit.closing,
+        **dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan),
+        physical=True,
+        contacts="none",
+        excess_stop=0,
+        motion=motion_document(orbit.motion),
+        **observed,
+    )
 
 
 def clearances(clearance: float | tuple[float | None, float | None]) -> Document:
@@ -194,39 +192,25 @@ def clearances(clearance: float | tuple[float | None, float | None]) -> Document
     return {"clearance": np.nan, "clearance_right": right, "clearance_left": left}
 
 
-def _rests(start: ArrayLike, stop_time: ArrayLike, stop: ArrayLike) -> Document:
-    return {
-        "start": np.asarray(start, dtype=np.float64),
-        "stop_time": np.asarray(stop_time, dtype=np.float64),
-        "stop": np.asarray(stop, dtype=np.int64),
-    }
-
-
-def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
+def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> ClassDocument:
     """Return the document of an orbit that was not found: without impacts, its numbers NaN."""
     from grazemap_core.simulation.motion import Motion
 
     count = request.oscillator.size
-    nothing, nowhere = np.zeros(0), np.full(count, np.nan)
-    return {
-        "omega": request.omega,
+    nowhere = np.full(count, np.nan)
+    nothing = nothing_in(
+        results.PeriodicOrbit.schema,
+        omega=request.omega,
         **clearances(core_clearance(request.clearance)),
-        "converged": False,
-        "found_by": "equations",
-        "reason": reason,
-        "period": 0 if request.motion is None else request.motion.period,
-        "stops": np.zeros(0, dtype=np.int64),
-        **dict.fromkeys(("phases", "times", "velocities"), nothing),
-        "sticking": _rests((), (), ()),
-        **dict.fromkeys(("residual", *_OF_EQUATIONS), np.nan),
-        **dict.fromkeys(EVIDENCE, False),
-        "multipliers": np.full((2 * count, 2), np.nan),
-        "physical": False,
-        "contacts": "not searched",
-        "excess_stop": 0,
-        "start": {"displacement": nowhere, "velocity": nowhere, "phase": 0.0},
-        "motion": motion_document(Motion(kind="unresolved", reason=reason)),
-    }
+        found_by="equations",
+        reason=reason,
+        period=0 if request.motion is None else request.motion.period,
+        multipliers=np.full((2 * count, 2), np.nan),
+        contacts="not searched",
+        start={"displacement": nowhere, "velocity": nowhere, "phase": 0.0},
+        motion=motion_document(Motion(kind="unresolved", reason=reason)),
+    )
+    return document_of(results.PeriodicOrbit, **nothing, **observed)
 
 
 PROCESS = Process(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument
 from grazemap.wire import Estimate
 from grazemap_worker.planning import Limits, Plan, Tile
 from grazemap_worker.planning.limits import Count, Step
@@ -23,11 +24,11 @@ class Process:
     `tiling`.
     """
 
-    whole: Callable[[Any, Report], Document] | None = None
+    whole: Callable[[Any, Report], ClassDocument] | None = None
     """(request, report): computes everything at once."""
     tile: Callable[[Any, Tile], Document] | None = None
     """(request, tile): computes a rectangle of the grid."""
-    assembled: Callable[[Any, Plan, list[Document], Report], Document] | None = None
+    assembled: Callable[[Any, Plan, list[Document], Report], ClassDocument] | None = None
     """(request, plan, tiles, report): joins the tiles' documents, in the plan's order; `report` is for plans with steps
     after the tiles."""
     lasting: Callable[[Document], bool] = lambda document: True

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from grazemap.codec import Document
+from grazemap import results
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import ClearancePair, ProofsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.plan import SMALL_SECONDS
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.conversion import STOPS, core_oscillator
 from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.time_limit import within
 
@@ -20,7 +21,7 @@ def _seconds(request: ProofsRequest) -> float:
     return max(SMALL_SECONDS, seconds)
 
 
-def compute(request: ProofsRequest, report: Report) -> Document:
+def compute(request: ProofsRequest, report: Report) -> ClassDocument:
     """Return the certificate of a statement, or why it is undecided."""
     from grazemap_core.errors import ParameterError
 
@@ -35,14 +36,15 @@ def compute(request: ProofsRequest, report: Report) -> Document:
     steps, ended = within(limit, lambda: attempts(oscillator, statement(request), request.digits))
     proof = steps[-1]
     reason = f"the limit of {limit:g} s of processor time is reached" if ended else proof.reason
-    return {
-        "kind": request.statement.kind,
-        "verdict": proof.certificate["verdict"],
-        "reason": reason or None,
-        "limited": ended,
-        "certificate": json.dumps(proof.certificate),
-        "shown": json.dumps(proof.enclosures),
-    }
+    return document_of(
+        results.Proof,
+        kind=request.statement.kind,
+        verdict=proof.certificate["verdict"],
+        reason=reason or None,
+        limited=ended,
+        certificate=json.dumps(proof.certificate),
+        shown=json.dumps(proof.enclosures),
+    )
 
 
 def statement(request: ProofsRequest) -> dict[str, Any]:
@@ -61,7 +63,7 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
     elif asked.clearance is not None:
         values["clearance"] = text(asked.clearance)
     if asked.kind == "codimension-two":
-        values["stop"] = {None: 0, "A": 1, "C": -1}[asked.stop]
+        values["stop"] = STOPS.get(asked.stop or "", 0)
     if asked.kind == "orbit":
         values["stable"] = asked.stable is not False
     if asked.motion is not None:

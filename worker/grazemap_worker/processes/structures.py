@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import StructuresRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits, of_points
@@ -39,37 +39,31 @@ def _counts(request: StructuresRequest, limits: Limits) -> list[Count]:
     ]
 
 
-def compute(request: StructuresRequest, report: Report) -> Document:
+def compute(request: StructuresRequest, report: Report) -> ClassDocument:
     """Return the fields of the result's schema. Raises CoreError."""
     from grazemap_core.model.equilibrium import effective_gaps
-    from grazemap_core.model.summary import HarmonicResponse, summary
+    from grazemap_core.model.summary import summary
 
     oscillator = core_oscillator(request.oscillator)
     omega = grid_values(request.omega)
     found = summary(oscillator, omega, request.times)
     report(1, 1)
 
-    def response(one: HarmonicResponse) -> dict[str, Any]:
-        return fields(one, "amplitude", "phase", "amplitude_slope")
-
-    document: Document = {
-        **fields(found, "effective_mass", "kappa", "equilibrium", "contact_equilibrium"),
-        **fields(found, "natural_frequencies", "damping_ratios"),
-        "omega": omega,
-        "harmonics": [{"harmonic": one.order, **response(one)} for one in found.harmonics],
-        "time": np.array(request.times, dtype=np.float64),
-        "impulse_response": found.impulse_response,
-    }
-    if found.contact_weights is not None:
-        document["contact_weights"] = found.contact_weights
+    more: Document = {}
     if len(found.harmonics) == 1:
-        document |= response(found.harmonics[0])
+        more |= fields(found.harmonics[0], "amplitude", "phase", "amplitude_slope")
     if request.clearance is not None:
         gaps = effective_gaps(oscillator, request.stops.right, request.stops.left)
-        document["gaps"] = {
-            name: gap if np.isfinite(gap) else None for name, gap in zip(("right", "left"), gaps, strict=True)
-        }
-    return document
+        right, left = (gap if np.isfinite(gap) else None for gap in gaps)
+        more["gaps"] = document_of(results.Gaps, right=right, left=left)
+    return document_of(
+        results.Structure,
+        found,
+        omega=omega,
+        harmonics=[document_of(results.HarmonicResponse, one, harmonic=one.order) for one in found.harmonics],
+        time=np.array(request.times, dtype=np.float64),
+        **more,
+    )
 
 
 PROCESS = Process(whole=compute, seconds=_seconds, counts=_counts)

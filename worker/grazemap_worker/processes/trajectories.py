@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MOST_RESULT_BYTES, Count, Limits
-from grazemap_worker.processes.conversion import core_clearance, core_oscillator, counted, fields, label, record
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, counted, label
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 
@@ -63,7 +66,7 @@ NOT_VERIFIED = (
 REPORTS = 20
 
 
-def compute(request: TrajectoriesRequest, report: Report) -> Document:
+def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
     """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
     from grazemap_core.simulation.start import forced_oscillator
     from grazemap_core.simulation.trajectories import trajectories
@@ -87,9 +90,9 @@ def compute(request: TrajectoriesRequest, report: Report) -> Document:
     observed = _observed(request)
     if isinstance(request.initial, InitialState):
         one = next(found)
-        return _document(one) | observed(one)
+        return _document(one, observed(one))
     listed = counted(found, len(request.states), report, REPORTS)
-    return {"trajectories": [_document(one) | observed(one) for one in listed]}
+    return document_of(results.Trajectories, trajectories=[_document(one, observed(one)) for one in listed])
 
 
 def _observed(request: TrajectoriesRequest) -> Callable[[Trajectory], Document]:
@@ -114,38 +117,23 @@ def _state(state: InitialState, rest: NDArray[np.float64] | None) -> State:
     return State(given, np.array(state.velocity), state.phase)
 
 
-def _document(found: Trajectory) -> Document:
-    return {
-        **fields(found, "time", "displacement", "velocity", "undecided"),
-        "impacts": fields(found.impacts, "time", "period", "phase_time", "stop", "velocity", "kind"),
-        "sticking": fields(found.sticking, "start", "stop_time", "stop"),
-        "motion": _motion(found.motion),
-        "final": None if found.final is None else state_document(found.final),
-    }
+def _document(found: Trajectory, observed: Document) -> ClassDocument:
+    return document_of(results.Trajectory, found, motion=motion_document(_explained(found.motion)), **observed)
 
 
-def _motion(found: Motion) -> Document:
-    """Return the document of the motion that a trajectory settles to; a periodic one is not verified."""
+def _explained(found: Motion) -> Motion:
+    """Return the motion that a trajectory settles to, with the reason why a periodic one is not verified."""
     from grazemap_core import codes
     from grazemap_core.simulation.motion import REASONS
 
-    document = motion_document(found)
-    if found.kind == "periodic":
-        document["reason"] = REASONS[codes.STICKS] if found.sticking else NOT_VERIFIED
-    return document
-
-
-def state_document(state: State) -> Document:
-    """Return the document of a state of the core."""
-    return fields(state, "displacement", "velocity", "phase")
+    if found.kind != "periodic":
+        return found
+    return replace(found, reason=REASONS[codes.STICKS] if found.sticking else NOT_VERIFIED)
 
 
 def motion_document(found: Motion) -> Document:
     """Return the document of a motion of the core, with its label; unknown values are None."""
-    motion = record(found)
-    names = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking", "reason")
-    known = {name: motion.get(name) for name in names}
-    return {**known, "label": label(motion), "verified": motion.get("verified", False)}
+    return document_of(results.Motion, **vars(found), label=label(found))
 
 
 PROCESS = Process(

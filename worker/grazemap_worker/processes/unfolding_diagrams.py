@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grazemap import results
 from grazemap.codec import Document
+from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.planning.costs import longest_period
@@ -20,7 +22,6 @@ from grazemap_worker.planning.rates import (
     MOST_STEPS_AFTER,
 )
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.conversion import fields
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
@@ -73,24 +74,22 @@ def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
     return unfolding_maps.compute_tile(request.unfolding_map, tile)
 
 
-def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
+def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> ClassDocument:
     """Return the documents of the map, the curves and the points, and borders where they are asked for.
 
     Each equals the document of its own process. Only the steps of the borders are reported. Raises CoreError.
     """
-    whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
-    over = _of_steady_motion(request) if request.horizontal is None else {"grazing_curves": _grazing_curves(request)}
-    over |= _bifurcation_curves(request)
-    borders = {"borders": _borders(request, whole, report)} if request.borders else {}
-    return {"unfolding_map": whole, **over, **borders}
-
-
-def _grazing_curves(request: UnfoldingDiagramsRequest) -> list[dict[str, Any]]:
-    """Return the grazing curves of a plane of any two parameters."""
     from grazemap_core.maps.plane_grazes import graze_lines
 
-    names = ("stop", "horizontal", "vertical", "admissible")
-    return [fields(line, *names) for line in graze_lines(unfolding_maps.core_plane(request.plane))]
+    whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
+    over = (
+        _of_steady_motion(request)
+        if request.horizontal is None
+        else {"grazing_curves": graze_lines(unfolding_maps.core_plane(request.plane))}
+    )
+    over |= _bifurcation_curves(request)
+    borders = {"borders": _borders(request, whole, report)} if request.borders else {}
+    return document_of(results.UnfoldingDiagram, unfolding_map=whole, **over, **borders)
 
 
 def _bifurcation_curves(request: UnfoldingDiagramsRequest) -> Document:
@@ -104,7 +103,7 @@ def _bifurcation_curves(request: UnfoldingDiagramsRequest) -> Document:
     except ParameterError as error:
         if not {"forcing", "bias"} & {*request.plane.names} or error.name not in ("clearance", "bias"):
             raise
-        return {"bifurcation_curves": {"curves": [], "motions": []}}
+        return {"bifurcation_curves": document_of(results.BifurcationCurves, curves=[], motions=[])}
 
 
 def _of_steady_motion(request: UnfoldingDiagramsRequest) -> Document:
@@ -120,7 +119,7 @@ def _of_steady_motion(request: UnfoldingDiagramsRequest) -> Document:
     except ParameterError as error:
         if request.grazing_curve.clearance is None or error.name != "clearance":
             raise
-        return {"codimension_two_points": {"points": []}}
+        return {"codimension_two_points": document_of(results.CodimensionTwoPoints, points=[])}
     at_once = "clearance" in curve
     return {"grazing_curve" if at_once else "stop_grazing_curves": curve, "codimension_two_points": points}
 
@@ -134,32 +133,31 @@ def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report)
     from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
 
     found = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
-    names = ("row", "column", "along", "regular", "explanation", "reason", "curve", "distance")
-    return {
-        **fields(found, *names),
-        "explanations": np.array(EXPLANATIONS),
-        "reasons": np.array(REASONS),
-        "curves": [_curve(found, number, curve, request) for number, curve in enumerate(found.curves)],
-        "without_orbit": int(np.count_nonzero(found.without_orbit)),
-        "irregular_pairs": found.irregular_pairs,
-    }
+    return document_of(
+        results.MapBorders,
+        found,
+        explanations=np.array(EXPLANATIONS),
+        reasons=np.array(REASONS),
+        curves=[_curve(found, number, curve, request) for number, curve in enumerate(found.curves)],
+        without_orbit=int(np.count_nonzero(found.without_orbit)),
+    )
 
 
-def _curve(found: MapBorders, number: int, curve: BorderCurve, request: UnfoldingDiagramsRequest) -> dict[str, Any]:
-    name, ranges = curve.name, request.horizontal is None
-    return {
-        "type": curve.type,
-        "omega" if ranges else "horizontal": curve.horizontal,
-        "clearance" if ranges else "vertical": curve.vertical,
-        "admissible": curve.admissible,
-        "motion": motion_label(name.period, name.right, name.left),
-        "period": name.period,
-        "impacts_right": name.right,
-        "impacts_left": name.left,
-        "symmetric": name.symmetric,
-        "pairs": int(np.count_nonzero(found.curve == number)),
-        "ends": ["window", "window"] if curve.orbits is None else list(curve.orbits.ends),
-    }
+def _curve(found: MapBorders, number: int, curve: BorderCurve, request: UnfoldingDiagramsRequest) -> Document:
+    name = curve.name
+    return document_of(
+        results.BorderCurve,
+        type=curve.type,
+        **dict(zip(unfolding_maps.axes(request), (curve.horizontal, curve.vertical), strict=True)),
+        admissible=curve.admissible,
+        motion=motion_label(name.period, name.right, name.left),
+        period=name.period,
+        impacts_right=name.right,
+        impacts_left=name.left,
+        symmetric=name.symmetric,
+        pairs=int(np.count_nonzero(found.curve == number)),
+        ends=["window", "window"] if curve.orbits is None else list(curve.orbits.ends),
+    )
 
 
 PROCESS = Process(

@@ -12,27 +12,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap import results
 from grazemap.codec import Document
-from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap.wire.planes import Axis, Plane, is_scalar, is_structural
+from grazemap.results.documents import ClassDocument, document_of
+from grazemap.results.unfolding import FiguresAtComputedPoints
+from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_values
+from grazemap.wire.planes import Plane, is_scalar, is_structural
 from grazemap_worker.planning import Plan, Tile, rates
-from grazemap_worker.planning.costs import (
-    Samples,
-    chance_seconds,
-    longest_period,
-    setup_seconds,
-)
+from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
 from grazemap_worker.planning.limits import Count, Limits, of_grid
 from grazemap_worker.planning.plan import estimated, even, pixels_per_tile
 from grazemap_worker.processes.conversion import (
-    chance_document,
     fields,
     joined,
+    known,
     parameter_point,
-    record,
+    reasons,
     varying_oscillator,
 )
-from grazemap_worker.processes.observables import MEANS, OUTPUTS, core_observables, observed_document
+from grazemap_worker.processes.observables import OUTPUTS, core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
@@ -127,16 +125,16 @@ def apart(request: UnfoldingMapsRequest) -> bool:
     return request.policy == "rest" and _share_none(request.plane)
 
 
-def grid_count(horizontal: Axis, vertical: Axis, names: tuple[str, str], limit: int) -> Count:
-    """Return the points of the grid of a map, or of a diagram, whose fields have these names."""
-    return of_grid((names[0], horizontal.values), (names[1], vertical.values), limit)
+def axes(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> tuple[str, str]:
+    """Return the names of the fields that have the values of the two parameters, in the request and in its result."""
+    return ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
 
 
 def counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
     """Return the number of points of the map."""
-    names = ("omega", "clearance") if request.horizontal is None else ("horizontal/values", "vertical/values")
+    across, up = (name if request.horizontal is None else f"{name}/values" for name in axes(request))
     most = limits.adaptive_pixels if request.adaptive else limits.pixels
-    return [grid_count(request.plane.horizontal, request.plane.vertical, names, most)]
+    return [of_grid((across, request.plane.horizontal.values), (up, request.plane.vertical.values), most)]
 
 
 _AXES = ("omega", "clearance", "horizontal", "vertical")
@@ -154,16 +152,16 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
-    from grazemap_core.simulation.motion import KINDS, REASONS, SENSITIVE
+    from grazemap_core.simulation.motion import KINDS, SENSITIVE
 
     plane, settings = core_plane(request.plane).part(tile.rows, tile.columns), fields(request, *_SETTINGS)
-    reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
-    reasons[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
+    texts = reasons()
+    texts[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
     arrays: Document
     if request.adaptive:
         arrays = _without_figures_of_inferred(adaptive_map_tile(plane, **settings))
-        assert len(reasons) == NOT_COMPUTED
-        reasons.append(NOT_COMPUTED_REASON)
+        assert len(texts) == NOT_COMPUTED
+        texts.append(NOT_COMPUTED_REASON)
     else:
         observed = core_observables(request)
         arrays = unfolding_map_tile(plane, **settings, resolve_sensitive=request.resolve_sensitive, observed=observed)
@@ -173,33 +171,31 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
         **arrays,
         **_margins(request, plane),
         "kinds": np.array(KINDS),
-        "reasons": np.array(reasons),
+        "reasons": np.array(texts),
     }
 
 
 def assemble(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
-) -> Document:
+) -> ClassDocument:
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
     plane = core_plane(request.plane)
-    names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS)]
-    whole: Document = {name: joined(plan, [tile[name] for tile in tiles]) for name in names}
+    whole = joined(plan, tiles, but=(*_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
     if OUTPUTS in tiles[0]:
-        whole[OUTPUTS] = [
-            one | {name: joined(plan, [tile[OUTPUTS][k][name] for tile in tiles]) for name in MEANS}
-            for k, one in enumerate(tiles[0][OUTPUTS])
-        ]
+        each = zip(*(tile[OUTPUTS] for tile in tiles), strict=True)
+        whole[OUTPUTS] = [of_tiles[0] | joined(plan, of_tiles, but=("name", "unit")) for of_tiles in each]
     if request.adaptive:
         whole |= _completed(request, plan, tiles, whole, report)
     chance = chance_in_map(whole["kind"], plane, **fields(request, *_SETTINGS))
-    return {
+    return document_of(
+        results.UnfoldingMap,
         **_axes(request, plane),
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
-        **chance_document(chance),
-    }
+        **known({"chance_to_settle": chance}),
+    )
 
 
 def core_plane(plane: Plane) -> CorePlane:
@@ -215,8 +211,7 @@ def core_plane(plane: Plane) -> CorePlane:
 
 def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
     """Return the values of the parameters, named omega and clearance where they are given as ranges of these."""
-    names = ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
-    return dict(zip(names, (plane.horizontal.values, plane.vertical.values), strict=True))
+    return dict(zip(axes(request), (plane.horizontal.values, plane.vertical.values), strict=True))
 
 
 def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
@@ -273,7 +268,7 @@ def _completed(
         if len(rows):
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
-    return {_AT_COMPUTED: figures} | ({} if wrong is None else {"inferred_wrong": record(wrong)})
+    return {_AT_COMPUTED: document_of(FiguresAtComputedPoints, **figures), **known({"inferred_wrong": wrong})}
 
 
 def _of_grid(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:

@@ -6,8 +6,7 @@ commits of the same tile or result the first wins.
 
 from __future__ import annotations
 
-from importlib.metadata import version
-
+from grazemap.version import __version__
 from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY, queue_name
 from grazemap_worker.store.problems import full_problem, refused_problem
@@ -31,7 +30,7 @@ from grazemap_worker.store.store import Store
 
 def core_version() -> str:
     """Return the version of the core that is installed here; part of every job's id."""
-    return version("grazemap")
+    return __version__
 
 
 __all__ = [

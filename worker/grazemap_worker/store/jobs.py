@@ -34,7 +34,8 @@ from grazemap_worker.store.records import ANYBODY, Asker, Bell, Event, QueueFull
 from grazemap_worker.store.workers import Workers
 
 GOES_ON = 2
-_EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
+EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
+"""The form of the ids of events; 19 digits at most, which Redis always accepts."""
 
 
 class Jobs:
@@ -219,7 +220,7 @@ class Jobs:
         ValueError
             `after` is not an event's id.
         """
-        if not _EVENT_ID.fullmatch(after):
+        if not EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
         return [Event(key.decode(), fields[b"name"].decode(), fields[b"data"].decode()) for key, fields in entries]
@@ -250,11 +251,13 @@ class Jobs:
         try:
             return _read_job(identity, dict(zip(record[::2], record[1::2], strict=True)))
         except (ValueError, LookupError, TypeError, OverflowError):
-            structlog.get_logger("grazemap_worker").exception(
-                "job with an unreadable record forgotten", job_id=identity
-            )
-            self._scripts.run("forget", id=identity)
+            self.forget_unreadable(identity)
             return None
+
+    def forget_unreadable(self, identity: str) -> None:
+        """Forget a job, and log the exception that is handled now, with which its record could not be read."""
+        structlog.get_logger("grazemap_worker").exception("job with an unreadable record forgotten", job_id=identity)
+        self._scripts.run("forget", id=identity)
 
     def plan_of(self, identity: str) -> Plan | None:
         """Return how a job is cut into tiles, or None when there is no such job."""

@@ -16,7 +16,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any, cast
 
-import structlog
 from redis.exceptions import RedisError
 
 from grazemap.wire import parse_request
@@ -124,10 +123,7 @@ class Tiles:
             canonical = json.loads(text)
             request, planned = parse_request(process, canonical), read_plan(plan, estimate)
         except (ValueError, LookupError, TypeError, AttributeError):
-            structlog.get_logger("grazemap_worker").exception(
-                "job with an unreadable record forgotten", job_id=identity
-            )
-            self._scripts.run("forget", id=identity)
+            self._jobs.forget_unreadable(identity)
             return None
         place = identity, int(tile), holder, fingerprint
         return Claim(*place, process, canonical, request, core_version, planned, cast("Lane", lane), float(left))

@@ -10,7 +10,8 @@ from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
 from grazemap_worker.store.records import WorkerInfo
 
 _STARTING = f"{PREFIX}starting"
-_STARTING_SECONDS = 5
+# What is said of workers and kernels is of now.
+_SAID_SECONDS = 5
 
 
 class Workers:
@@ -49,24 +50,13 @@ class Workers:
         found = []
         for name, text in self._scripts.run("workers"):
             described = json.loads(text)
-            # by field, as another release may store more
-            found.append(
-                WorkerInfo(
-                    name.decode(),
-                    described["fingerprint"],
-                    described["core_version"],
-                    frozenset(described.get("kernels", ())),
-                    described.get("small", False),
-                )
-            )
+            kernels = frozenset(described.pop("kernels"))
+            found.append(WorkerInfo(name.decode(), **described, kernels=kernels))
         return sorted(found, key=lambda worker: worker.name)
 
     def say_starting(self, text: str) -> None:
         """Store what workers that are not ready yet are doing, for a few seconds; empty: nothing."""
-        if text:
-            self._scripts.redis.set(_STARTING, text.encode(), ex=_STARTING_SECONDS)
-        else:
-            self._scripts.redis.delete(_STARTING)
+        self._say(_STARTING, text)
 
     def starting(self) -> str:
         """Return what workers that are not ready yet are doing; empty if nothing is known."""
@@ -75,11 +65,13 @@ class Workers:
 
     def say_compiling(self, kernels: str, text: str) -> None:
         """Store for a few seconds what is done for kernels that jobs wait for; empty: nothing."""
-        name = f"{PREFIX}compiling:{kernels}"
+        self._say(f"{PREFIX}compiling:{kernels}", text)
+
+    def _say(self, key: str, text: str) -> None:
         if text:
-            self._scripts.redis.set(name, text.encode(), ex=_STARTING_SECONDS)
+            self._scripts.redis.set(key, text.encode(), ex=_SAID_SECONDS)
         else:
-            self._scripts.redis.delete(name)
+            self._scripts.redis.delete(key)
 
     def compiles_first(self, kernels: str, core_version: str) -> bool:
         """Return whether every live worker of a core version lacks some kernels; False if no worker is ready."""
