@@ -14,9 +14,9 @@ from playwright.sync_api import Browser, Route, expect
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
+from tests.support.service_running import running
 from tests.support.watched_page import Watched
 from tests.support.watching import until
-from tests.system.service.conftest import running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 

@@ -11,8 +11,8 @@ import pytest
 import grazemap
 from grazemap_worker.store import Store
 from tests.support.sdk_documents import REQUESTS, npz
+from tests.support.service_running import PlayedWorker
 from tests.support.watching import until
-from tests.system.service.conftest import PlayedWorker
 
 CURVE = REQUESTS["grazing-curves"]
 CALLS: dict[str, Callable[[grazemap.Client], Any]] = {

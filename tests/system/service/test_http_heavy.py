@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import socket
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
-from urllib.parse import urlsplit
 
 import httpx2
 import numpy as np
@@ -22,9 +20,8 @@ from grazemap_service import representations
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 from grazemap_worker.store.jobs import Jobs
+from tests.support.service_running import CURVE, connect_to, is_closed, running, stalled_reader
 from tests.support.watching import until
-
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 
 
 def long_list(number: int) -> dict[str, Any]:
@@ -68,8 +65,9 @@ def test_an_event_stream_does_not_read_the_request_repeatedly(
 
 
 def test_simultaneous_requests_share_one_rendering(
-    client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch
+    fresh_client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    client = fresh_client
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     worker.finish(job["id"])
     rendered = []
@@ -125,11 +123,6 @@ def test_fetching_a_result_delays_its_eviction(client: TestClient, worker: Any) 
     assert [small.results.data(identity) is not None for identity in ids] == [True, False, True]
 
 
-def connect_to(url: str) -> socket.socket:
-    address = urlsplit(url)
-    return socket.create_connection((address.hostname or "", address.port or 80), timeout=10)
-
-
 @pytest.mark.parametrize("path", ["/v1/grazing-curves", "/v1/no-such-process"])
 def test_a_body_that_does_not_end_is_answered_and_closed(impatient_url: str, path: str) -> None:
     """Whether the answer needs the body or not."""
@@ -169,19 +162,6 @@ def test_a_slow_answer_is_not_an_unfinished_request(impatient_url: str) -> None:
             time.sleep(0.4)
 
 
-def is_closed(connection: socket.socket) -> bool:
-    """Whether the service has closed a connection; what it has sent is read."""
-    connection.setblocking(False)
-    try:
-        while connection.recv(4096):
-            pass
-    except BlockingIOError:
-        return False
-    except ConnectionResetError:
-        pass
-    return True
-
-
 def test_requests_over_the_limit_of_connections_are_refused_and_closed(impatient_url: str) -> None:
     request = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     with contextlib.ExitStack() as stack:
@@ -200,29 +180,25 @@ def test_requests_over_the_limit_of_connections_are_refused_and_closed(impatient
 
 def test_a_connection_is_kept_for_longer_than_clients_wait(impatient_url: str) -> None:
     with connect_to(impatient_url) as kept:
-        for _ in range(2):
+        for seconds in (5.5, 0.0):  # uvicorn's own limit is five
             kept.sendall(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             assert kept.recv(4096).startswith(b"HTTP/1.1 200")
-            time.sleep(5.5)  # uvicorn's own limit is five
+            time.sleep(seconds)
             assert not is_closed(kept)
             kept.setblocking(True)
 
 
-def stalled_reader(url: str, path: str) -> socket.socket:
-    """A client that asks and does not read; its own buffer is small."""
-    address = urlsplit(url)
-    client = socket.socket()
-    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    client.connect((address.hostname, address.port))
-    client.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
-    return client
+def connected(service: psutil.Process, ports: set[int]) -> list[Any]:
+    """The connections of a service to clients at these ports that are open."""
+    opened = (each for each in service.net_connections("tcp") if each.status == psutil.CONN_ESTABLISHED)
+    return [each for each in opened if each.raddr and each.raddr.port in ports]
 
 
 @pytest.mark.parametrize(
     ("form", "results"), [("npz", 6), *(pytest.param(form, 1, marks=pytest.mark.thorough) for form in ("npz", "json"))]
 )
 def test_clients_that_do_not_read_hold_little_and_are_disconnected(
-    redis_server: Any, worker: Any, client: TestClient, live: Any, form: str, results: int
+    redis_server: Any, worker: Any, client: TestClient, form: str, results: int
 ) -> None:
     npz_bytes, paths = 6 << 20, []
     for number in range(results):
@@ -232,7 +208,11 @@ def test_clients_that_do_not_read_hold_little_and_are_disconnected(
         worker.finish(job["id"], {"omega": values.view(np.uint64)})
         paths.append(f"/v1/jobs/{job['id']}/result?f={form}")
     own, settings = psutil.Process(), Settings(redis_url=redis_server.url, hot_bytes=0, sent_bytes=npz_bytes + 1)
-    with live(settings, send_seconds=1.0) as url, httpx2.Client(timeout=60) as reader, contextlib.ExitStack() as stack:
+    with (
+        running(settings, send_seconds=1.0) as url,
+        httpx2.Client(timeout=60) as reader,
+        contextlib.ExitStack() as stack,
+    ):
         lengths = [len(reader.get(f"{url}{path}").content) for path in paths]
         before = own.memory_info().rss  # with what the first answers leave in the allocator
         stalled = [stack.enter_context(stalled_reader(url, paths[k % results])) for k in range(24)]
@@ -242,7 +222,8 @@ def test_clients_that_do_not_read_hold_little_and_are_disconnected(
             time.sleep(0.02)
         assert most < 3 * (npz_bytes + max(lengths))  # two are sent at a time, and the allocator keeps some
         assert len(reader.get(f"{url}{paths[-1]}").content) == lengths[-1]
-        time.sleep(results)  # two results at a time, a second each
+        readers = {client.getsockname()[1] for client in stalled}
+        until(lambda: not connected(own, readers), 60)  # two results at a time, a second each
         for one in stalled:
             received = 0
             with contextlib.suppress(ConnectionError):

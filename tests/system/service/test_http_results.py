@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from typing import Any
 
 import anyio
@@ -11,15 +10,14 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
+from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import Problem, parse_request
 from grazemap_service.representations import Renderings
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store, core_version
 from tests.support import submitting
+from tests.support.service_running import CURVE, MAP, problem_of
 
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
-MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 JSON, NPZ = "application/json", "application/x-npz"
 
 
@@ -28,6 +26,11 @@ def finished(client: TestClient, worker: Any) -> tuple[str, bytes]:
     """The path of a result, and its npz bytes."""
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     return f"/v1/jobs/{job['id']}/result", worker.finish(job["id"])
+
+
+def evict(store: Store) -> None:
+    """Delete all results, as happens to the oldest ones."""
+    store.redis.delete(*store.redis.keys("grazemap:4:result:*"))
 
 
 def test_npz_is_what_the_worker_stored(client: TestClient, finished: tuple[str, bytes]) -> None:
@@ -80,8 +83,7 @@ def test_the_format_follows_accept_and_f(
     query = f"?f={form}" if form else ""
     answer = client.get(finished[0] + query, headers={"Accept": accept} if accept else {})
     if expected is None:
-        assert answer.status_code == 406
-        assert answer.json()["type"] == "urn:grazemap:problem:not-acceptable"
+        problem_of(answer, 406, "not-acceptable")
         assert "json" in answer.json()["detail"]
     else:
         assert answer.status_code == 200
@@ -124,25 +126,19 @@ def test_if_none_match_and_accept_may_be_repeated_headers(client: TestClient, fi
 
 
 def test_each_format_has_its_own_etag(client: TestClient, finished: tuple[str, bytes]) -> None:
-    etags = {client.get(f"{finished[0]}?f={form}").headers["etag"] for form in ("json", "npz")}
-    assert len(etags) == 2
-    answer = client.get(f"{finished[0]}?f=json", headers={"If-None-Match": etags.pop()})
-    other = client.get(f"{finished[0]}?f=json", headers={"If-None-Match": etags.pop()})
-    assert {answer.status_code, other.status_code} == {200, 304}
+    json_tag, npz_tag = (client.get(f"{finished[0]}?f={form}").headers["etag"] for form in ("json", "npz"))
+    for tag, status in ((json_tag, 304), (npz_tag, 200)):
+        assert client.get(f"{finished[0]}?f=json", headers={"If-None-Match": tag}).status_code == status
 
 
 def test_an_unfinished_job_has_no_result(client: TestClient, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     path = f"/v1/jobs/{job['id']}/result"
     for _ in range(2):
-        answer = client.get(path)
-        assert answer.status_code == 409
-        assert answer.json()["type"] == "urn:grazemap:problem:unfinished-job"
+        problem_of(client.get(path), 409, "unfinished-job")
         worker.begin(job["id"])  # accepted, then running
     client.delete(f"/v1/jobs/{job['id']}")
-    answer = client.get(path)
-    assert answer.status_code == 409
-    assert answer.json()["type"] == "urn:grazemap:problem:dismissed-job"
+    problem_of(client.get(path), 409, "dismissed-job")
 
 
 def test_the_result_of_a_failed_job_is_its_problem(client: TestClient, store: Store) -> None:
@@ -156,45 +152,36 @@ def test_the_result_of_a_failed_job_is_its_problem(client: TestClient, store: St
     assert client.get(f"/v1/jobs/{job['id']}").json()["problem"] == problem.model_dump()
 
 
-def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
+def test_an_evicted_result_is_computed_again_but_not_for_a_matching_etag_or_a_head(serve: Any, worker: Any) -> None:
     client = serve(hot_bytes=0)
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     path = f"/v1/jobs/{job['id']}/result"
     data = worker.finish(job["id"])
-    etag = {"If-None-Match": client.get(path).headers["etag"]}
-    for key in worker.store.redis.keys("grazemap:4:result:*"):
-        worker.store.redis.delete(key)
-    assert client.get(path, headers=etag).status_code == 304
-    answer = client.get(path)
+    etag = client.get(path).headers["etag"]
+    evict(worker.store)
+
+    def confirmed() -> bool:
+        answer = client.get(path, headers={"If-None-Match": etag})
+        return (answer.status_code, answer.content, answer.headers["etag"]) == (304, b"", etag)
+
+    assert confirmed()
+    head = client.head(path)
+    assert (head.status_code, head.content) == (202, b"")
+    assert worker.store.jobs.status(job["id"]) == "successful"
+    answer = client.get(path, headers={"If-None-Match": '"other"'})
     assert answer.status_code == 202
     assert (answer.json()["id"], answer.json()["status"]) == (job["id"], "accepted")
     assert answer.headers["location"] == f"/v1/jobs/{job['id']}"
     assert client.get(path).status_code == 409  # on its way
-    assert client.get(path, headers=etag).status_code == 304
     assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 409
+    assert confirmed()
     worker.begin(job["id"])
-    assert client.get(path, headers=etag).status_code == 304
+    assert confirmed()
     client.delete(f"/v1/jobs/{job['id']}")
-    assert client.get(path, headers=etag).status_code == 304
+    assert confirmed()
     client.post("/v1/grazing-curves", json=CURVE)
     assert worker.finish(job["id"]) == data
     assert client.get(path, headers={"Accept": NPZ}).content == data
-
-
-def test_nothing_is_computed_for_a_matching_etag_or_a_head(client: TestClient, worker: Any) -> None:
-    job = client.post("/v1/grazing-curves", json=CURVE).json()
-    path = f"/v1/jobs/{job['id']}/result"
-    worker.finish(job["id"])
-    etag = client.get(path).headers["etag"]
-    for key in worker.store.redis.keys("grazemap:4:result:*"):
-        worker.store.redis.delete(key)
-    answer = client.get(path, headers={"If-None-Match": etag})
-    assert (answer.status_code, answer.content, answer.headers["etag"]) == (304, b"", etag)
-    head = client.head(path)
-    assert (head.status_code, head.content) == (202, b"")
-    assert worker.store.jobs.status(job["id"]) == "successful"
-    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 202
-    assert worker.store.jobs.status(job["id"]) == "accepted"
 
 
 def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> None:
@@ -204,8 +191,7 @@ def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> No
         data = encode_npz({"omega": np.zeros(2)}, {"process": "grazing-curves", "numerics": {"fingerprint": numerics}})
         worker.commit(job["id"], data, 0, whole=True)
         etags.add(client.get(f"/v1/jobs/{job['id']}/result").headers["etag"])
-        for key in worker.store.redis.keys("grazemap:4:result:*"):
-            worker.store.redis.delete(key)
+        evict(worker.store)
     assert len(etags) == 2
 
 
@@ -224,9 +210,7 @@ def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store:
     assert client.get(tile["href"]).json()["kind"] == [[0, 0], [0, 0]]
     assert decode_npz(data)[0]["kind"].shape == (2, 2)
     for other in ("0", "-1", "x", "9" * 30, str(total)):
-        answer = client.get(f"{path}/{other}")
-        assert answer.status_code == 404
-        assert answer.json()["type"] == "urn:grazemap:problem:unfinished-tile"
+        problem_of(client.get(f"{path}/{other}"), 404, "unfinished-tile")
 
 
 def test_hot_results_stay_under_their_budget() -> None:
@@ -253,30 +237,6 @@ def test_hot_results_stay_under_their_budget() -> None:
         assert made == list("abcdefgdll")
 
     anyio.run(use)
-
-
-def test_large_json_is_made_in_short_pieces() -> None:
-    # one long call of the encoder would keep every other request waiting
-    whole = {
-        "grid": np.arange(40_000.0).reshape(100, 400),
-        "tall": np.arange(6.0).reshape(3, 2),
-        "deep": np.arange(8_000).reshape(2, 2, 2000),
-        "line": np.where(np.arange(5000) % 7, np.arange(5000.0), np.nan),
-        "empty": np.zeros((0, 3)),
-        "inner": {"flags": np.ones(3000, bool), "names": np.array(["a", "b"])},
-        "points": [{"kind": "x", "order": None}],
-    }
-    pieces = list(iter_json(whole, {"process": "unfolding-maps"}))
-    assert max(len(piece) for piece in pieces) < 20_000
-    data = b"".join(pieces)
-    assert data == encode_json(whole, {"process": "unfolding-maps"})
-    parsed = json.loads(data)
-    assert parsed.pop("meta") == {"process": "unfolding-maps"}
-    np.testing.assert_array_equal(np.array(parsed["line"], dtype=float), whole["line"])
-    for name in ("grid", "tall", "deep", "empty"):
-        assert parsed[name] == whole[name].tolist()  # type: ignore[attr-defined]
-    assert parsed["inner"] == {"flags": [True] * 3000, "names": ["a", "b"]}
-    assert parsed["points"] == whole["points"]
 
 
 def test_a_result_of_another_version_is_computed_anew(client: TestClient, worker: Any) -> None:

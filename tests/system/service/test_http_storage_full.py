@@ -16,9 +16,9 @@ from starlette.testclient import TestClient
 from grazemap_service.redis_server import RedisServer, find_redis_server
 from grazemap_worker.store import Store, WorkerInfo, connect
 from grazemap_worker.store.keys import PREFIX
+from tests.support.service_running import CURVE
 from tests.support.watching import until
 
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 OTHERS = ({"omega": {"start": 0.1, "stop": 1.0, "points": k}} for k in range(6, 10_000))
 
 

@@ -168,5 +168,5 @@ def test_a_watcher_that_does_not_read_is_not_waited_for(heard: socket.socket) ->
     began = time.monotonic()
     for _ in range(1000):
         watchdog.beat()
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 20
     assert heard.recv(100) == b"WATCHDOG=1"

@@ -15,14 +15,14 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import httpx2
+import numpy as np
 import pytest
 import yaml
 
 from grazemap_service.problems import KINDS, make_problem
 from grazemap_service.settings import Settings
+from tests.support.service_running import CURVE, connect_to, is_closed, running, stalled_reader
 from tests.support.watching import until
-from tests.system.service.conftest import CURVE
-from tests.system.service.test_http_heavy import connect_to, is_closed, stalled_reader
 
 ROOT = Path(__file__).parents[3]
 CONFIGURATION = (ROOT / "docs" / "nginx.conf").read_text("utf-8")
@@ -147,15 +147,11 @@ def test_many_idle_connections_keep_nobody_out(tmp_path: Path, live_url: str) ->
 
 
 @needs_nginx
-def test_a_client_that_does_not_read_is_closed(
-    tmp_path: Path, redis_server: Any, worker: Any, client: Any, live: Any
-) -> None:
-    import numpy as np
-
+def test_a_client_that_does_not_read_is_closed(tmp_path: Path, redis_server: Any, worker: Any, client: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     worker.finish(job["id"], {"omega": np.random.default_rng(0).random(1_500_000)})
     path = f"/v1/jobs/{job['id']}/result?f=npz"
-    with live(Settings(redis_url=redis_server.url)) as url, proxied(tmp_path, url) as front:
+    with running(Settings(redis_url=redis_server.url)) as url, proxied(tmp_path, url) as front:
         length = len(httpx2.get(f"{front}{path}", timeout=60).content)
         with stalled_reader(front, path) as stalled:
             time.sleep(3.0)

@@ -22,12 +22,14 @@ from grazemap_service.redis_server import find_redis_server
 from grazemap_service.settings import Settings
 from grazemap_worker.store.connection import script_text
 from grazemap_worker.store.keys import EVENTS_CHANNEL
+from tests.support.service_running import CURVE
 from tests.support.watching import until
 
 ACL = Path(__file__).parents[3] / "docs" / "redis.acl"
 USERS = ("service", "worker")
 PLANTED = Path(__file__).parents[2] / "support" / "planted.py"
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+
+
 MAP = {"omega": {"start": 1, "stop": 2, "points": 200}, "clearance": {"start": 1, "stop": 3, "points": 200}}
 
 

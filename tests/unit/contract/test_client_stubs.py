@@ -32,11 +32,18 @@ def test_a_stub_has_the_fields_of_every_request() -> None:
 
 
 @pytest.mark.parametrize(("blocking", "awaited"), BOTH)
-def test_both_clients_have_the_same_documentation(blocking: type, awaited: type) -> None:
-    for name, method in inspect.getmembers(awaited, inspect.isfunction):
-        if name[0] != "_":
-            expected = (inspect.getdoc(method) or "").replace("await client.", "client.")
-            assert inspect.getdoc(getattr(blocking, name)) == expected
+def test_both_clients_have_the_same_methods_parameters_and_documentation(blocking: type, awaited: type) -> None:
+    def public(kind: type) -> dict[str, tuple[list[str], str]]:
+        methods = {name: method for name, method in inspect.getmembers(kind, inspect.isfunction) if name[0] != "_"}
+        return {
+            name: (
+                [str(one) for one in inspect.signature(method).parameters.values()],
+                (inspect.getdoc(method) or "").replace("await client.", "client."),
+            )
+            for name, method in methods.items()
+        }
+
+    assert public(blocking) == public(awaited)
 
 
 @pytest.mark.parametrize(("blocking", "awaited"), BOTH)

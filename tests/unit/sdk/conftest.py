@@ -12,7 +12,7 @@ import httpx2
 import pytest
 
 from grazemap import AsyncClient, Client, constants
-from tests.support.sdk_fake_service import FakeService
+from tests.support.sdk_fake_service import FakeService, served
 
 
 class Awaited:
@@ -56,6 +56,13 @@ def closed_figures() -> Iterator[None]:
 @pytest.fixture
 def service() -> FakeService:
     return FakeService()
+
+
+@pytest.fixture
+def url(service: FakeService) -> Iterator[str]:
+    """The address of the fake service on a real socket."""
+    with served(service) as address:
+        yield address
 
 
 @pytest.fixture(params=["blocking", "async"])

@@ -18,16 +18,10 @@ import pytest
 from grazemap import Client
 from grazemap.client.blocking import iterate, run
 from tests.support.sdk_documents import REQUESTS
-from tests.support.sdk_fake_service import FakeService, served
+from tests.support.sdk_fake_service import FakeService
 from tests.support.sdk_played import Lines
 
 CURVE = {"omega": (0.2, 0.3), "points": 3, "progress": False}
-
-
-@pytest.fixture
-def url(service: FakeService) -> Iterator[str]:
-    with served(service) as address:
-        yield address
 
 
 def test_it_works_where_an_event_loop_runs(url: str) -> None:

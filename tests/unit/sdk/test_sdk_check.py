@@ -14,8 +14,7 @@ from grazemap.checker import FORMAT, check
 from grazemap.checker.arithmetic import Refused, exact, newton
 from grazemap.checker.reading import OSCILLATOR
 from grazemap.checker.system import Inputs, Machine, System
-from grazemap.results import decode_result
-from tests.support.sdk_documents import npz
+from tests.support.sdk_documents import result_of
 
 # with m = 1, k = 1, c = 0.2, g first vanishes at pi/sqrt(0.99), so the graze recurs at return 1 for omega = sqrt(0.99)
 OMEGA, MOVED = "0.99498743710661995", "0.99498743710662005"
@@ -55,11 +54,25 @@ def of_format_2(**change: Any) -> dict[str, Any]:
     return {**now, "format": "grazemap-certificate-2", "statement": shared, "theorem": theorem, **change}
 
 
-def test_a_true_certificate_is_verified(tmp_path, capsys):
-    path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(certificate()))
-    assert cli.main(["check", str(path)]) == 0
-    assert "verified: the statement is proven" in capsys.readouterr().out
+@pytest.fixture
+def checked(tmp_path, capfd):
+    """Gives `checked(document, *words)`: the exit code of `grazemap check`, and its output and errors."""
+
+    def run(document, *words):
+        path = tmp_path / "certificate.json"
+        path.write_text(document if isinstance(document, str) else json.dumps(document))
+        return cli.main(["check", str(path), *words]), *capfd.readouterr()
+
+    return run
+
+
+def test_a_true_certificate_is_verified_and_the_reason_of_a_refusal_is_printed(checked):
+    code, output, _ = checked(certificate())
+    assert code == 0
+    assert "verified: the statement is proven" in output
+    code, _, errors = checked(certificate(value=MOVED))
+    assert code == 1
+    assert "does not map the box into itself" in errors
 
 
 @pytest.mark.parametrize(
@@ -90,14 +103,10 @@ def test_a_true_certificate_is_verified(tmp_path, capsys):
         (of_format_2(statement={"kind": "codimension-two", "type": "g", "order": 3, "range": ["0.9", "1.1"]}), "order"),
     ],
 )
-def test_a_false_certificate_is_refused_with_its_reason(tmp_path, capsys, false, reason):
+def test_a_false_certificate_is_refused_with_its_reason(false, reason):
     answer = check(false)
     assert not answer.accepted
     assert reason in answer.reason
-    path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(false))
-    assert cli.main(["check", str(path)]) == 1
-    assert reason in capsys.readouterr().err
 
 
 def test_a_certificate_of_the_format_before_is_verified():
@@ -114,10 +123,9 @@ def test_certificates_of_false_statements_are_refused(path, capsys):
     assert "not verified" in capsys.readouterr().err
 
 
-def test_no_text_of_a_certificate_that_is_not_read_reaches_the_terminal(tmp_path, capfd):
+def test_no_text_of_a_certificate_that_is_not_read_reaches_the_terminal(checked):
     marked = "\x1b[2J\nverified: the statement is proven"
-    path = tmp_path / "certificate.json"
-    places = [
+    for document in (
         certificate(verdict="undecided", reason=marked),
         certificate(**{marked: 1}),
         with_statement(type=marked),
@@ -125,20 +133,17 @@ def test_no_text_of_a_certificate_that_is_not_read_reaches_the_terminal(tmp_path
         certificate(value=marked),
         certificate(format=marked),
         {**of_format_2(), marked: 1},
-    ]
-    for document in places:
-        path.write_text(json.dumps(document))
-        assert cli.main(["check", str(path)]) == 1
-        captured = capfd.readouterr()
-        assert "\x1b" not in captured.out + captured.err
-        assert "verified: the" not in captured.out
+    ):
+        code, output, errors = checked(document)
+        assert code == 1
+        assert "\x1b" not in output + errors
+        assert "verified: the" not in output
 
 
-def test_a_name_that_is_there_twice_is_refused(tmp_path, capsys):
-    path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(certificate()).replace('"order": 1', '"order": 1, "order": 1'))
-    assert cli.main(["check", str(path)]) == 2
-    assert "twice" in capsys.readouterr().err
+def test_a_name_that_is_there_twice_is_refused(checked):
+    code, _, errors = checked(json.dumps(certificate()).replace('"order": 1', '"order": 1, "order": 1'))
+    assert code == 2
+    assert "twice" in errors
 
 
 def test_modules_beside_a_certificate_are_not_loaded(tmp_path, monkeypatch, capfd):
@@ -162,11 +167,10 @@ def test_that_an_orbit_is_not_symmetric_is_not_said():
     assert check(certificate(stiffness="2", statement=statement, theorem={**theorem, "symmetric": True})).accepted
 
 
-def test_the_time_of_a_check_is_limited(tmp_path, capsys):
-    path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(certificate()))
-    assert cli.main(["check", str(path), "--seconds", "0.01"]) == 1
-    assert "within 0.01 s" in capsys.readouterr().err
+def test_the_time_of_a_check_is_limited(checked):
+    code, _, errors = checked(certificate(), "--seconds", "0.01")
+    assert code == 1
+    assert "within 0.01 s" in errors
 
 
 @pytest.mark.parametrize("zeros", [("0.3",), ("0.3", "0.3"), ("0.3", "0.3000000001"), ("0.30001",)])
@@ -198,14 +202,13 @@ def test_a_pass_before_a_stop_is_shown_but_not_one_beyond_it(gap, stop):
 
 
 def test_a_saved_result_is_read_as_a_certificate(tmp_path, capsys):
-    path = decode_result(npz("proofs")).save(tmp_path / "proof.json")
+    path = result_of("proofs").save(tmp_path / "proof.json")
     assert cli.main(["check", str(path)]) == 1
     assert "undecided" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"certificate": 1}', '{"statement": {}, "verdict": 1}'])
-def test_a_file_that_is_no_certificate_is_named(tmp_path, capsys, text):
-    path = tmp_path / "certificate.json"
-    path.write_text(text)
-    assert cli.main(["check", str(path)]) == 2
-    assert "is not a certificate" in capsys.readouterr().err
+def test_a_file_that_is_no_certificate_is_named(checked, text):
+    code, _, errors = checked(text)
+    assert code == 2
+    assert "is not a certificate" in errors

@@ -4,6 +4,7 @@ import io
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,98 +14,77 @@ from grazemap import cli, constants
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.results.tables import Column, text
 from tests.support.sdk_documents import ONE_STOP, REQUESTS, npz
-from tests.support.sdk_fake_service import FakeService, served
 
 
 @pytest.fixture
-def url(service: FakeService):
-    with served(service) as address:
-        yield address
+def run(url, tmp_path, capsys):
+    """Gives `run(body, output, process)`: the exit code of `grazemap run`, what it printed, and its errors."""
 
+    def ran(body=REQUESTS["unfolding-maps"], output="map.npz", process="unfolding-maps"):
+        source = tmp_path / "request.json"
+        source.write_bytes(body if isinstance(body, bytes) else json.dumps(body).encode())
+        code = cli.main(["run", process, "--json", str(source), "-o", str(tmp_path / output), "--url", url])
+        return code, *capsys.readouterr()
 
-@pytest.fixture
-def request_file(tmp_path):
-    path = tmp_path / "request.json"
-    path.write_text(json.dumps(REQUESTS["unfolding-maps"]))
-    return str(path)
+    return ran
 
 
 @pytest.mark.parametrize("name", ["map.npz", "map.json", "map.png", "map.svg"])
-def test_run_writes_the_format_of_the_file_ending(url, request_file, tmp_path, capsys, name):
+def test_run_writes_the_format_of_the_file_ending(run, tmp_path, name):
     output = tmp_path / name
-    assert cli.main(["run", "unfolding-maps", "--json", request_file, "-o", str(output), "--url", url]) == 0
+    assert run(output=name) == (0, f"{output}\n", "")  # no terminal, so no progress
     assert output.stat().st_size > 500
-    captured = capsys.readouterr()
-    assert captured.out.strip() == str(output)
-    assert captured.err == ""  # no terminal, so no progress
     if output.suffix in (".npz", ".json"):
         assert grazemap.load(output).kind.shape == (2, 3)
 
 
+UNREADABLE = [b'{"omega": 1', b'{"omega": "\xff"}', b'{"omega":' + b"[" * 100_000, b"1" * 5000]
+
+
 def test_run_reads_standard_input_and_the_environment(url, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("GRAZEMAP_URL", url)
-    monkeypatch.setattr("sys.stdin", io.StringIO(json.dumps(REQUESTS["grazing-curves"])))
-    assert cli.main(["run", "grazing-curves", "--json", "-", "-o", str(tmp_path / "c.npz"), "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
+    for body in (json.dumps(REQUESTS["grazing-curves"]).encode(), *UNREADABLE):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(body), encoding="utf-8"))
+        command = ["run", "grazing-curves", "--json", "-", "-o", str(tmp_path / "c.npz"), "--quiet"]
+        assert cli.main(command) == (2 if body in UNREADABLE else 0)
+        assert ("the request is not JSON" in capsys.readouterr().err) is (body in UNREADABLE)
 
 
 @pytest.mark.parametrize(
-    ("body", "output", "said"),
+    ("body", "output", "text"),
     [
-        ('{"omega": {"start": 2, "stop": 1, "points": 5}}', "c.npz", "/omega"),
-        ('{"omega": 1', "c.npz", "not JSON"),
-        ("[1]", "c.npz", "not a JSON object"),
-        ('{"omega": [1, 2]}', "c.csv", "must end in"),
+        *((body, "c.npz", "the request is not JSON") for body in UNREADABLE),
+        ({"omega": {"start": 2, "stop": 1, "points": 5}}, "c.npz", "/omega"),
+        ([1], "c.npz", "not a JSON object"),
+        (REQUESTS["grazing-curves"], "c.csv", "must end in"),
+        (REQUESTS["grazing-curves"], "none/map.npz", "the output"),
+        (REQUESTS["grazing-curves"], "file/map.npz", "the output"),
+        (REQUESTS["grazing-curves"], "folder.npz", "the output"),
     ],
 )
-def test_an_invalid_request_gives_2_and_sends_nothing(url, service, tmp_path, capsys, body, output, said):
-    source = tmp_path / "request.json"
-    source.write_text(body)
-    arguments = ["run", "grazing-curves", "--json", str(source), "-o", str(tmp_path / output), "--url", url]
-    assert cli.main(arguments) == 2
-    assert said in capsys.readouterr().err
-    assert service.requests == []
-
-
-@pytest.mark.parametrize("content", [b'{"omega": "\xff"}', b'{"omega":' + b"[" * 100_000, b"1" * 5000])
-@pytest.mark.parametrize("source", ["file", "stdin"])
-def test_a_request_that_cannot_be_read_gives_2(tmp_path, monkeypatch, capsys, content, source):
-    path = tmp_path / "request.json"
-    path.write_bytes(content)
-    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content), encoding="utf-8"))
-    given = str(path) if source == "file" else "-"
-    assert cli.main(["run", "trajectories", "--json", given, "-o", str(tmp_path / "t.npz"), "--url", "http://x"]) == 2
-    assert "the request is not JSON" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("output", ["none/map.npz", "file/map.npz", "folder.npz"])
-def test_an_output_that_cannot_be_written_is_reported_before_anything_is_sent(
-    url, service, request_file, tmp_path, capsys, output
-):
+def test_a_wrong_request_or_output_gives_2_and_sends_nothing(run, service, tmp_path, body, output, text):
     (tmp_path / "file").write_text("in the way")
     (tmp_path / "folder.npz").mkdir()
-    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / output), "--url", url]
-    assert cli.main(arguments) == 2
-    assert "the output" in capsys.readouterr().err
+    code, _, errors = run(body, output, "grazing-curves")
+    assert code == 2
+    assert text in errors
     assert service.requests == []
 
 
-def test_a_picture_without_matplotlib_is_reported_before_anything_is_sent(
-    url, service, request_file, tmp_path, monkeypatch, capsys
-):
+def test_a_picture_without_matplotlib_is_reported_before_anything_is_sent(run, service, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "map.png"), "--url", url]
-    assert cli.main(arguments) == 1
-    assert "grazemap[plot]" in capsys.readouterr().err
+    code, _, errors = run(output="map.png")
+    assert code == 1
+    assert "grazemap[plot]" in errors
     assert service.requests == []
 
 
-def test_a_failed_job_gives_1_with_its_reason(url, service, request_file, tmp_path, capsys):
+def test_a_failed_job_gives_1_with_its_reason(run, service, tmp_path):
     service.ending = "failed"
-    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "m.npz"), "--url", url]
-    assert cli.main(arguments) == 1
-    assert "tile 3" in capsys.readouterr().err
-    assert not (tmp_path / "m.npz").exists()
+    code, _, errors = run()
+    assert code == 1
+    assert "tile 3" in errors
+    assert not (tmp_path / "map.npz").exists()
 
 
 @pytest.mark.parametrize(
@@ -230,17 +210,18 @@ def test_status_without_a_service_gives_1(monkeypatch, capsys):
     assert "grazemap up" in said
 
 
-def test_a_bad_address_gives_2(capsys):
-    assert cli.main(["status", "--url", "localhost"]) == 2
-    assert "http://" in capsys.readouterr().err
-    assert cli.main(["status", "--url", "http://127.0.0.1:abc"]) == 2
-    assert "base_url must" in capsys.readouterr().err
-
-
-def test_a_key_that_cannot_be_sent_gives_2(monkeypatch, capsys):
-    monkeypatch.setenv("GRAZEMAP_API_KEY", "k\u00e9y")
-    assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 2
-    assert "api_key must" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("address", "key", "told"),
+    [
+        ("localhost", "", "http://"),
+        ("http://127.0.0.1:abc", "", "base_url must"),
+        ("http://127.0.0.1:9", "k\u00e9y", "api_key must"),
+    ],
+)
+def test_a_bad_address_or_key_gives_2(monkeypatch, capsys, address, key, told):
+    monkeypatch.setenv("GRAZEMAP_API_KEY", key)
+    assert cli.main(["status", "--url", address]) == 2
+    assert told in capsys.readouterr().err
 
 
 def test_plot_draws_beside_the_result(tmp_path, capsys):
@@ -249,33 +230,26 @@ def test_plot_draws_beside_the_result(tmp_path, capsys):
     assert cli.main(["plot", str(result)]) == 0
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
     assert cli.main(["plot", str(result), "-o", str(tmp_path / "map.csv")]) == 2
-    assert cli.main(["plot", str(tmp_path / "none.npz")]) == 1
-
-
-def test_plot_draws_the_curve_of_one_stop_over_a_map(tmp_path):
-    saved = {name: tmp_path / f"{name.split()[0]}.npz" for name in ("unfolding-maps", ONE_STOP)}
-    for name, path in saved.items():
-        path.write_bytes(npz(name))
-    umap, curve = saved.values()
-    picture = tmp_path / "over.svg"
-    assert cli.main(["plot", str(umap), "-o", str(picture), "--over", str(curve)]) == 0
-    assert picture.exists()
 
 
 def test_plot_draws_curves_and_points_over_a_map(tmp_path, capsys):
-    saved = {}
-    for process in ("unfolding-maps", "grazing-curves", "codimension-two-points", "bifurcation-curves", "basins"):
-        saved[process] = tmp_path / f"{process}.npz"
-        saved[process].write_bytes(npz(process))
-    picture, plain = tmp_path / "over.svg", tmp_path / "plain.svg"
-    over = [word for name in list(saved)[1:4] for word in ("--over", str(saved[name]))]
-    assert cli.main(["plot", str(saved["unfolding-maps"]), "-o", str(picture), *over]) == 0
-    assert cli.main(["plot", str(saved["unfolding-maps"]), "-o", str(plain)]) == 0
-    assert picture.read_text().count("<path") > plain.read_text().count("<path")
-    assert cli.main(["plot", str(saved["unfolding-maps"]), "--over", str(saved["basins"])]) == 2
-    assert "allowed: grazing-curves" in capsys.readouterr().err
-    assert cli.main(["plot", str(saved["basins"]), *over]) == 2
-    assert "over an unfolding map" in capsys.readouterr().err
+    over = ["grazing-curves", "codimension-two-points", "bifurcation-curves"]
+    saved = {name: str(tmp_path / f"{name}.npz") for name in ["unfolding-maps", *over, "basins", ONE_STOP]}
+    for name, path in saved.items():
+        Path(path).write_bytes(npz(name))
+
+    def drawn(name, *names):
+        picture = tmp_path / "picture.svg"
+        laid = [word for other in names for word in ("--over", saved[other])]
+        code = cli.main(["plot", saved[name], "-o", str(picture), *laid])
+        return code, picture.read_text().count("<path") if code == 0 else capsys.readouterr().err
+
+    _, plain = drawn("unfolding-maps")
+    for names in (over, [ONE_STOP]):
+        code, paths = drawn("unfolding-maps", *names)
+        assert (code, paths > plain) == (0, True)
+    assert drawn("unfolding-maps", "basins")[0] == drawn("basins", *over)[0] == 2
+    assert "allowed: grazing-curves" in drawn("unfolding-maps", "basins")[1]
 
 
 def test_plot_of_something_else_gives_1(tmp_path, capsys):
@@ -288,45 +262,30 @@ def test_plot_of_something_else_gives_1(tmp_path, capsys):
 
 
 def test_a_file_that_cannot_be_read_or_written_is_named_with_its_option(tmp_path, capsys):
-    missing = tmp_path / "none.json"
-    run = ["run", "trajectories", "--json", str(missing), "-o", str(tmp_path / "t.npz"), "--url", "http://x"]
-    assert cli.main(run) == 1
-    assert capsys.readouterr().err == f"grazemap: the request (--json) {missing}: No such file or directory\n"
-    assert cli.main(["plot", str(missing)]) == 1
-    assert capsys.readouterr().err == f"grazemap: the result {missing}: No such file or directory\n"
-    result = tmp_path / "map.npz"
+    missing, result, nowhere = tmp_path / "none.json", tmp_path / "map.npz", tmp_path / "none" / "map.png"
     result.write_bytes(npz("unfolding-maps"))
-    nowhere = tmp_path / "none" / "map.png"
-    assert cli.main(["plot", str(result), "-o", str(nowhere)]) == 1
-    assert capsys.readouterr().err == f"grazemap: the picture {nowhere}: No such file or directory\n"
-
-
-def test_help_names_every_kind_of_file(capsys):
-    with pytest.raises(SystemExit):
-        cli.main(["run", "trajectories", "--help"])
-    written = capsys.readouterr().out
-    for ending in (".npz", ".json", ".png", ".svg", ".pdf"):
-        assert ending in written
+    for command, told in (
+        (
+            ["run", "trajectories", "--json", missing, "-o", tmp_path / "t.npz", "--url", "http://x"],
+            f"(--json) {missing}",
+        ),
+        (["plot", missing], f"the result {missing}"),
+        (["show", missing], f"the result {missing}"),
+        (["plot", result, "-o", nowhere], f"the picture {nowhere}"),
+    ):
+        assert cli.main([str(word) for word in command]) == 1
+        assert f"{told}: No such file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("process", ["periodic-orbits", "orbit-branches"])
-def test_an_orbit_that_was_not_found_is_written_reported_and_has_its_own_exit_code(
-    url, tmp_path, monkeypatch, capsys, process
-):
-    request, output = tmp_path / "request.json", tmp_path / "orbit.npz"
-    request.write_text(json.dumps(REQUESTS[process]))
-    arguments = ["run", process, "--json", str(request), "-o", str(output), "--url", url, "--quiet"]
-    assert cli.main(arguments) == 0
-    assert capsys.readouterr().err == ""
-    document, meta = decode_npz(npz(process))
+def test_an_orbit_that_was_not_found_is_written_reported_and_has_its_own_exit_code(run, tmp_path, monkeypatch, process):
+    assert run(REQUESTS[process], "orbit.npz", process)[::2] == (0, "")
     nothing = {"converged": False} if process == "periodic-orbits" else {"parameter": np.empty(0)}
-    lost = encode_npz({**document, **nothing, "reason": "it is too far away"}, meta)
+    lost = npz(process, {**nothing, "reason": "it is too far away"})
     monkeypatch.setattr("tests.support.sdk_fake_service.npz", lambda name: lost)
-    request.write_text(json.dumps({**REQUESTS[process], "max_period": 7}))
-    output.unlink()
-    assert cli.main(arguments) == 3
-    assert capsys.readouterr().err == "grazemap: no periodic orbit was found: it is too far away\n"
-    assert grazemap.load(output).reason == "it is too far away"
+    code, _, errors = run({**REQUESTS[process], "max_period": 7}, "lost.npz", process)
+    assert (code, errors) == (3, "grazemap: no periodic orbit was found: it is too far away\n")
+    assert grazemap.load(tmp_path / "lost.npz").reason == "it is too far away"
 
 
 def test_a_saved_result_says_what_it_is(tmp_path, capsys):
@@ -334,15 +293,13 @@ def test_a_saved_result_says_what_it_is(tmp_path, capsys):
     document, meta = decode_npz(npz("unfolding-maps"))
     path.write_bytes(encode_npz(document, meta | {"notes": [{"code": "x", "detail": "a note"}]}))
     assert cli.main(["show", str(path)]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith("UnfoldingMap: 2 x 3 points")
-    assert json.dumps(grazemap.load(path).meta["request"]) in said
-    assert "note      a note" in said
-    assert "table     motions" in said
-    rows = said.splitlines()[said.splitlines().index("table     motions") + 1 :]
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("UnfoldingMap: 2 x 3 points")
+    assert json.dumps(grazemap.load(path).meta["request"]) in "\n".join(lines)
+    assert "note      a note" in lines
+    rows = lines[lines.index("table     motions") + 1 :]
     assert rows[0].split()[:3] == ["label", "kind", "period"]
     assert rows[1].split()[1:4] == ["1-2r-2l", "periodic", "1"]
-    assert cli.main(["show", str(tmp_path / "none.npz")]) == 1
 
 
 def test_tables_are_printed_without_pandas_and_say_how_many_rows_are_left_out(tmp_path, monkeypatch, capsys):
@@ -370,17 +327,18 @@ def test_columns_beyond_the_width_stand_below():
     assert text(table, 8, 18) == [*above, *below]
 
 
-def test_the_schema_of_a_request_is_printed(capsys):
-    assert cli.main(["schema", "unfolding-maps"]) == 0
+@pytest.mark.parametrize("name", ["unfolding-maps", "unfolding_maps"])
+def test_the_schema_of_a_request_is_printed(capsys, name):
+    assert cli.main(["schema", name]) == 0
     schema = json.loads(capsys.readouterr().out)
+    assert schema["title"] == "UnfoldingMapsRequest"
     assert {"omega", "clearance", "policy"} <= schema["properties"].keys()
 
 
-def test_a_service_on_this_machine_is_used(url, service, request_file, tmp_path, monkeypatch, capsys):
+def test_a_service_on_this_machine_is_used(url, service, tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("GRAZEMAP_URL", raising=False)
     monkeypatch.setattr(constants, "DEFAULT_BASE_URL", url)
-    output = tmp_path / "map.npz"
-    assert cli.main(["run", "unfolding-maps", "--json", request_file, "-o", str(output)]) == 0
+    assert cli.main(["grazing-curves", "--omega", "0.2:0.4:5", "-o", str(tmp_path / "curve.npz")]) == 0
     assert f"grazemap: using the service at {url}" in capsys.readouterr().err
     assert service.computed == 1
 

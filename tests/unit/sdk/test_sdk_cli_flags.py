@@ -13,11 +13,10 @@ from matplotlib import rc_context
 import grazemap
 from grazemap import cli
 from grazemap.cli import files
-from grazemap.cli.flags import flags_of
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import PROCESSES, canonical, parse_request
 from tests.support.sdk_documents import MANY, MOTIONS, REQUESTS, npz
-from tests.support.sdk_fake_service import FakeService, problem, served
+from tests.support.sdk_fake_service import problem
 
 ROOT = Path(__file__).parents[3]
 OSCILLATOR = {
@@ -28,14 +27,10 @@ OSCILLATOR = {
     "forcing": [-1.0, 0.0, 0.5],
     "restitution": 0.7,
 }
-CURVE = ["grazing-curves", "--omega", "0.2:0.4:5"]
+CURVE = "grazing-curves --omega 0.2:0.4:5"
 GRID = "written START:STOP:POINTS or NUMBER,NUMBER,..."
-
-
-@pytest.fixture
-def url(service: FakeService):
-    with served(service) as address:
-        yield address
+MACHINE = ["--units", "SI", "--masses", "2,", "--stiffnesses", "800,", "--damping", "0.001", "--forcing", "12,"]
+SI = [*MACHINE, "--restitution", "0.8"]
 
 
 @pytest.fixture
@@ -108,10 +103,6 @@ def test_fields_without_a_flag_come_from_json_and_the_help_names_them(run, servi
     assert f"Only --json has every form of: {rest}, matrices, forcing." in capsys.readouterr().out
 
 
-def test_every_field_has_a_description():
-    assert [flag.name for process in PROCESSES for flag in flags_of(process) if not flag.description] == []
-
-
 def test_flags_take_precedence_over_json(run, service, tmp_path):
     path = tmp_path / "request.json"
     path.write_text(
@@ -126,91 +117,98 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
 
 def test_a_list_of_one_number_ends_with_a_comma(run, service):
     chain = ["--masses", "2", "--stiffnesses", "3", "--forcing", "1"]
-    run(*CURVE, *chain, "--damping", "0.1")
-    run(*CURVE, *chain, "--damping", "0.1,")
+    run(*CURVE.split(), *chain, "--damping", "0.1")
+    run(*CURVE.split(), *chain, "--damping", "0.1,")
     assert [job["request"]["oscillator"]["damping"] for job in service.jobs.values()] == [0.1, [0.1]]
 
 
 def test_the_result_and_its_picture_are_written_both(run, tmp_path, capsys):
     result, picture = tmp_path / "curve.npz", tmp_path / "curve.png"
-    assert run(*CURVE, "-o", str(result), "--plot", str(picture)) == 0
+    assert run(*CURVE.split(), "-o", str(result), "--plot", str(picture)) == 0
     assert capsys.readouterr().out.split() == [str(result), str(picture)]
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert grazemap.load(result).process == "grazing-curves"
 
 
 def test_a_picture_is_no_result(run, service, tmp_path, capsys):
-    assert run(*CURVE, "--plot", str(tmp_path / "curve.npz")) == 2
+    assert run(*CURVE.split(), "--plot", str(tmp_path / "curve.npz")) == 2
     assert "(--plot) must end in one of .png, .svg, .pdf" in capsys.readouterr().err
     assert service.requests == []
 
 
 def test_without_a_file_the_result_is_shown_as_by_show(run, tmp_path, capsys):
     path = tmp_path / "curve.npz"
-    run(*CURVE, "-o", str(path))
+    run(*CURVE.split(), "-o", str(path))
     capsys.readouterr()
-    assert run(*CURVE) == 0
+    assert run(*CURVE.split()) == 0
     printed = capsys.readouterr().out
     assert cli.main(["show", str(path)]) == 0
     assert printed == capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "errors"),
-    [
-        (["grazing-curves"], ["--omega: Field required (allowed: an object", GRID]),
-        (
-            ["grazing-curves", "--omega", "0.2,0.4,100"],
-            ["--omega 0.2,0.4,100: Three numbers with a whole one", "0.2:0.4:100 for the range, 0.2,0.4,100.0 for"],
-        ),
-        (["grazing-curves", "--omega", "0.2:0.4"], ["--omega 0.2:0.4: points: Field required", GRID]),
-        (
-            ["grazing-curves", "--omega", "0.2:0.4:100.5"],
-            ["--omega 0.2:0.4:100.5: points: Input should be a valid integer (allowed: an integer >= 2; " + GRID],
-        ),
-        (["grazing-curves", "--omega", "0.4:0.2:5"], ["--omega 0.4:0.2:5: stop must be greater", "stop > start > 0"]),
-        (["grazing-curves", "--omega", "abc"], ["--omega abc: Input should be a range or a list of numbers", GRID]),
-        (
-            ["codimension-two-points", "--omega", "0.2:0.4:100"],
-            ['--omega 0.2:0.4:100: Unknown field "points"', "written START:STOP)"],
-        ),
-        ([*CURVE, "--masses", "1,x,10"], ["--masses 1,x,10: number 2: ", "written NUMBER,NUMBER,...)"]),
-        (
-            [*CURVE, "--restitution", "2"],
-            ["--restitution 2: ", "(allowed: a finite number >= 0 and <= 1 or an object with the fields right, left; "],
-        ),
-        ([*CURVE, "--restitution", "nan"], ["--restitution nan: Input should be a finite number"]),
-        ([*CURVE, "--units", "mm"], ["--units mm: Input should be", 'one of "nondimensional", "SI"']),
-        ([*CURVE, "--units", "SI"], ["--damping: damping has no default in SI units", "NUMBER or NUMBER,NUMBER,..."]),
-        (
-            ["basins", "--omega", "0.29", "--clearance", "1.6", "--vertical-quantity", "velocity"],
-            ["--horizontal-quantity, --horizontal-mass, --horizontal-values: Field required"],
-        ),
-        (
-            ["unfolding-maps", "--omega", "1:2:3", "--clearance", "1:2:3", "--adaptive", "--policy", "sweep-up"],
-            ["--policy sweep-up: a sweep cannot be adaptive"],
-        ),
+MAPS = "unfolding-maps --omega 1:2:3 --clearance 1:2:3"
+BASINS = "basins --omega 0.29 --clearance 1.6"
+IN_SI = f"grazing-curves {shlex.join(SI)}"
+NUMBERS = "Input should be a range or a list of numbers"
+APART = "Unexpected argument; ranges and lists are written without spaces"
+ONE_WAY = "A switch has no value (allowed: --sequence or --no-sequence)"
+# by the words: how each line of the error begins, and what follows somewhere in it after each *
+ERRORS = {
+    "grazing-curves": [f"--omega: Field required (allowed: an object*{GRID}"],
+    "grazing-curves --omega 0.2,0.4,100": [
+        "--omega 0.2,0.4,100: Three numbers*0.2:0.4:100 for the range, 0.2,0.4,100.0 "
     ],
-)
-def test_an_error_names_the_flag_the_value_and_the_way_to_write_it(refused, arguments, errors):
-    said = refused(*arguments)
-    assert all(error in said[0] for error in errors), said
-    assert said[0].startswith(errors[0])
+    "grazing-curves --omega 0.2:0.4": [f"--omega 0.2:0.4: points: Field required*{GRID}"],
+    "grazing-curves --omega 0.2:0.4:1.5": [f"--omega 0.2:0.4:1.5: points: *(allowed: an integer >= 2; {GRID}"],
+    "grazing-curves --omega 0.4:0.2:5": ["--omega 0.4:0.2:5: stop must be greater*stop > start > 0"],
+    "grazing-curves --omega abc": [f"--omega abc: {NUMBERS}*{GRID}"],
+    "grazing-curves --omega 0.2 0.4 5": [f"0.4: {APART}", f"5: {APART}", f"--omega 0.2: {NUMBERS}"],
+    "codimension-two-points --omega 0.2:0.4:9": ['--omega 0.2:0.4:9: Unknown field "points"*written START:STOP)'],
+    f"{CURVE} --masses 1,x,10": ["--masses 1,x,10: number 2: *written NUMBER,NUMBER,...)"],
+    f"{CURVE} --restitution 2": [
+        "--restitution 2: *(allowed: a finite number >= 0 and <= 1 or an object with the fields "
+    ],
+    f"{CURVE} --restitution nan": ["--restitution nan: Input should be a finite number"],
+    f"{CURVE} --units mm": ['--units mm: *one of "nondimensional", "SI"'],
+    f"{CURVE} --units SI": ["--damping: damping has no default in SI units*NUMBER or NUMBER,NUMBER,..."],
+    f"{BASINS} --vertical-quantity velocity --vertical-values 1,2": [
+        "--horizontal-quantity, --horizontal-mass, --horizontal-values: Field required"
+    ],
+    f"{MAPS} --adaptive --policy sweep-up": ["--policy sweep-up: a sweep cannot be adaptive"],
+    "grazing-curves --omga 1 --restitution 2 --omega 1,2,3 --max-order x": [
+        "--omga: Unknown flag; did you mean --omega",
+        "--omega 1,2,3: ",
+        "--restitution 2: ",
+        "--max-order x: ",
+    ],
+    f"{CURVE} --sequence=yes": [f"--sequence yes: {ONE_WAY}"],
+    f"{CURVE} --no-sequence no": [f"--no-sequence no: {ONE_WAY}"],
+    f"{CURVE} --quiet=1 --max-order 0": ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: "],
+    "grazing-curves --omega 5Hz:12Hz:9": [f"--omega 5Hz:12Hz:9: Hz is a unit of SI*--units SI; {GRID}"],
+    f"{IN_SI} --omega 5mm:6mm:7": ["--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz or rad/s in SI; "],
+    f"{IN_SI} --omega 5Hz:12:9": ["--omega 5Hz:12:9: Only some of the numbers have a unit (allowed: a unit with each "],
+    f"{IN_SI} --omega 1:2:3 --restitution 5mm": ["--restitution 5mm: Input should be a valid number"],
+    f"{IN_SI} --omega 5Hz:12Hz:9Hz": ["--omega 5Hz:12Hz:9Hz: points: Input should be a valid integer"],
+    "grazing-curves --json wrong.json --max-order 0": [
+        '/: Unknown field "max_ordr"; did you mean max_order',
+        "/oscillator/restitution 2: ",
+        "/omega/points: ",
+        "--max-order 0: ",
+    ],
+    "trajectories --json many.json --initial-phase 1": [
+        "--initial-phase 1: initial in --json is not an object*written NUMBER)"
+    ],
+}
 
 
-def test_all_errors_are_named_at_once(refused):
-    said = refused(
-        "grazing-curves", "--omga", "0.2:0.4:5", "--restitution", "2", "--omega", "1,2,3", "--max-order", "x"
-    )
-    assert [line.partition(":")[0] for line in said] == ["--omga", "--omega 1,2,3", "--restitution 2", "--max-order x"]
-    assert said[0] == "--omga: Unknown flag; did you mean --omega"
-
-
-def test_numbers_apart_are_said_to_be_written_together(refused):
-    said = refused("grazing-curves", "--omega", "0.2", "0.4", "5")
-    apart = "Unexpected argument; ranges and lists are written without spaces"
-    assert said[:2] == [f"0.4: {apart}", f"5: {apart}"]
-    assert said[2].startswith("--omega 0.2: Input should be a range or a list of numbers")
+@pytest.mark.parametrize("words", ERRORS)
+def test_errors_name_the_flag_the_value_and_the_way_to_write_it(refused, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    wrong = {"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}
+    for name, body in (("wrong.json", wrong), ("many.json", REQUESTS[MANY])):
+        Path(name).write_text(json.dumps(body))
+    for line, expected in zip(refused(*shlex.split(words)), ERRORS[words], strict=True):
+        assert re.match(".*".join(map(re.escape, expected.split("*"))), line), line
 
 
 def commands_of_the_guides():
@@ -230,49 +228,13 @@ def test_the_commands_of_the_guides_work(run, tmp_path, monkeypatch, capsys, arg
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["map.json", *named])
 
 
-def test_an_error_in_json_names_the_field(refused, tmp_path):
-    path = tmp_path / "request.json"
-    path.write_text(json.dumps({"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}))
-    said = refused("grazing-curves", "--json", str(path), "--max-order", "0")
-    assert [line.partition(": ")[0] for line in said] == [
-        "/",
-        "/oscillator/restitution 2",
-        "/omega/points",
-        "--max-order 0",
-    ]
-    assert 'Unknown field "max_ordr"; did you mean max_order' in said[0]
-
-
-def test_a_flag_for_a_field_of_what_is_no_object_is_refused(refused, tmp_path):
-    path = tmp_path / "request.json"
-    path.write_text(json.dumps(REQUESTS[MANY]))
-    said = refused("trajectories", "--json", str(path), "--initial-phase", "1")
-    assert said == ["--initial-phase 1: initial in --json is not an object, and this would be a field of it (allowed: "
-                    "an object; written NUMBER)"]  # fmt: skip
-
-
 def test_an_error_of_the_service_names_the_flag(run, service, capsys):
     errors = [{"pointer": "/omega", "detail": "too many points", "allowed": "at most 4"}]
     answer = {"type": "urn:x", "title": "Too much work", "status": 422, "detail": "more than allowed", "errors": errors}
     service.upcoming = [problem(422)]
     service.upcoming[0]._content = json.dumps(answer).encode()
-    assert run(*CURVE) == 2
+    assert run(*CURVE.split()) == 2
     assert f"--omega 0.2:0.4:5: too many points (allowed: at most 4; {GRID})" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["status", "--ulr", "http://x"], "--ulr: Unknown flag; did you mean --url"),
-        (["show", "a.npz", "--quiet"], "--quiet: Unknown flag"),
-        (["plot", "a.npz", "b.npz"], "b.npz: Unexpected argument"),
-    ],
-)
-def test_an_unknown_flag_of_another_command_is_named_with_the_nearest(arguments, said, capsys):
-    with pytest.raises(SystemExit) as caught:
-        cli.main(arguments)
-    assert caught.value.code == 2
-    assert said in capsys.readouterr().err
 
 
 def test_the_help_has_one_line_for_each_command(monkeypatch, capsys):
@@ -294,115 +256,62 @@ def test_names_are_written_with_hyphens_or_underscores(run, service, tmp_path, w
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "told"),
     [
-        (["grazing-curve", "--omega", "1:2:3"], "there is no command grazing-curve; did you mean grazing-curves"),
-        (["unfolding_map"], "there is no command unfolding-map; did you mean unfolding-maps"),
-        (["run", "unfolding-map"], "there is no process unfolding-map; did you mean unfolding-maps"),
-        (["schema", "grazing_curve"], "there is no process grazing-curve; did you mean grazing-curves"),
-        (["completion", "bsh"], "there is no shell bsh; did you mean bash"),
-        (["wobble"], "there is no command wobble (allowed: structures, grazing-curves, "),
+        ("grazing-curve --omega 1:2:3", "there is no command grazing-curve; did you mean grazing-curves"),
+        ("unfolding_map", "there is no command unfolding-map; did you mean unfolding-maps"),
+        ("run unfolding-map", "there is no process unfolding-map; did you mean unfolding-maps"),
+        ("schema grazing_curve", "there is no process grazing-curve; did you mean grazing-curves"),
+        ("completion bsh", "there is no shell bsh; did you mean bash"),
+        ("wobble", "there is no command wobble (allowed: structures, grazing-curves, "),
+        ("status --ulr http://x", "--ulr: Unknown flag; did you mean --url"),
+        ("show a.npz --quiet", "--quiet: Unknown flag"),
+        ("plot a.npz b.npz", "b.npz: Unexpected argument"),
     ],
 )
-def test_a_command_or_process_that_is_misspelt_is_named_with_the_nearest(capsys, words, said):
+def test_a_command_process_or_flag_that_is_misspelt_is_named_with_the_nearest(capsys, words, told):
     with pytest.raises(SystemExit) as caught:
-        cli.main(words)
+        cli.main(words.split())
     assert caught.value.code == 2
-    assert said in capsys.readouterr().err
+    assert told in capsys.readouterr().err
 
 
-def test_the_schema_of_a_process_may_be_asked_with_underscores(capsys):
-    assert cli.main(["schema", "grazing_curves"]) == 0
-    assert json.loads(capsys.readouterr().out)["title"] == "GrazingCurvesRequest"
+PATH = "trajectories --periods 2 --omega"
+LINE = "bifurcation-diagrams --vary"
+RECTANGLE = "--vertical-quantity velocity --vertical-mass 1 --vertical-values -0.1:0.1:3"
+# by the words: fields of the request in SI
+IN_UNITS = {
+    "unfolding-maps --omega 2.5Hz:4Hz:3 --clearance 1mm:5mm:2": {
+        "omega": {"start": 5.0 * math.pi, "stop": 8.0 * math.pi, "points": 3},
+        "clearance": {"start": 0.001, "stop": 0.005, "points": 2},
+    },
+    f"{PATH} 3Hz --clearance 0.002m --initial-displacement -1mm,": {
+        "omega": 6.0 * math.pi,
+        "clearance": 0.002,
+        "initial": {"displacement": [-0.001], "velocity": [0.0], "phase": 0.0},
+    },
+    f"{LINE} clearance --range 1e0mm:5.mm:4 --omega 20rad/s": {
+        "range": {"start": 0.001, "stop": 0.005, "points": 4},
+        "omega": 20.0,
+    },
+    f"{LINE} omega --range 1Hz,2Hz, --clearance 5mm": {"range": [2.0 * math.pi, 4.0 * math.pi], "clearance": 0.005},
+    "orbit-branches --omega 20 --clearance 5mm --range 4mm:6mm --motion-period 1 --motion-stops 1,": {
+        "range": {"start": 0.004, "stop": 0.006}
+    },
+    "basins --omega 20 --clearance 5mm --horizontal-quantity displacement --horizontal-mass 1 "
+    f"--horizontal-values -1mm:1mm:3 {RECTANGLE}": {
+        "horizontal": {"quantity": "displacement", "mass": 1, "values": {"start": -0.001, "stop": 0.001, "points": 3}}
+    },
+}
 
 
-@pytest.mark.parametrize(
-    ("words", "errors"),
-    [
-        (["--sequence=yes"], ["--sequence yes: A switch has no value (allowed: --sequence or --no-sequence)"]),
-        (["--no-sequence", "no"], ["--no-sequence no: A switch has no value (allowed: --sequence or --no-sequence)"]),
-        (
-            ["--quiet=1", "--max-order", "0"],
-            ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: Input should be greater"],
-        ),
-    ],
-)
-def test_a_switch_with_a_value_is_refused_with_the_other_errors(refused, words, errors):
-    said = refused(*CURVE, *words)
-    assert len(said) == len(errors)
-    assert all(line.startswith(error) for line, error in zip(said, errors, strict=True))
-
-
-MACHINE = ["--units", "SI", "--masses", "2,", "--stiffnesses", "800,", "--damping", "0.001", "--forcing", "12,"]
-SI = [*MACHINE, "--restitution", "0.8"]
-
-
-@pytest.mark.parametrize(
-    ("words", "plain"),
-    [
-        (
-            ["unfolding-maps", "--omega", "2.5Hz:4Hz:3", "--clearance", "1mm:5mm:2"],
-            {
-                "omega": {"start": 5.0 * math.pi, "stop": 8.0 * math.pi, "points": 3},
-                "clearance": {"start": 0.001, "stop": 0.005, "points": 2},
-            },
-        ),
-        (
-            ["trajectories", "--omega", "3Hz", "--clearance", "0.002m", "--periods", "2",
-             "--initial-displacement", "-1mm,"],
-            {"omega": 6.0 * math.pi, "clearance": 0.002,
-             "initial": {"displacement": [-0.001], "velocity": [0.0], "phase": 0.0}},
-        ),
-        (
-            ["bifurcation-diagrams", "--vary", "clearance", "--range", "1e0mm:5.mm:4", "--omega", "20rad/s"],
-            {"range": {"start": 0.001, "stop": 0.005, "points": 4}, "omega": 20.0},
-        ),
-        (
-            ["bifurcation-diagrams", "--vary", "omega", "--range", "1Hz,2Hz,", "--clearance", "5mm"],
-            {"range": [2.0 * math.pi, 4.0 * math.pi], "clearance": 0.005},
-        ),
-        (
-            ["orbit-branches", "--omega", "20", "--clearance", "5mm", "--range", "4mm:6mm", "--motion-period", "1",
-             "--motion-stops", "1,"],
-            {"range": {"start": 0.004, "stop": 0.006}},
-        ),
-        (
-            ["basins", "--omega", "20", "--clearance", "5mm", "--horizontal-quantity", "displacement",
-             "--horizontal-mass", "1", "--horizontal-values", "-1mm:1mm:3", "--vertical-quantity", "velocity",
-             "--vertical-mass", "1", "--vertical-values", "-0.1:0.1:3"],
-            {"horizontal": {"quantity": "displacement", "mass": 1,
-                            "values": {"start": -0.001, "stop": 0.001, "points": 3}}},
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("words", IN_UNITS)
 @pytest.mark.filterwarnings("ignore::grazemap.errors.RequestWarning")
-def test_frequencies_and_lengths_may_have_units_in_si(run, service, words, plain):
-    assert run(*words, *SI) in (0, 3)
+def test_frequencies_and_lengths_may_have_units_in_si(run, service, words):
+    assert run(*shlex.split(words), *SI) in (0, 3)
     (job,) = service.jobs.values()
     request = canonical(parse_request(job["process"], job["request"]))
-    assert {name: request[name] for name in plain} == plain
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (
-            ["--omega", "5Hz:12Hz:200"],
-            "--omega 5Hz:12Hz:200: Hz is a unit of SI, and this oscillator is nondimensional (allowed: numbers "
-            f"without units, or --units SI; {GRID})",
-        ),
-        ([*SI, "--omega", "5mm:6mm:7"], "--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz or rad/s in SI; "),
-        (
-            [*SI, "--omega", "5Hz:12:200"],
-            "--omega 5Hz:12:200: Only some of the numbers have a unit (allowed: a unit with each of them, or ",
-        ),
-        ([*SI, "--omega", "1:2:3", "--restitution", "5mm"], "--restitution 5mm: Input should be a valid number"),
-        ([*SI, "--omega", "5Hz:12Hz:200Hz"], "--omega 5Hz:12Hz:200Hz: points: Input should be a valid integer"),
-    ],
-)
-def test_a_unit_that_does_not_apply_is_refused(refused, words, said):
-    (line,) = refused("grazing-curves", *words)
-    assert line.startswith(said)
+    assert {name: request[name] for name in IN_UNITS[words]} == IN_UNITS[words]
 
 
 def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys):
@@ -445,19 +354,14 @@ def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys
 
 
 @pytest.mark.parametrize(
-    ("arguments", "note"),
+    ("words", "note"),
     [
-        (["--omega", "10Hz,13Hz"], "--omega 10Hz,13Hz is a list of two values; for a range write 10Hz:13Hz:POINTS"),
-        (["--omega", "2:3:48"], "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
-        (
-            ["--omega", "2Hz:3Hz:4", "--clearance", "10:60:4"],
-            "write --clearance 10mm:60mm:4 if mm was meant",
-        ),
+        ("--omega 10Hz,13Hz --clearance 1mm:2mm:2", "for a range write 10Hz:13Hz:POINTS"),
+        ("--omega 2:3:48 --clearance 1mm:2mm:2", "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        ("--omega 2Hz:3Hz:4 --clearance 10:60:4", "write --clearance 10mm:60mm:4 if mm was meant"),
     ],
 )
-def test_a_note_says_what_to_write_on_the_command_line(run, capsys, arguments, note):
-    if "--clearance" not in arguments:
-        arguments = [*arguments, "--clearance", "1mm:2mm:2"]
+def test_a_note_says_what_to_write_on_the_command_line(run, capsys, words, note):
     machine = ["--units", "SI", "--masses", "1", "--stiffnesses", f"{16 * math.pi**2}", "--damping", "0.005"]
-    run("unfolding-maps", *machine, "--forcing", "1", "--restitution", "0.8", *arguments)
+    run("unfolding-maps", *machine, "--forcing", "1", "--restitution", "0.8", *words.split())
     assert note in capsys.readouterr().err

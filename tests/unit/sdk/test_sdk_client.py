@@ -6,9 +6,10 @@ import httpx2
 import numpy as np
 import pytest
 
-from grazemap import Client, Oscillator, errors
+from grazemap import Client, errors
+from grazemap.client.process_methods import METHODS
 from grazemap.results import State
-from grazemap.wire import PROCESSES, InitialState
+from grazemap.wire import PROCESSES, InitialState, canonical, parse_request
 from tests.support.sdk_documents import REQUESTS, npz
 from tests.support.sdk_fake_service import problem
 
@@ -16,62 +17,19 @@ CURVE = REQUESTS["grazing-curves"]
 
 
 def test_each_process_has_its_method(client, service):
-    structure = client.structure(omega=(0.2, 0.3), points=3, times=[1.0, 2.0], progress=False)
-    curve = client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
-    points = client.codimension_two_points(Oscillator(), omega=(0.2, 0.3), progress=False)
-    mapping = client.discontinuity_mapping(
-        omega=0.29, overshoot=np.array([1e-4, 1e-6]), stop="C", returns=2, progress=False
-    )
-    path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
-    umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
-    whole = client.unfolding_diagram(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
-    diagram = client.bifurcation_diagram(omega=0.29, clearance=[1.5, 1.6, 2.5], periods=3, progress=False)
-    basins = client.basins(
-        omega=0.29,
-        clearance=1.6,
-        horizontal=("displacement", 1, (-1.0, 1.0)),
-        vertical={"quantity": "velocity", "mass": 2, "values": np.array([-0.5, 0.5])},
-        shape=(2, 3),
-        progress=False,
-    )
-    fractions = client.basin_fractions(
-        vary="clearance",
-        range=[1.5, 1.6, 2.5],
-        omega=0.29,
-        states=6,
-        displacement=[(-1.0, 1.0), 0.0, {"start": 0, "stop": 0.5}],
-        progress=False,
-    )
-    orbit = client.periodic_orbit(omega=0.27, clearance=1.85, motion=(1, [1, -1]), progress=False)
-    branch = client.orbit_branch(
-        omega=0.27, clearance=1.85, motion={"period": 1, "stops": [1, -1]}, range=(1.8, 1.9), progress=False
-    )
-    borders = client.bifurcation_curves(omega=(0.2, 0.3), clearance=(1.5, 1.6), progress=False)
-    proof = client.prove(statement=REQUESTS["proofs"]["statement"], progress=False)
-    maps = (umap, whole, basins, fractions)
-    answers = (structure, curve, points, mapping, path, diagram, *maps, orbit, branch, borders, proof)
-    assert [result.process for result in answers] == list(PROCESSES)
-    np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
-    assert points.points[1].bifurcation == "SN"
-    assert path.motion.label == "1-1r-1l"
-    assert umap.kind.shape == (2, 3)
-    assert whole.unfolding_map.kind.shape == (2, 3)
-    assert service.computed == 14
+    for name, method in METHODS.items():
+        shape = {"shape": None} if name == "unfolding_diagram" else {}  # the ranges have their points
+        result = getattr(client, name)(**REQUESTS[method.process], **shape, progress=False)
+        assert result.process == method.process
+    asked = {job["process"]: canonical(parse_request(job["process"], job["request"])) for job in service.jobs.values()}
+    assert asked == {process: canonical(parse_request(process, REQUESTS[process])) for process in PROCESSES}
 
 
-def test_an_adaptive_map_is_another_request(client, service):
-    keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
-    full, adaptive = client.unfolding_map(**keywords), client.unfolding_map(**keywords, adaptive=True)
-    assert full.computed is None
-    assert adaptive.computed is not None
-    assert service.computed == 2
-
-
-def test_a_preview_is_another_request(client, service):
-    keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
-    client.unfolding_map(**keywords)
-    client.unfolding_map(**keywords, preview=True)
-    assert [job["request"].get("preview") for job in service.jobs.values()] == [None, True]
+@pytest.mark.parametrize("choice", ["adaptive", "preview"])
+def test_an_adaptive_map_or_a_preview_is_another_request(client, service, choice):
+    for keywords in ({}, {choice: True}):
+        client.unfolding_map(**REQUESTS["unfolding-maps"], **keywords, progress=False)
+    assert [job["request"].get(choice) for job in service.jobs.values()] == [None, True]
 
 
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
@@ -246,15 +204,16 @@ def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, t
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_an_endless_answer_is_reported(client, service):
-    service.upcoming = [httpx2.Response(200, content=b"[" * 100_000)]
-    with pytest.raises(errors.ProtocolError):
-        client.describe()
-
-
-def test_an_answer_that_cannot_be_decoded_is_reported(client, service):
-    broken = {"content-encoding": "gzip"}
-    service.upcoming = [httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)]
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {"content": b"[" * 100_000},
+        {"text": "<html>of another server</html>"},
+        {"stream": httpx2.ByteStream(b"not gzip"), "headers": {"content-encoding": "gzip"}},
+    ],
+)
+def test_an_answer_that_makes_no_sense_is_reported(client, service, answer):
+    service.upcoming = [httpx2.Response(200, **answer)]
     with pytest.raises(errors.ProtocolError):
         client.jobs()
 
@@ -278,12 +237,6 @@ def test_a_broken_result_is_reported(client, service, content):
     service.results[handle.id] = content
     with pytest.raises(errors.ResultFormatError):
         handle.result()
-
-
-def test_another_server_at_the_address_is_reported(client, service):
-    service.upcoming = [httpx2.Response(200, text="<html>hello</html>")]
-    with pytest.raises(errors.ProtocolError):
-        client.jobs()
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_broken_connections_and_busy_answers_are_retried(play):
 
 def test_pauses_grow_and_are_jittered(play):
     seen = []
-    for _ in range(200):
+    for _ in range(100):
         run = play(*[ConnectError("refused")] * 6)
         with pytest.raises(errors.ConnectionFailed):
             run.send(5)

@@ -1,21 +1,27 @@
-"""Files that say more than they have: what `load` allocates is bounded by the bytes of the file."""
+"""Files that are damaged or forged: refused, and what `load` allocates is bounded by the bytes of the file."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import random
+import re
 import struct
 import tracemalloc
+import warnings
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
 import grazemap
 from grazemap import npz
-from grazemap.codec import decode_npz, encode_npz
+from grazemap.codec import CodecError, decode_npz, encode_npz
 from grazemap.errors import ResultFormatError
+from grazemap.results import decode_result
+from tests.support.sdk_documents import REQUESTS
 from tests.support.sdk_documents import npz as sample
 
 # Deflate makes its input at most 1032 times as long: a member and the array that is copied from it.
@@ -24,6 +30,17 @@ MOST_BYTES_OF_A_BYTE = 2 * 1032
 MOST_BYTES_BESIDES = 64 << 20
 MILLIONS = 3_000_000
 PROCESS = "codimension-two-points"  # its result has records, lists of records in them, and texts
+
+
+@contextlib.contextmanager
+def at_most(size: int) -> Iterator[None]:
+    """Check that no more memory is taken at a time."""
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < size
+    finally:
+        tracemalloc.stop()
 
 
 def parts() -> tuple[dict[str, np.ndarray], dict]:
@@ -36,56 +53,22 @@ def file_of(arrays: dict[str, np.ndarray], meta: object) -> bytes:
     return npz.packed({**arrays, "meta": np.array(meta if isinstance(meta, str) else json.dumps(meta))})
 
 
-def without_points(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: array for name, array in arrays.items() if not name.startswith("points.")}
-
-
-def counted_records() -> bytes:
-    """Records without fields, of which there is nothing but the number."""
+def records(structure: dict[str, str], **columns: np.ndarray | int) -> bytes:
+    """A result whose records have another structure and other columns, some with dots in place of underscores."""
     arrays, meta = parts()
-    meta["structure"] = {"points": "records"}
-    return file_of({**without_points(arrays), "points.count": np.array(MILLIONS)}, meta)
-
-
-def equal_records() -> bytes:
-    """Records of one field, whose values are packed into nothing."""
-    arrays, meta = parts()
-    meta["structure"] = {"points": "records"}
-    column = {"points.count": np.array(MILLIONS), "points.order": np.zeros(MILLIONS, np.bool_)}
-    return file_of({**without_points(arrays), **column}, meta)
+    others = {name: array for name, array in arrays.items() if not name.startswith("points.")}
+    named = {f"points.{name.replace('_', '.')}": np.array(values) for name, values in columns.items()}
+    return file_of(others | named, {**meta, "structure": {"points": "records", **structure}})
 
 
 def records_in_a_record() -> bytes:
-    """One record with a list of records."""
-    arrays, meta = parts()
-    meta["structure"] = {"points": "records", "points.families": "list", "points.families.values": "records"}
-    column = {
-        "points.count": np.array(1),
-        "points.families.offsets": np.array([0, MILLIONS]),
-        "points.families.values.count": np.array(MILLIONS),
-    }
-    return file_of({**without_points(arrays), **column}, meta)
-
-
-def rows_of_nothing() -> bytes:
-    """A field of records with empty lists, which take no bytes."""
-    arrays, meta = parts()
-    meta["structure"] = {"points": "records"}
-    column = {"points.count": np.array(1), "points.order": np.zeros((MILLIONS, 0))}
-    return file_of({**without_points(arrays), **column}, meta)
+    inner = {"points.families": "list", "points.families.values": "records"}
+    return records(inner, count=1, families_offsets=np.array([0, MILLIONS]), families_values_count=MILLIONS)
 
 
 def lists_in_a_record() -> bytes:
-    """One record with a list of lists."""
-    arrays, meta = parts()
-    meta["structure"] = {"points": "records", "points.a": "list", "points.a.values": "list"}
-    column = {
-        "points.count": np.array(1),
-        "points.a.offsets": np.array([0, MILLIONS]),
-        "points.a.values.offsets": np.zeros(MILLIONS, np.int64),
-        "points.a.values.values": np.zeros(1),
-    }
-    return file_of({**without_points(arrays), **column}, meta)
+    ends = {"a_offsets": np.array([0, MILLIONS]), "a_values_offsets": np.zeros(MILLIONS, np.int64)}
+    return records({"points.a": "list", "points.a.values": "list"}, count=1, **ends, a_values_values=np.zeros(1))
 
 
 def a_long_name() -> bytes:
@@ -139,16 +122,16 @@ def overlapping_members() -> bytes:
 def many_members() -> bytes:
     """More arrays than any result has."""
     arrays, meta = parts()
-    return file_of(arrays | {f"a{number}": np.zeros(0) for number in range(20_000)}, meta)
+    return file_of(arrays | {f"a{number}": np.zeros(0) for number in range(npz.MOST_MEMBERS + 1)}, meta)
 
 
 @pytest.mark.parametrize(
     "made",
     [
-        counted_records,
-        equal_records,
+        pytest.param(lambda: records({}, count=MILLIONS), id="records without fields"),
+        pytest.param(lambda: records({}, count=MILLIONS, order=np.zeros(MILLIONS, np.bool_)), id="equal records"),
+        pytest.param(lambda: records({}, count=1, order=np.zeros((MILLIONS, 0))), id="rows of nothing"),
         records_in_a_record,
-        rows_of_nothing,
         lists_in_a_record,
         a_long_name,
         many_names,
@@ -157,19 +140,13 @@ def many_members() -> bytes:
         overlapping_members,
         many_members,
     ],
-    ids=lambda made: made.__name__,
 )
 def test_what_a_file_takes_is_bounded_by_its_bytes(made: Callable[[], bytes], tmp_path) -> None:
     data = made()
     path = tmp_path / "hostile.npz"
     path.write_bytes(data)
-    tracemalloc.start()
-    try:
-        with pytest.raises(ResultFormatError):
-            grazemap.load(path)
-        assert tracemalloc.get_traced_memory()[1] < MOST_BYTES_BESIDES + MOST_BYTES_OF_A_BYTE * len(data)
-    finally:
-        tracemalloc.stop()
+    with at_most(MOST_BYTES_BESIDES + MOST_BYTES_OF_A_BYTE * len(data)), pytest.raises(ResultFormatError):
+        grazemap.load(path)
 
 
 def test_true_results_are_far_below_the_bounds(tmp_path) -> None:
@@ -178,3 +155,138 @@ def test_true_results_are_far_below_the_bounds(tmp_path) -> None:
     records = [{"kind": "resonant", "order": 2, "families": families, "omega": n / 7} for n in range(10_000)]
     data = encode_npz({"points": records, "none": None}, {"process": PROCESS})
     assert decode_npz(data)[0]["points"] == records
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"hello",
+        b"{}",
+        b"{",
+        b"[1]",
+        b'{"meta": {}}',
+        b'{"meta": {"process": "grazing-curves"}, "omega": [1]}',
+        b'{"meta": [], "points": 3}',
+        encode_npz({"omega": np.zeros(2)}, {"process": "grazing-curves", "request": {}}),
+        encode_npz({}, {"process": "something-else"}),
+        sample("trajectories")[:500],
+        b"{" + b'"a":[' * 100_000,
+        b'{"meta": {"process": []}}',
+        b'{"meta": {"process": "trajectories"}, "impacts": [1], "sticking": {}}',
+        b'{"meta": {"process": "codimension-two-points"}, "points": []}',
+        encode_npz({}, {"process": "grazing-curves", "x": 1})[:-30],
+    ],
+)
+def test_a_file_that_is_no_result_is_refused(content, tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(content)
+    with pytest.raises(ResultFormatError, match=re.escape(str(path))):
+        grazemap.load(path)
+
+
+@pytest.mark.parametrize("ending", [".npz", ".json"])
+@pytest.mark.parametrize("process", list(REQUESTS))
+def test_a_damaged_file_is_the_same_result_or_refused(process, ending, tmp_path):
+    """A change of JSON may be another number."""
+    path = decode_result(sample(process)).save(tmp_path / f"file{ending}")
+    whole, draw, refused = path.read_bytes(), random.Random(1), 0
+    for _ in range(80):
+        content = bytearray(whole)
+        content[draw.randrange(len(content))] = draw.randrange(256)
+        path.write_bytes(content)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # zipfile and numpy also warn of some damages
+            try:
+                result = grazemap.load(path)
+            except ResultFormatError:
+                refused += 1
+            else:
+                assert ending == ".json" or result.save(tmp_path / "again.npz").read_bytes() == whole
+    assert refused > 40
+
+
+def test_npz_whose_structure_is_wrong_is_refused():
+    document = {"points": [{"kind": "recurrence", "families": [{"case": 1, "n": 2}]}, {"kind": "resonant"}]}
+    with np.load(io.BytesIO(encode_npz(document, {}))) as archive:
+        arrays = dict(archive)
+    meta = json.loads(str(arrays["meta"]))
+    for structure in ([], None, {**meta["structure"], "points": "scalar"}, {"points": 3}, {"none": "records"}):
+        changed = {**arrays, "meta": np.array(json.dumps({"structure": structure}))}
+        buffer = io.BytesIO()
+        np.savez(buffer, **changed)
+        with pytest.raises(CodecError):
+            decode_npz(buffer.getvalue())
+    # a plain column that is gone altogether is a field that no record has
+    for name in set(arrays) - {"meta", "points.kind", "points.families.values.case", "points.families.values.n"}:
+        buffer = io.BytesIO()
+        np.savez(buffer, **{other: array for other, array in arrays.items() if other != name})
+        with pytest.raises(CodecError):
+            decode_npz(buffer.getvalue())
+
+
+def forged(header: str, content: bytes = bytes(80), name: str = "omega") -> bytes:
+    """The npz of a result with an array whose header says something else than the bytes that follow."""
+    text = f"{header}\n".encode()
+    lying = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + content
+    result = io.BytesIO()
+    with (
+        zipfile.ZipFile(io.BytesIO(sample(PROCESS if "." in name else "grazing-curves"))) as whole,
+        zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
+        for member in whole.namelist():
+            archive.writestr(member, lying if member == f"{name}.npy" else whole.read(member))
+    return result.getvalue()
+
+
+def header(shape: str, descr: str = "<f8") -> str:
+    return f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        forged(header("(1000000000000,)")),
+        forged(header("(1048576, 1048576)")),
+        forged(header("(1 << 62, 4)")),
+        forged(header("(11,)")),
+        forged(header("(0,)")),
+        forged(header("(-10,)")),
+        forged(header("(-1, 2)")),
+        forged(header(f"({1 << 40}, 0)"), b""),
+        forged(header(f"({1 << 40},)", "|V0"), b""),
+        forged(header("(10,)", "|O")),
+        forged(header("(1,)", "<U1000000000")),
+        forged(header("()", "<i8"), (1 << 40).to_bytes(8, "little"), "points.count"),
+        forged(header("(4,)", "<i8"), np.array([0, 2, 0, 2]).tobytes(), "points.families.offsets"),
+        forged(""),
+        forged("{}"),
+        forged(header("(10,)")[:-10]),
+        forged("[" * 9000),
+    ],
+)
+def test_a_forged_array_is_refused_before_memory_is_taken_for_it(data):
+    with at_most(4 << 20), pytest.raises(ResultFormatError, match="not a grazemap result"):
+        decode_result(data)
+
+
+def test_a_header_that_is_true_is_read():
+    assert decode_result(forged(header("(3,)"), np.arange(3.0).tobytes())).omega.tolist() == [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize("size", [1000, 1 << 31])
+def test_a_zip_bomb_is_refused_before_it_is_unpacked(size):
+    """A member of 64 MB, and a directory that says less, or more than deflate can pack into so few bytes."""
+    small = forged(header(f"({64 << 20},)", "|u1"), bytes(64 << 20))
+    assert len(small) < 1 << 17
+    place = small.index(b"omega.npy", small.index(b"PK\1\2")) - 46 + 24
+    lying = small[:place] + struct.pack("<L", size) + small[place + 4 :]
+    with at_most(4 << 20), pytest.raises(ResultFormatError):
+        decode_result(lying)
+
+
+def test_pickles_are_never_loaded(tmp_path):
+    path = tmp_path / "evil.npz"
+    np.savez(path, meta=np.array([object()], dtype=object))
+    with pytest.raises(ResultFormatError):
+        grazemap.load(path)

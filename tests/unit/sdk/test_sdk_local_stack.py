@@ -45,19 +45,13 @@ def test_a_block_has_a_client_and_leaves_nothing(stack, tmp_path):
         assert client._stack._process.args[-4:] == ["--die-with-parent", str(os.getpid()), "--workers", "2"]
     assert not alive(pid)
     assert list(tmp_path.iterdir()) == []
+    client.close()  # once more does no harm
 
 
-def test_closing_twice_is_harmless(stack):
-    stack(READY + "time.sleep(60)")
-    client = grazemap.local()
-    client.close()
-    client.close()
-
-
-def test_a_given_data_folder_stays(stack, tmp_path):
-    data = tmp_path / "kept"
+@pytest.mark.parametrize("kind", [Path, str])
+def test_a_given_data_folder_stays(stack, tmp_path, kind):
     stack("import os, sys; os.makedirs(sys.argv[-1]);" + READY + "time.sleep(60)")
-    with grazemap.local(data=data):
+    with grazemap.local(data=kind(tmp_path / "kept")):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
@@ -77,7 +71,7 @@ def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
     started = time.monotonic()
     with pytest.raises(StackError, match="not ready after"):
         local_stack.Stack(timeout=0.3)
-    assert time.monotonic() - started < 5
+    assert time.monotonic() - started < 30
     assert list(tmp_path.iterdir()) == []
 
 
@@ -129,10 +123,3 @@ def test_settings_of_an_operators_service_do_not_reach_it(stack, tmp_path, monke
         environment = json.loads(seen.read_text())
     assert {name: value for name, value in environment.items() if name.upper().startswith("GRAZEMAP_")} == own
     assert "PATH" in environment
-
-
-def test_the_data_folder_may_be_a_path_or_a_text(stack, tmp_path):
-    stack("import pathlib, sys; pathlib.Path(sys.argv[-1]).mkdir();" + READY + "time.sleep(60)")
-    for data in (tmp_path / "a", str(tmp_path / "b")):
-        with grazemap.local(data=data):
-            assert Path(data).is_dir()

@@ -69,16 +69,12 @@ def test_what_means_something_else_has_another_text(change: dict[str, Any]) -> N
     assert Oscillator(**change).beyond_the_chain() == next(iter(change))
 
 
-@pytest.mark.parametrize("clearance", [{"right": 1.6, "left": 1.6}, 1.6])
-def test_two_equal_stops_are_one_number(clearance: Any) -> None:
-    assert canonical(parse_request("structures", {"clearance": clearance}))["clearance"] == 1.6
-
-
-def test_an_absent_stop_stays_absent() -> None:
-    assert canonical(parse_request("structures", {"clearance": {"right": 1.6}}))["clearance"] == {
-        "right": 1.6,
-        "left": None,
-    }
+@pytest.mark.parametrize(
+    ("clearance", "text"),
+    [({"right": 1.6, "left": 1.6}, 1.6), (1.6, 1.6), ({"right": 1.6}, {"right": 1.6, "left": None})],
+)
+def test_two_equal_stops_are_one_number_and_an_absent_one_stays_absent(clearance: Any, text: Any) -> None:
+    assert canonical(parse_request("structures", {"clearance": clearance}))["clearance"] == text
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
-"""Maps and diagrams over any parameters: what is refused, equal requests, results, pictures."""
+"""Maps, diagrams and windows over any two parameters: what is refused, equal requests, results, pictures."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,72 +11,137 @@ from matplotlib.contour import QuadContourSet
 from grazemap.client.arguments import validated
 from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
-from grazemap.results import UnfoldingMap
-from grazemap.results.base import decode_result
 from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
-from grazemap.wire.planes import Axis, with_parameter
-from tests.support.sdk_documents import AXES, npz
+from grazemap.wire.planes import Axis, WindowAxis, with_parameter
+from tests.support.sdk_documents import AXES, CURVES_OF_AXES, DIAGRAM_OF_AXES, result_of
+from tests.support.sdk_refusals import refused
 
-OMEGA = {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 4}}
-RESTITUTION = {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9, "points": 3}}
-RIGHT = {"vary": "clearance_right", "values": [1.0, 1.5, 2.0]}
-MASS = {"vary": "masses[2]", "values": [9.0, 10.0]}
-BASE = {"horizontal": OMEGA, "vertical": RESTITUTION, "clearance": 1.6}
+MAP, WINDOW, DIAGRAM = "unfolding-maps", "bifurcation-curves", "unfolding-diagrams"
+MOTION = {"period": 1, "stops": [1]}
+ORBIT = {**MOTION, "phases": [0.1], "velocities": [0.2]}
 DENSE = {"matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]}, "forcing": [1.0]}
 
 
-def refused(process, body):
-    with pytest.raises(ParameterError) as caught:
-        validated(process, body)
-    return {error.pointer: error.allowed for error in caught.value.problem.errors}
+def values(process, start, stop):
+    """Values between two, as a process takes them: a window has no points."""
+    return {"start": start, "stop": stop} | ({} if process == WINDOW else {"points": 4})
+
+
+def axis(process, vary, start, stop):
+    return {"vary": vary, "values": values(process, start, stop)}
+
+
+def base(process):
+    """A request over omega and the coefficient of restitution."""
+    axes = {"horizontal": axis(process, "omega", 0.26, 0.3), "vertical": axis(process, "restitution", 0.5, 0.9)}
+    return {**axes, "clearance": 1.6}
+
+
+def pointers(process, body):
+    """The fields by which a request is refused; each says what is allowed."""
+    errors = refused(validated, process, {name: value for name, value in body.items() if value is not None})
+    assert all(allowed for _, allowed in errors.values())
+    return list(errors)
+
+
+@pytest.mark.parametrize("process", [MAP, WINDOW, DIAGRAM])
+def test_a_plane_that_is_none_is_refused_by_the_field_and_the_allowed_range(process):
+    omega, up = (axis(process, "omega", 0.26, 0.3), axis(process, "clearance_right", 1.0, 2.0))
+    for changes, pointer in (
+        ({"vertical": omega}, "/vertical/vary"),
+        ({"vertical": None}, "/vertical"),
+        ({"horizontal": None}, "/horizontal"),
+        ({"horizontal": up, "vertical": {**up, "vary": "clearance"}, "clearance": None}, "/vertical/vary"),
+        ({"vertical": axis(process, "speed", 0.5, 0.9)}, "/vertical/vary"),
+        ({"vertical": axis(process, "bias", 0.0, 1.0)}, "/vertical/vary"),
+        ({"vertical": axis(process, "restitution", 0.5, 1.5)}, "/vertical/values"),
+        ({"vertical": axis(process, "restitution", 0.9, 0.5)}, "/vertical/values"),
+        ({"omega": 0.29}, "/omega"),
+        ({"clearance": None}, "/clearance"),
+        ({"clearance": values(process, 1.0, 2.0)}, "/clearance"),
+        ({"vertical": up}, "/clearance"),
+    ):
+        assert pointers(process, {**base(process), **changes}) == [pointer], changes
+
+
+MASS = {"vary": "masses[2]", "values": [9.0, 10.0]}
+RIGHT = {"vary": "clearance_right", "values": [1.0, 1.5, 2.0]}
 
 
 @pytest.mark.parametrize(
     ("changes", "pointer"),
     [
-        ({"vertical": OMEGA}, "/vertical/vary"),
-        ({"vertical": None}, "/vertical"),
-        ({"horizontal": None}, "/horizontal"),
-        ({"horizontal": RIGHT, "vertical": {**RIGHT, "vary": "clearance"}, "clearance": None}, "/vertical/vary"),
-        ({"vertical": {**RESTITUTION, "vary": "speed"}}, "/vertical/vary"),
-        ({"vertical": {**RESTITUTION, "vary": "masses[0]"}}, "/vertical/vary"),
+        ({"vertical": {**MASS, "vary": "masses[0]"}}, "/vertical/vary"),
         ({"vertical": {**MASS, "vary": "masses[4]"}}, "/vertical/vary"),
         ({"vertical": {**MASS, "vary": "dampings[1]"}}, "/vertical/vary"),
         ({"vertical": MASS, "oscillator": DENSE}, "/vertical/vary"),
-        ({"vertical": {"vary": "bias", "values": [0.0, 1.0]}}, "/vertical/vary"),
         (
             {"vertical": {"vary": "forcing", "values": [0.5, 1.0]}, "oscillator": {"forcing": [0, 0, 0]}},
             "/vertical/vary",
         ),
-        ({"vertical": {"vary": "restitution", "values": [0.5, 1.5]}}, "/vertical/values"),
         ({"vertical": {"vary": "forcing", "values": [0.0, 1.0]}}, "/vertical/values"),
         ({"vertical": {"vary": "damping", "values": [-1.0, 1.0]}}, "/vertical/values"),
         ({"vertical": {**MASS, "values": [0.0, 1.0]}}, "/vertical/values"),
         ({"vertical": {"vary": "restitution", "values": [0.9, 0.5]}}, "/vertical/values"),
-        ({"omega": 0.29}, "/omega"),
         ({"horizontal": MASS}, "/omega"),
         ({"horizontal": MASS, "omega": {"start": 0.2, "stop": 0.3, "points": 3}}, "/omega"),
-        ({"clearance": None}, "/clearance"),
-        ({"clearance": {"start": 1.0, "stop": 2.0, "points": 3}}, "/clearance"),
-        ({"vertical": RIGHT}, "/clearance"),
         ({"vertical": RIGHT, "clearance": {"right": 1.0, "left": 1.0}}, "/clearance/right"),
         ({"vertical": RIGHT, "clearance": {"left": -1.2}}, "/clearance"),
         ({"clearance": {"right": None, "left": None}}, "/clearance"),
-        ({"resolve_sensitive": True, "policy": "sweep-up"}, "/resolve_sensitive"),
     ],
 )
-def test_a_plane_that_is_none_is_refused_by_the_field_and_the_allowed_range(changes, pointer):
-    body = {name: value for name, value in {**BASE, **changes}.items() if value is not None}
-    errors = refused("unfolding-maps", body)
-    assert list(errors) == [pointer]
-    assert errors[pointer]
+def test_a_map_of_an_oscillator_that_is_none_is_refused_by_the_field(changes, pointer):
+    assert pointers(MAP, {**base(MAP), **changes}) == [pointer]
 
 
+UP = axis(WINDOW, "clearance_right", 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "pointer"),
+    [
+        ({"vertical": {"vary": "restitution", "values": values(MAP, 0.26, 0.3)}}, "/vertical/values"),
+        ({"omega": values(WINDOW, 0.26, 0.3)}, "/omega"),
+        ({"vertical": UP, "clearance": {"right": values(WINDOW, 0.26, 0.3)}}, "/clearance"),
+        ({"horizontal": UP, "clearance": {"left": 1.2}, "motions": [MOTION]}, "/omega"),
+        ({"vertical": axis(WINDOW, "masses[2]", 9.0, 10.0)}, "/motions"),
+        (
+            {"horizontal": UP, "vertical": {**UP, "vary": "clearance_left"}, "clearance": None, "omega": 0.28},
+            "/motions",
+        ),
+        ({"motions": [{**MOTION, "omega": 0.28}]}, "/motions/0/omega"),
+        ({"motions": [{**MOTION, "horizontal": 0.28, "vertical": 1.0}]}, "/motions/0/vertical"),
+        ({"motions": [MOTION, {**ORBIT, "horizontal": 0.28}]}, "/motions/1/vertical"),
+        ({"motions": [{**MOTION, "stops": [-1]}], "clearance": {"right": 1.6}}, "/motions/0/stops"),
+    ],
+)
+def test_a_window_without_its_motions_is_refused_by_the_field(changes, pointer):
+    assert pointers(WINDOW, {**base(WINDOW), **changes}) == [pointer]
+
+
+@pytest.mark.parametrize("process", [MAP, WINDOW])
 @pytest.mark.parametrize("field", ["omega", "clearance"])
-def test_a_map_without_axes_needs_both_ranges(field):
-    body = {"omega": OMEGA["values"], "clearance": OMEGA["values"]}
-    for given in ({name: value for name, value in body.items() if name != field}, {**body, field: 1.0}):
-        assert list(refused("unfolding-maps", given)) == [f"/{field}"]
+def test_without_axes_both_ranges_are_needed(process, field):
+    body = {"omega": values(process, 0.26, 0.3), "clearance": values(process, 1.5, 2.0)}
+    for changes in ({field: None}, {field: 1.0}):
+        assert pointers(process, body | changes) == [f"/{field}"]
+
+
+def test_an_error_of_a_motion_is_at_the_field_that_was_sent():
+    """Also where axes of omega and clearance mean the same as intervals."""
+    ranges = {"omega": values(WINDOW, 0.26, 0.3), "clearance": values(WINDOW, 1.5, 2.0)}
+    axes = {"horizontal": axis(WINDOW, "omega", 0.26, 0.3), "vertical": axis(WINDOW, "clearance", 1.5, 2.0)}
+    for window, motion, field in (
+        (axes, {**MOTION, "horizontal": 0.5}, "horizontal"),
+        (axes, {**MOTION, "omega": 0.28, "vertical": 1.9}, "omega"),
+        (axes, {**ORBIT, "horizontal": 0.28}, "vertical"),
+        (ranges, {**MOTION, "vertical": 1.6}, "vertical"),
+        (ranges, {**ORBIT, "omega": 0.27}, "clearance"),
+    ):
+        assert pointers(WINDOW, {**window, "motions": [motion]}) == [f"/motions/0/{field}"]
+    within = {**MOTION, "horizontal": 0.28, "vertical": 1.9}
+    found = parse_request(WINDOW, {**axes, "motions": [within]})
+    assert (found.motions[0].omega, found.motions[0].clearance) == (0.28, 1.9)
 
 
 @pytest.mark.parametrize(
@@ -90,25 +157,43 @@ def test_a_map_without_axes_needs_both_ranges(field):
     ],
 )
 def test_a_line_that_is_none_is_refused_by_the_field_and_the_allowed_range(changes, pointer):
-    body = {"vary": "damping", "range": [0.5, 1.0], "omega": 0.29, "clearance": 1.6} | changes
-    errors = refused("bifurcation-diagrams", {name: value for name, value in body.items() if value is not None})
-    assert list(errors) == [pointer]
-    assert errors[pointer]
+    body = {"vary": "damping", "range": [0.5, 1.0], "omega": 0.29, "clearance": 1.6}
+    assert pointers("bifurcation-diagrams", body | changes) == [pointer]
 
 
-def identity(**body):
-    return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", body)), "0")
+def identity(process, **body):
+    return canonical_id(process, canonical(parse_request(process, body)), "0")
 
 
-def test_equal_planes_have_one_id():
-    up = {"start": 1.0, "stop": 2.0, "points": 3}
-    ranges = identity(omega=OMEGA["values"], clearance=up)
-    assert identity(horizontal=OMEGA, vertical={"vary": "clearance", "values": up}) == ranges
-    one = identity(omega=OMEGA["values"], clearance={"right": [1.0, 1.5, 2.0], "left": 1.2})
-    assert identity(horizontal=OMEGA, vertical=RIGHT, clearance={"left": 1.2}) == one
-    both = identity(**BASE)
-    assert identity(**{**BASE, "clearance": {"right": 1.6, "left": 1.6}}) == both
-    assert len({ranges, one, both, identity(horizontal=RESTITUTION, vertical=OMEGA, clearance=1.6)}) == 4
+@pytest.mark.parametrize("process", [MAP, WINDOW, DIAGRAM])
+def test_equal_planes_have_one_id(process):
+    omega, up = values(process, 0.26, 0.3), values(process, 1.0, 2.0)
+    across = {"horizontal": {"vary": "omega", "values": omega}}
+    ranges = identity(process, omega=omega, clearance=up)
+    assert identity(process, **across, vertical={"vary": "clearance", "values": up}) == ranges
+    one = identity(process, omega=omega, clearance={"right": up, "left": 1.2})
+    right = {"vary": "clearance_right", "values": up}
+    assert identity(process, **across, vertical=right, clearance={"left": 1.2}) == one
+    both = identity(process, **base(process))
+    assert identity(process, **{**base(process), "clearance": {"right": 1.6, "left": 1.6}}) == both
+    swapped = {"horizontal": base(process)["vertical"], "vertical": base(process)["horizontal"]}
+    assert len({ranges, one, both, identity(process, **swapped, clearance=1.6)}) == 4
+
+
+def test_the_id_of_a_window_has_what_its_curves_depend_on():
+    ranges = {"omega": values(WINDOW, 0.26, 0.3), "clearance": values(WINDOW, 1.0, 2.0)}
+    axes = {"horizontal": axis(WINDOW, "omega", 0.26, 0.3), "vertical": axis(WINDOW, "clearance", 1.0, 2.0)}
+    place, same = ({**MOTION, "omega": 0.28, "clearance": 1.5}, {**MOTION, "horizontal": 0.28, "vertical": 1.5})
+    assert identity(WINDOW, **axes, motions=[same]) == identity(WINDOW, **ranges, motions=[place])
+    # continued curves have no number of frequencies
+    assert identity(WINDOW, **base(WINDOW), points=7) == identity(WINDOW, **base(WINDOW))
+    explicit = {**base(WINDOW), "vertical": axis(WINDOW, "forcing", 0.8, 1.2)}
+    assert identity(WINDOW, **explicit, points=7) != identity(WINDOW, **explicit)
+    # the text of windows of ranges is as before there were axes
+    assert canonical(parse_request(WINDOW, ranges)).keys() == {*ranges, "oscillator", "max_multiple", "points"}
+    motion = canonical(parse_request(WINDOW, {**ranges, "motions": [MOTION]}))
+    assert motion.keys() == {*ranges, "oscillator", "motions"}
+    assert motion["motions"][0].keys() == {"period", "stops", "phases", "velocities", "omega", "clearance"}
 
 
 def test_a_parameter_is_changed_in_every_form_of_an_oscillator():
@@ -134,8 +219,7 @@ def test_a_parameter_is_changed_in_every_form_of_an_oscillator():
 
 
 def test_a_result_has_the_values_by_role_and_by_name():
-    found = decode_result(npz(AXES))
-    assert isinstance(found, UnfoldingMap)
+    found = result_of(AXES)
     np.testing.assert_array_equal(found.horizontal, [0.5, 0.7, 0.9])
     np.testing.assert_array_equal(found.omega, [0.2, 0.3])
     assert found.clearance is None
@@ -149,17 +233,13 @@ def test_a_result_has_the_values_by_role_and_by_name():
     assert (request["horizontal"], request["vertical"]) == (("restitution", 0.6, 0.7), ("omega", 0.25, 0.3))
     with pytest.raises(ValueError, match="restitution = 2 is outside the map"):
         found.at(2.0, 0.3)
-
-
-def test_a_dataset_has_the_parameters_as_coordinates():
-    data = decode_result(npz(AXES)).to_xarray()
+    data = found.to_xarray()
     assert data["kind"].dims == ("omega", "restitution")
     np.testing.assert_array_equal(data["restitution"], [0.5, 0.7, 0.9])
 
 
 def test_the_grazing_curves_are_drawn_where_the_margins_are_zero():
-    found = decode_result(npz(AXES))
-    assert isinstance(found, UnfoldingMap)
+    found = result_of(AXES)
     ax = found.plot()
     assert ax.get_xlabel() == "restitution $R$"
     assert "grazing, right stop" in [text.get_text() for text in ax.get_legend().get_texts()]
@@ -178,3 +258,86 @@ def test_axes_are_given_by_name_and_values():
     assert METHODS["unfolding_map"].asked(**given, horizontal=axis)[0].horizontal == axis
     with pytest.raises(ParameterError):
         METHODS["unfolding_map"].asked(**given, horizontal="omega")
+
+
+def test_axes_of_a_window_are_given_by_name_start_and_stop():
+    def asked(**given):
+        return METHODS["bifurcation_curves"].asked(**given)[0]
+
+    plane = {
+        "clearance": 1.6,
+        "horizontal": ("omega", 0.26, 0.3),
+        "vertical": WindowAxis(**axis(WINDOW, "restitution", 0.5, 0.9)),
+    }
+    request = asked(**plane, motions=[(1, [1])])
+    assert request.horizontal.model_dump() == axis(WINDOW, "omega", 0.26, 0.3)
+    assert request.plane.shape == (2, 2)
+    assert [(motion.period, motion.stops) for motion in request.motions] == [(1, [1])]
+    with pytest.raises(ParameterError):
+        asked(**plane | {"horizontal": ("omega", [0.26, 0.3])})
+    orbit = result_of("periodic-orbits")
+    with pytest.raises(ParameterError):
+        asked(**plane, motions=[orbit])  # it does not say which restitution it has
+    sides = {"horizontal": ("clearance_right", 1.0, 2.0), "vertical": ("clearance_left", 1.0, 2.0)}
+    (motion,) = asked(omega=0.27, **sides, motions=[orbit]).motions
+    assert (motion.horizontal, motion.vertical, motion.stops) == (1.85, 1.85, [1, -1])
+
+
+def test_curves_of_other_parameters_are_drawn_over_a_map_of_the_same_ones():
+    umap, same, other = (result_of(name) for name in (AXES, CURVES_OF_AXES, "bifurcation-curves"))
+    assert same.parameters == ("restitution", "omega")
+    ax = umap.plot(curves=same)
+    assert ax.get_xlabel() == "restitution $R$"
+    assert lines_from(ax, [0.6, 0.25], [0.7, 0.3])
+    assert not lines_from(umap.plot(), [0.6, 0.25], [0.7, 0.3])
+    with pytest.raises(ValueError, match="curves are over omega and clearance, and the map is over restitution"):
+        umap.plot(curves=other)
+    alone = same.plot(admissible=False)
+    assert (alone.get_xlabel(), alone.get_xlim()) == ("restitution $R$", (0.5, 0.9))
+    assert same.varied_stop is None
+
+
+@pytest.mark.parametrize(
+    ("name", "motions"),
+    [(CURVES_OF_AXES, "with one impact"), ("bifurcation-curves", "with one impact, or one on either stop")],
+)
+def test_curves_of_one_impact_have_both_stops_in_the_title_where_these_are_alike(name, motions):
+    found = result_of(name)
+    assert replace(found, motions=()).plot().get_title() == f"Bifurcation curves of motions {motions}"
+    assert found.plane is found.plane
+
+
+def lines_from(ax, start, stop):
+    """The lines of a picture between two points."""
+    ends = (line.get_xydata()[[0, -1]] for line in ax.lines if len(line.get_xydata()))
+    return [one for one in ends if np.allclose(one, [start, stop])]
+
+
+def test_an_orbit_of_a_curve_of_any_plane_has_the_oscillator_there():
+    found = result_of(CURVES_OF_AXES)
+    (curve,) = found.curves
+    assert curve.omega is None
+    np.testing.assert_array_equal(curve.line, [[0.6, 0.25], [0.7, 0.3]])
+    orbit = found.orbit(curve, 1)
+    assert (orbit["oscillator"]["restitution"], orbit["omega"]) == (0.7, 0.3)
+    assert orbit["clearance"] == {"right": 1.6, "left": None}
+    assert parse_request("periodic-orbits", orbit)
+    with pytest.raises(ValueError, match="use BifurcationCurves"):
+        curve.orbit(1)
+
+
+def test_a_diagram_of_any_plane_has_its_own_grazing_curves():
+    found = result_of(DIAGRAM_OF_AXES)
+    assert found.grazing_curve is None
+    assert found.codimension_two_points is None
+    assert found.bifurcation_curves is not None
+    assert found.bifurcation_curves.parameters == found.unfolding_map.parameters
+    assert found.grazing_curves is not None
+    (line,) = found.grazing_curves
+    ax = found.plot()
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "graze of the right stop" in texts
+    assert "grazing, right stop" not in texts  # from the points of the map
+    assert lines_from(ax, [0.5, 0.24], [0.9, 0.24])
+    assert (line.stop, ax.get_ylabel()) == (1, r"forcing frequency $\omega$")
+    assert "curve" in found.summary()

@@ -1,8 +1,9 @@
 """The progress display: never back, no leaps, only long waits in a log, can be switched off."""
 
+import contextlib
 import io
 import sys
-import time
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from grazemap.client import progress as module
 from grazemap.client.events import Event
 from grazemap.client.progress import Listener, NotebookBar
+from tests.support.watching import until
 
 
 class Terminal(io.StringIO):
@@ -17,30 +19,63 @@ class Terminal(io.StringIO):
         return True
 
 
-def progress(done: int, total: int = 4, eta: float | None = None) -> Event:
-    return Event("", "progress", {"done": done, "total": total, "unit": "tiles", "eta_seconds": eta})
+def progress(done: int, total: int = 4, eta: float | None = None, unit: str = "tiles") -> Event:
+    return Event("", "progress", {"done": done, "total": total, "unit": unit, "eta_seconds": eta})
+
+
+def waiting(text: str | None) -> Event:
+    return Event("", "waiting", {"waiting_for": text})
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Gives a clock that stands until its `now` is changed."""
+    played = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: played.now))
+    return played
+
+
+@pytest.fixture
+def stderr(monkeypatch, clock):
+    """Gives `stderr(stream)`: where progress is written, at once and refreshed often."""
+    monkeypatch.setattr(module, "QUIET_SECONDS", 0.0)
+    monkeypatch.setattr(module, "TICK_SECONDS", 0.01)
+
+    def replaced(stream):
+        # not sys.stderr itself, which pytest replaces between the phases of a test
+        monkeypatch.setattr(module, "sys", SimpleNamespace(stderr=stream, modules=sys.modules))
+        return stream
+
+    return replaced
 
 
 @pytest.fixture(params=["tqdm", "plain"])
-def terminal(request, monkeypatch):
+def terminal(request, monkeypatch, stderr):
     if request.param == "plain":
         monkeypatch.setitem(sys.modules, "tqdm", None)
-    monkeypatch.setattr(module, "QUIET_SECONDS", 0.0)
-    stream = Terminal()
-    # not sys.stderr itself, which pytest replaces between the phases of a test
-    monkeypatch.setattr(module, "sys", SimpleNamespace(stderr=stream, modules=sys.modules))
-    return stream
+    return stderr(Terminal())
+
+
+@contextlib.contextmanager
+def opened() -> Iterator[Listener]:
+    """A listener whose display is open, which its thread does."""
+    with Listener("unfolding-maps") as listener:
+        until(lambda: listener._display is not None, 20)
+        yield listener
 
 
 @pytest.fixture
 def listener(terminal):
-    with Listener("unfolding-maps") as listener:
-        while listener._display is None:  # the timer opens it
-            time.sleep(0.001)
+    with opened() as listener:
         yield listener
 
 
+def shown(terminal) -> str:
+    return terminal.getvalue().split("\r")[-1]
+
+
 def test_the_bar_shows_title_share_and_end(listener, terminal):
+    assert "0%" in terminal.getvalue()  # before the first event
     for event in (progress(1, eta=9.0), Event("", "tile", {"index": 0}), progress(4), Event("", "done", {})):
         listener(event)
     listener.__exit__()
@@ -52,121 +87,71 @@ def test_the_bar_shows_title_share_and_end(listener, terminal):
     assert written.endswith("\n")
 
 
-def test_a_repeated_event_does_not_move_it_back(listener, terminal):
-    for done in (3, 1, 2):
-        listener(progress(done))
-    assert "75%" in terminal.getvalue().split("\r")[-1]
-
-
-def test_another_unit_does_not_move_it_back(listener, terminal):
-    listener(progress(3))
-    listener(Event("", "progress", {"done": 1, "total": 100, "unit": "steps", "eta_seconds": None}))
-    assert "75%" in terminal.getvalue().split("\r")[-1]
+def test_a_repeated_event_or_another_unit_does_not_move_it_back(listener, terminal):
+    for event in (progress(3), progress(1), progress(2), progress(1, 100, unit="steps")):
+        listener(event)
+        assert "75%" in shown(terminal)
 
 
 def test_the_time_left_does_not_leap(listener, terminal):
     listener(progress(1, eta=10.0))
     listener(progress(2, eta=110.0))
-    assert "about 40 s left" in terminal.getvalue().split("\r")[-1]
+    assert "about 40 s left" in shown(terminal)
 
 
 def test_it_shows_what_the_job_waits_for_instead_of_the_time_left(listener, terminal):
     listener(progress(1, eta=9.0))
-    listener(Event("", "waiting", {"waiting_for": "a worker"}))
-    assert "25%" in terminal.getvalue().split("\r")[-1]
-    assert "waiting for a worker" in terminal.getvalue().split("\r")[-1]
-    assert "left" not in terminal.getvalue().split("\r")[-1]
-    listener(Event("", "waiting", {"waiting_for": None}))
-    assert "waiting" not in terminal.getvalue().split("\r")[-1]
-    assert "about 9 s left" in terminal.getvalue().split("\r")[-1]
+    listener(waiting("a worker"))
+    assert "25%" in shown(terminal)
+    assert "waiting for a worker" in shown(terminal)
+    assert "left" not in shown(terminal)
+    listener(waiting(None))
+    assert "waiting" not in shown(terminal)
+    assert "about 9 s left" in shown(terminal)
 
 
-def test_it_speaks_before_the_first_event(terminal):
-    with Listener("x"):
-        time.sleep(0.2)
-    assert "0%" in terminal.getvalue()
+def test_its_clock_runs_while_no_event_arrives(listener, terminal, clock):
+    listener(progress(1, eta=9.4))
+    before = len(terminal.getvalue())
+    clock.now += 1.0
+    until(lambda: terminal.getvalue()[before:].count("about 8 s left") > 3, 20)
+    assert "25%" in shown(terminal)
 
 
-@pytest.mark.parametrize("quick", [True, False])
-def test_quick_work_and_a_log_get_nothing(terminal, monkeypatch, quick):
-    if quick:
-        monkeypatch.setattr(module, "QUIET_SECONDS", 10.0)
-    else:
-        monkeypatch.setattr(terminal, "isatty", lambda: False)
-    with Listener("x") as listener:
-        time.sleep(0.05)
+@pytest.mark.parametrize("why", ["quick", "switched off"])
+def test_quick_work_and_a_display_that_is_switched_off_write_nothing(terminal, monkeypatch, why):
+    monkeypatch.setattr(module, "QUIET_SECONDS", 10.0 if why == "quick" else 0.0)
+    with Listener("x", shown=why == "quick") as listener:
         listener(progress(2))
     assert terminal.getvalue() == ""
 
 
-def waiting(text: str | None) -> Event:
-    return Event("", "waiting", {"waiting_for": text})
-
-
-@pytest.fixture
-def log(terminal, monkeypatch):
-    monkeypatch.setattr(terminal, "isatty", lambda: False)
-    monkeypatch.setattr(module, "TICK_SECONDS", 0.01)
-    monkeypatch.setattr(module, "LOG_SECONDS", 0.1)
-    return terminal
-
-
-def test_a_log_gets_one_line_for_each_reason_to_wait(log):
-    with Listener("x") as listener:
-        listener(waiting("kernels, compiling for 4 s"))
-        time.sleep(0.05)
-        listener(waiting("kernels, compiling for 5 s"))
-        time.sleep(0.2)
-        for text in ("a worker", None, "kernels, compiling for 9 s"):
+def test_a_log_gets_one_line_for_each_reason_to_wait_for_long_and_no_progress(stderr, clock):
+    log = stderr(io.StringIO())
+    with opened() as listener:
+        listener(progress(2))
+        for text in ("a node", "kernels, compiling for 4 s", "kernels, compiling for 5 s"):
             listener(waiting(text))
-            time.sleep(0.2)
-    assert log.getvalue() == (
-        "grazemap: x: waiting for kernels, compiling for 5 s\ngrazemap: x: waiting for a worker\n"
-    )
+            clock.now += module.LOG_SECONDS - 1.0
+        for text in ("kernels, compiling for 9 s", "a worker", None, "kernels, compiling for 2 s"):
+            listener(waiting(text))
+            clock.now += module.LOG_SECONDS
+            listener(waiting(text))
+    lines = ("waiting for kernels, compiling for 9 s", "waiting for a worker")
+    assert log.getvalue() == "".join(f"grazemap: unfolding-maps: {line}\n" for line in lines)
 
 
-@pytest.mark.parametrize("shown", [True, False])
-def test_a_log_gets_nothing_of_a_short_wait_or_switched_off(log, monkeypatch, shown):
-    if shown:
-        monkeypatch.setattr(module, "LOG_SECONDS", 10.0)
-    with Listener("x", shown=shown) as listener:
-        listener(waiting("kernels, compiling for 4 s"))
-        time.sleep(0.2)
-    assert log.getvalue() == ""
-
-
-def test_a_notebook_has_no_lines_on_standard_error(log, monkeypatch):
-    shown = []
+def test_a_notebook_has_no_lines_on_standard_error(stderr, clock, monkeypatch):
+    log, shown = stderr(io.StringIO()), []
+    bar = SimpleNamespace(show=lambda *state: shown.append(state), close=lambda: None)
     monkeypatch.setattr(module, "in_notebook", lambda: True)
-    monkeypatch.setattr(
-        module,
-        "NotebookBar",
-        lambda _title: SimpleNamespace(show=lambda *state: shown.append(state), close=lambda: None),
-    )
-    with Listener("x") as listener:
+    monkeypatch.setattr(module, "NotebookBar", lambda _title: bar)
+    with opened() as listener:
         listener(waiting("a worker"))
-        time.sleep(0.2)
+        clock.now += module.LOG_SECONDS
+        listener(waiting("a worker"))
     assert log.getvalue() == ""
     assert (0.0, "a worker", "") in shown
-
-
-def test_its_clock_runs_while_no_event_arrives(terminal, monkeypatch):
-    monkeypatch.setattr(module, "TICK_SECONDS", 0.01)
-    with Listener("x") as listener:
-        listener(progress(1, eta=9.4))
-        time.sleep(0.1)
-        before = len(terminal.getvalue())
-        time.sleep(1.0)
-        written = terminal.getvalue()[before:]
-    assert written.count("25%") > 5
-    assert "about 8 s left" in written
-
-
-def test_switched_off_it_writes_nothing(terminal):
-    with Listener("x", shown=False) as listener:
-        time.sleep(0.05)
-        listener(progress(2))
-    assert terminal.getvalue() == ""
 
 
 def test_a_notebook_has_nothing_of_it_at_the_end(monkeypatch):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import dataclasses
 import pickle
-import pydoc
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -112,14 +111,6 @@ def test_objects_are_frozen_and_are_made_as_dataclasses_are() -> None:
     assert repr(Family(1, 2)) == "Family(case=1, n=2)"
     motion = Motion("chaotic", verified=False)
     assert pickle.loads(pickle.dumps(motion)) == copy.deepcopy(motion) == motion
-
-
-@pytest.mark.parametrize("kind", [Sample, Family, UnfoldingMap, Record])
-def test_help_is_shown_of_every_kind_of_class(kind: type) -> None:
-    shown = pydoc.render_doc(kind, renderer=pydoc.plaintext)
-    assert kind is Record or all(
-        f" |  {one.name} : " in shown for one in kind.schema if not one.stored_only and not one.replaces
-    )
 
 
 @pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)

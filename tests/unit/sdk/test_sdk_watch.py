@@ -88,10 +88,12 @@ def test_a_finished_job_repeats_its_events_on_request(play):
     assert [opened.headers.get("last-event-id") for opened in service.opened] == [None, "1-0"]
 
 
-def test_waiting_for_a_finished_job_opens_no_stream(play):
-    service = play([*event(1), *END], finished_after=0)
-    assert service.follow().status == "successful"
+@pytest.mark.parametrize("status", ["successful", "failed"])
+def test_waiting_for_a_finished_job_opens_no_stream(play, status):
+    service = play([*event(1), *END], finished_after=0, status=status)
+    assert service.follow().status == status
     assert service.opened == []
+    assert service.script.events[-1].data == {"status": status}
 
 
 @pytest.mark.parametrize("streams", [[], [[]] * 9, [event(1)] + [[]] * 9])
@@ -186,13 +188,6 @@ def test_a_wait_that_ends_while_no_stream_is_open_is_said_to_end(play, later):
     said = [event.data["waiting_for"] for event in service.script.events if event.name == "waiting"]
     assert said == ["a worker", None]
     assert service.names[-1] == "done"
-
-
-def test_an_already_finished_job_opens_no_stream(play):
-    service = play(finished_after=0.0, status="failed")
-    assert service.follow().status == "failed"
-    assert service.opened == []
-    assert service.script.events[-1].data == {"status": "failed"}
 
 
 @pytest.mark.parametrize("timeout", [0.0, 0.5, 20.0, 100.0])
