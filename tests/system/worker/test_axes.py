@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import tiled, whole
 
 from grazemap.wire import canonical, canonical_id, parse_request
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import PROCESSES
+from tests.support.computed import tiled, whole
 
 OMEGA = {"vary": "omega", "values": {"start": 0.27, "stop": 0.29, "points": 4}}
 UP = {

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import whole
 
 from grazemap.plots.axes import kept_from_pyplot
 from grazemap.results import StopGrazingCurves, UnfoldingMap
 from grazemap.results.base import RESULTS
 from grazemap.wire.processes import canonical, parse_request
+from tests.support.computed import whole
 
 OMEGA = {"start": 0.26, "stop": 0.30}
 ROWS = {"start": 1.3, "stop": 2.3, "points": 3}

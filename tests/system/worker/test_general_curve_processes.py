@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from test_processes import tiled, whole
 
 from grazemap.results.base import RESULTS
 from grazemap.wire.processes import canonical, parse_request
 from grazemap_worker.processes import PROCESSES
+from tests.support.computed import tiled, whole
 
 COCO = {
     "matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]},

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from test_processes import whole
 
 from grazemap.wire.processes import canonical, parse_request
+from tests.support.computed import whole
 
 ONE = {"motion": {"period": 1, "stops": [1]}}
 COCO = {

@@ -13,9 +13,7 @@ from flint import acb, acb_mat, ctx
 
 from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import schema_of
-from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
+from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import Plan
@@ -24,38 +22,15 @@ from grazemap_worker.processes.conversion import core_oscillator, request_pointe
 from grazemap_worker.processes.time_limit import within
 from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.oracles.one_impact_orbits import orbits_at_clearance
-from tests.support.document_problems import problems
+from tests.support.computed import silent, tiled, whole
 from tests.support.thorough import KERNELS_FIRST
 
+ORBIT = {"omega": 0.27, "clearance": 1.85}
 MAP = {
     "omega": {"start": 0.28, "stop": 0.29, "points": 4},
     "clearance": {"start": 1.5, "stop": 1.9, "points": 3},
     "max_periods": 300,
 }
-
-
-def silent(done: int, total: int) -> None:
-    """Nobody waits."""
-
-
-def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
-    compute = PROCESSES[process].whole
-    assert compute is not None
-    document = compute(parse_request(process, body), silent)
-    assert problems(schema_of(process, document), document) == []
-    return decode_npz(encode_npz(document, {}))[0]
-
-
-def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> dict[str, Any]:
-    process = PROCESSES[name]
-    assert process.tile is not None
-    assert process.assembled is not None
-    tiles = [process.tile(request, tile) for tile in cut.tiles]
-    of_tile = TILE_OF_BASINS if name.startswith("basin") else schema_of("unfolding-maps", tiles[0])
-    assert [problems(of_tile, tile) for tile in tiles] == [[]] * len(tiles)
-    document = process.assembled(request, cut, tiles, silent)
-    assert problems(schema_of(name, document), document) == []
-    return document
 
 
 def test_linear_properties_of_a_general_structure_have_every_field() -> None:
@@ -244,9 +219,6 @@ def test_a_bifurcation_diagram_has_its_sections_in_the_order_of_the_parameter() 
         assert labels[::2] == ["1-2r-2l", "1-(-1)r-(-1)l"]
         assert [len(section["displacement"]) for section in document["sections"]] == [12] * 3
         assert [len(section["impact_velocity"]) for section in document["sections"]][::2] == [48, 0]
-
-
-ORBIT = {"omega": 0.27, "clearance": 1.85}
 
 
 @pytest.mark.parametrize(
