@@ -8,8 +8,7 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import VERSION, Result, schema_of
 from grazemap.results.base import decode_result
 from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.wire import ProcessRequest, canonical, parse_request
-from grazemap_worker.planning import Plan
+from grazemap.wire import canonical, parse_request
 from grazemap_worker.processes import PROCESSES
 from tests.support.document_problems import problems
 
@@ -27,16 +26,19 @@ def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
     return decode_npz(encode_npz(document, {}))[0]
 
 
-def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> dict[str, Any]:
-    """Return the document of a request that is computed in tiles."""
-    process = PROCESSES[name]
-    assert process.tile is not None
-    assert process.assembled is not None
-    tiles = [process.tile(request, tile) for tile in cut.tiles]
-    of_tile = TILE_OF_BASINS if name.startswith("basin") else schema_of("unfolding-maps", tiles[0])
-    assert [problems(of_tile, tile) for tile in tiles] == [[]] * len(tiles)
-    document = process.assembled(request, cut, tiles, silent)
-    assert problems(schema_of(name, document), document) == []
+def tiled(process: str, body: dict[str, Any], *tile: int) -> dict[str, Any]:
+    """Return the document of a request that is computed in tiles, of so many rows and columns, or as it is planned."""
+    request, computes = parse_request(process, body), PROCESSES[process]
+    plan = computes.plan(request)
+    if tile:
+        plan = plan.model_copy(update=dict(zip(("tile_rows", "tile_columns"), tile, strict=True)))
+    assert computes.tile is not None
+    assert computes.assembled is not None
+    tiles = [computes.tile(request, rectangle) for rectangle in plan.tiles]
+    of_tile = TILE_OF_BASINS if process.startswith("basin") else schema_of("unfolding-maps", tiles[0])
+    assert [problems(of_tile, document) for document in tiles] == [[]] * len(tiles)
+    document = computes.assembled(request, plan, tiles, silent)
+    assert problems(schema_of(process, document), document) == []
     return document
 
 

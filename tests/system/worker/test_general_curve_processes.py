@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from grazemap.results.base import RESULTS
+from grazemap.results import BifurcationCurves, UnfoldingDiagram
 from grazemap.wire.processes import canonical, parse_request
 from grazemap_worker.processes import PROCESSES
-from tests.support.computed import tiled, whole
+from tests.support.computed import result_of, tiled, whole
 
 COCO = {
     "matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]},
@@ -104,12 +104,8 @@ def test_points_of_continued_curves_are_requests_of_special_orbits(clearance: di
     document = whole("bifurcation-curves", body)
     (motion,) = document["motions"]
     assert motion["reason"] is None
-    meta = {
-        "process": "bifurcation-curves",
-        "request": canonical(parse_request("bifurcation-curves", body)),
-        "schema": 2,
-    }
-    result = RESULTS["BifurcationCurves"].from_document(document, meta)
+    result = result_of("bifurcation-curves", body, document)
+    assert isinstance(result, BifurcationCurves)
     assert result.varied_stop == ("left" if stops == [-1] else "right")
     seen = set()
     for curve in result.curves:
@@ -152,10 +148,8 @@ def test_an_orbit_that_is_given_in_a_window_of_one_stop_is_followed() -> None:
 def test_diagrams_have_every_field_and_no_border_is_unexplained(clearance: Any, oscillator: dict[str, Any]) -> None:
     body = {**GRID, "oscillator": oscillator, "clearance": clearance, "borders": True}
     request = parse_request("unfolding-diagrams", body)
-    plan = PROCESSES["unfolding-diagrams"].plan(request)
-    document = tiled(request, plan, "unfolding-diagrams")
-    meta = {"process": "unfolding-diagrams", "request": canonical(request), "schema": 2}
-    diagram = RESULTS["UnfoldingDiagram"].from_document(document, meta)
+    diagram = result_of("unfolding-diagrams", body, tiled("unfolding-diagrams", body))
+    assert isinstance(diagram, UnfoldingDiagram)
     assert diagram.unfolding_map.meta["request"] == canonical(request.unfolding_map)
     alike = clearance is ROWS and "bias" not in oscillator
     assert (diagram.grazing_curve is None) != alike

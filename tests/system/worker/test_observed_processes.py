@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from grazemap import cli
-from grazemap.codec import Document, encode_json, encode_npz
+from grazemap.codec import Document, encode_json
 from grazemap.errors import ParameterError
 from grazemap.results import (
-    VERSION,
     BifurcationDiagram,
     OrbitBranch,
     PeriodicOrbit,
@@ -24,7 +23,7 @@ from grazemap.results import (
     UnfoldingMap,
 )
 from grazemap.results import observables as schema
-from grazemap.results.base import _decode_json, decode_result
+from grazemap.results.base import _decode_json
 from grazemap.results.observables import variables_of
 from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
@@ -32,6 +31,7 @@ from grazemap_core import warmup
 from grazemap_core.simulation import observables as core
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import PROCESSES, kernels_of
+from tests.support.computed import result_of
 
 ASKED: dict[str, Any] = {
     "observables": ["impulse", "dissipated_power", "mean_impact_speed_right", "peak_displacement_left"],
@@ -67,9 +67,8 @@ def computed(process: str, body: dict[str, Any]) -> tuple[Document, Result]:
         assert computes.tile is not None
         assert computes.assembled is not None
         document = computes.assembled(request, plan, [computes.tile(request, tile) for tile in plan.tiles], report)
-    meta = {"process": process, "schema": VERSION, "request": canonical(request), "core_version": "0"}
-    result = decode_result(encode_npz(document, meta))
-    again = _decode_json(encode_json(document, meta))
+    result = result_of(process, body, document)
+    again = _decode_json(encode_json(document, result.meta))
     others = {one.name: values for one, values in variables_of(again)}
     for one, values in variables_of(result):  # in JSON a number that is not known is missing
         pair = (np.asarray(part, dtype=np.float64) for part in (values, others.get(one.name, np.nan)))
