@@ -16,9 +16,9 @@ import psutil
 
 from tests.support.watching import living, until
 
-# some five seconds of two cores
+# some three seconds of two cores
 MAP = {
-    "omega": {"start": 0.26, "stop": 0.30, "points": 200},
+    "omega": {"start": 0.26, "stop": 0.30, "points": 100},
     "clearance": {"start": 1.3, "stop": 2.0, "points": 160},
 }
 

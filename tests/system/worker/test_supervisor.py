@@ -28,7 +28,7 @@ from grazemap_worker.store.keys import job_key
 from tests.support import submitting
 from tests.support.hostile import hostile_entries
 from tests.support.planted import supervise
-from tests.support.steps import pending
+from tests.support.steps import job_of, lane_of, pending
 from tests.support.watching import living, until
 
 # supervisors are forked from a process that has loaded what they need, which takes seconds
@@ -100,15 +100,12 @@ def submit(store: Store, plan: Plan = SIX) -> Job:
 
 
 def status(store: Store, identity: str) -> str:
-    job = store.jobs.get(identity)
-    assert job is not None
-    return job.status
+    return job_of(store, identity).status
 
 
 def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
     until(lambda: status(store, identity) not in ("accepted", "running"))
-    job = store.jobs.get(identity)
-    assert job is not None
+    job = job_of(store, identity)
     assert job.status == "successful", job.problem
     data = store.results.data(identity)
     assert data is not None
@@ -248,12 +245,6 @@ def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, bell: bool 
     return job
 
 
-def lane(store: Store, job: Job) -> str:
-    value = store.redis.hget(job_key(job.id), "lane")
-    assert isinstance(value, bytes)
-    return value.decode()
-
-
 def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(start: Start, store: Store) -> None:
     unfair = [asked(store, "unfair", 60_000 + k, SMALL, bell=False) for k in range(3)]
     innocent = [asked(store, "unfair", 1 + k, SMALL, bell=False) for k in range(3)]
@@ -263,8 +254,8 @@ def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(sta
     until(lambda: all(status(store, job.id) == "successful" for job in others))
     until(lambda: store.counts().events.get("overran:small") == len(unfair))
     until(lambda: all(status(store, job.id) == "successful" for job in innocent))
-    assert [lane(store, job) for job in innocent + others] == ["small"] * 6
-    assert [lane(store, job) for job in unfair] == ["short"] * 3
+    assert [lane_of(store, job.id) for job in innocent + others] == ["small"] * 6
+    assert [lane_of(store, job.id) for job in unfair] == ["short"] * 3
     assert set(store.counts().events) == {"overran:small"}
     for job in unfair:
         store.jobs.dismiss(job.id, everyone=True)
@@ -312,8 +303,7 @@ def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store:
     start("raises")
     job = submit(store)
     until(lambda: status(store, job.id) == "failed")
-    failed = store.jobs.get(job.id)
-    assert failed is not None
+    failed = job_of(store, job.id)
     assert failed.problem is not None
     assert failed.problem.type == "urn:grazemap:problem:computation-failed"
     assert "secret" not in failed.model_dump_json()
