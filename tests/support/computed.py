@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+from pydantic import ValidationError
+
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import VERSION, Result, schema_of
 from grazemap.results.base import decode_result
@@ -40,6 +43,15 @@ def tiled(process: str, body: dict[str, Any], *tile: int) -> dict[str, Any]:
     document = computes.assembled(request, plan, tiles, silent)
     assert problems(schema_of(process, document), document) == []
     return document
+
+
+def refused_at(process: str, body: dict[str, Any]) -> tuple[str, ...]:
+    """Return the names of the fields at whose end is what a request is refused for."""
+    with pytest.raises(ValidationError) as refused:
+        parse_request(process, body)
+    (error,) = refused.value.errors()
+    where = (str(part) for part in error["loc"] if not str(part).startswith("["))
+    return (*where, *error.get("ctx", {}).get("at", ()))
 
 
 def result_of(process: str, body: dict[str, Any], document: dict[str, Any]) -> Result:

@@ -194,16 +194,6 @@ def _reads(store: Store) -> int:
     return sum(stats.get(f"cmdstat_{name}", {"calls": 0})["calls"] for name in ("hget", "hmget", "hgetall"))
 
 
-def test_fetching_a_result_makes_it_the_last_to_be_evicted(store: Store) -> None:
-    small = Store(store.redis, result_bytes=250)
-    jobs = [submit(small, curve(number)) for number in (1, 2, 3)]
-    for job in jobs[:2]:
-        finish(small, job, bytes(100))
-    assert small.results.info(jobs[0].id)
-    finish(small, jobs[2], bytes(100))
-    assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
-
-
 def test_the_etag_of_an_evicted_result_is_remembered(store: Store) -> None:
     job = submit(store)
     assert store.results.etag(job.id) is None

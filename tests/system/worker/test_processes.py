@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,6 +23,7 @@ from grazemap_worker.processes.conversion import core_oscillator, request_pointe
 from grazemap_worker.processes.time_limit import within
 from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.oracles.one_impact_orbits import orbits_at_clearance
+from tests.slow.proven_points import proofs_of
 from tests.support.computed import silent, tiled, whole
 from tests.support.thorough import KERNELS_FIRST
 
@@ -661,3 +663,12 @@ def test_impacts_beyond_the_bytes_of_a_result_are_refused_with_the_field_that_de
     with pytest.raises(CoreError, match=r"more than 1000 impacts.*at most 61000 bytes") as caught:
         whole(process, body)
     assert request_pointer(parse_request(process, body), caught.value.name) == "/periods"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
+def test_points_are_proven_from_their_records(seed: int) -> None:
+    divisor, proofs = proofs_of(seed)
+    counts = Counter(proof["verdict"] for proof in proofs)
+    assert divisor == 1 + seed
+    assert counts["disproven"] == 0
+    assert counts["proven"] >= 0.9 * len(proofs) > 0, [proof["reason"] for proof in proofs]

@@ -320,13 +320,14 @@ def test_a_full_queue_accepts_nothing_and_stores_nothing(store: Store) -> None:
     assert not created  # what is there already needs no room
 
 
-def test_least_recently_used_results_are_evicted_first(redis_server: object, store: Store) -> None:
+@pytest.mark.parametrize("read", ["data", "info"])
+def test_least_recently_used_results_are_evicted_first(store: Store, read: str) -> None:
     small = Store(store.redis, result_bytes=250)
     jobs = [submit_curve(small, points) for points in (5, 6, 7)]
     for job in jobs[:2]:
         small.tiles.claim(job.id, 0, "w", "f", LEASE)
         assert commit_result(small, job.id, bytes(100), "f", 0.0)
-    assert small.results.data(jobs[0].id)  # now the second one is the older
+    assert getattr(small.results, read)(jobs[0].id)  # now the second one is the older
     small.tiles.claim(jobs[2].id, 0, "w", "f", LEASE)
     assert commit_result(small, jobs[2].id, bytes(100), "f", 0.0)
     assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
