@@ -127,7 +127,7 @@ def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answered: bool
 ) -> None:
     monkeypatch.setattr(liveness, "HUNG_SECONDS", 60.0 if answered else 2.0)
-    server = RedisServer(tmp_path, silent_seconds=2.0)
+    server = RedisServer(tmp_path, silent_seconds=4.0)
     server.start()
     try:
         server.wait()
@@ -150,7 +150,7 @@ def test_a_redis_that_answers_is_not_restarted(tmp_path: Path) -> None:
     with RedisServer(tmp_path) as server:
         client = connect(server.url)
         client.config_set("maxclients", 1)
-        assert server.answers(1.0)  # that it has no room
+        assert server.answers(10.0)  # that it has no room
         client.config_set("maxclients", 100)
         script = connect(server.url, socket_timeout=0.2)
         client.config_set("lua-time-limit", 100)

@@ -73,7 +73,9 @@ def test_in_an_empty_environment_the_light_client_works(wheel: Path, stack: Loca
     subprocess.run([sys.executable, "-m", "pip", "--python", python, *install], check=True, timeout=300)
 
     code = USE.format(heavy=sorted(HEAVY), url=stack.base_url)
-    done = subprocess.run([python, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [python, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert Path(told["file"]).is_relative_to(environment)

@@ -25,7 +25,7 @@ def meta(**settings: str) -> dict[str, str]:
 
 def said(environment: dict[str, str]) -> dict[str, str]:
     code = "import json; from grazemap_worker.numerics import numerics; print(json.dumps(numerics().as_meta()))"
-    answer = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, timeout=60, check=True)
+    answer = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, timeout=300, check=True)
     found: dict[str, str] = json.loads(answer.stdout)
     return found
 

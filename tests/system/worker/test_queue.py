@@ -202,7 +202,7 @@ def test_the_prefix_of_rqs_keys_is_rqs_setting(store: Store, redis_server: Redis
         env={**os.environ, "RQ_KEY_PREFIX": "another"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr
