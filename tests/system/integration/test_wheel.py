@@ -74,7 +74,7 @@ def test_in_an_empty_environment_the_light_client_works(wheel: Path, stack: Loca
 
     code = USE.format(heavy=sorted(HEAVY), url=stack.base_url)
     done = subprocess.run(
-        [python, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+        [python, "-E", "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
