@@ -46,7 +46,7 @@ def tiled(process: str, body: dict[str, Any], *tile: int) -> dict[str, Any]:
 
 
 def refused_at(process: str, body: dict[str, Any]) -> tuple[str, ...]:
-    """Return the names of the fields at whose end is what a request is refused for."""
+    """Return where the error is for which a request is refused: the names of fields down to it."""
     with pytest.raises(ValidationError) as refused:
         parse_request(process, body)
     (error,) = refused.value.errors()

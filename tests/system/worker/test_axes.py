@@ -10,7 +10,6 @@ import pytest
 from grazemap.wire import canonical, canonical_id, parse_request
 from grazemap_worker.processes import PROCESSES
 from tests.support.computed import tiled, whole
-from tests.support.thorough import KERNELS_FIRST
 
 OMEGA = {"vary": "omega", "values": {"start": 0.27, "stop": 0.29, "points": 4}}
 UP = {
@@ -27,7 +26,7 @@ def body_of(vary: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    "vary", [vary if vary == "restitution" else pytest.param(vary, marks=KERNELS_FIRST) for vary in UP]
+    "vary", [vary if vary == "restitution" else pytest.param(vary, marks=pytest.mark.thorough) for vary in UP]
 )
 def test_any_cut_of_a_plane_gives_the_same_map(vary: str) -> None:
     one, cut = (tiled("unfolding-maps", body_of(vary), *tile) for tile in ((3, 4), (2, 3)))
@@ -38,7 +37,7 @@ def test_any_cut_of_a_plane_gives_the_same_map(vary: str) -> None:
     assert one["margin_right"].shape == (3, 4)
 
 
-@KERNELS_FIRST
+@pytest.mark.thorough
 def test_the_values_of_an_oscillator_are_those_of_its_description() -> None:
     """The row of a mass is the map of the oscillator with that mass."""
     found = tiled("unfolding-maps", body_of("masses[2]"))
