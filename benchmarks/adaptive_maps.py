@@ -16,16 +16,19 @@ from typing import Any, Final
 
 from grazemap_worker.environment import one_thread
 
-one_thread()
+if __name__ == "__main__":
+    # Not where tests import this: numba, when it compiles after a variable of its own has changed, reads all of them
+    # again, and forgets where the compiled kernels are.
+    one_thread()
 
-import numpy as np  # noqa: E402 - after the environment is set
-from numpy.typing import NDArray  # noqa: E402
+import numpy as np
+from numpy.typing import NDArray
 
-from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile, complete_map  # noqa: E402
-from grazemap_core.maps.planes import Plane  # noqa: E402
-from grazemap_core.maps.unfolding import unfolding_map_tile  # noqa: E402
-from grazemap_core.model.oscillator import Oscillator  # noqa: E402
-from grazemap_core.simulation.motion import KINDS  # noqa: E402
+from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile, complete_map
+from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS
 
 Pair = tuple[float, float]
 

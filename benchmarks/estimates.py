@@ -20,15 +20,18 @@ from typing import Any, NamedTuple
 
 from grazemap_worker.environment import one_thread
 
-one_thread()
+if __name__ == "__main__":
+    # Not where tests import this: numba, when it compiles after a variable of its own has changed, reads all of them
+    # again, and forgets where the compiled kernels are.
+    one_thread()
 
-from pydantic import ValidationError  # noqa: E402 - after the environment is set
+from pydantic import ValidationError
 
-from benchmarks.random_requests import KINDS, MAP_MASSES, drawn  # noqa: E402
-from grazemap.wire import ProcessRequest, parse_request  # noqa: E402
-from grazemap_core import warmup  # noqa: E402
-from grazemap_core.errors import CoreError  # noqa: E402
-from grazemap_worker.processes import PROCESSES  # noqa: E402
+from benchmarks.random_requests import KINDS, MAP_MASSES, drawn
+from grazemap.wire import ProcessRequest, parse_request
+from grazemap_core import warmup
+from grazemap_core.errors import CoreError
+from grazemap_worker.processes import PROCESSES
 
 REQUESTS = 5
 LEAST_SECONDS = 0.05

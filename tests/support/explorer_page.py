@@ -81,6 +81,13 @@ def place(page: Page, x: float, y: float) -> tuple[float, float]:
     )
 
 
+def answered(url: str, process: str, request: dict[str, Any]) -> dict[str, Any]:
+    """Return the result that the API gives of a request."""
+    waiting = {"Prefer": "wait=20, return=representation"}
+    result: dict[str, Any] = httpx2.post(f"{url}/v1/{process}", json=request, headers=waiting).json()
+    return result
+
+
 def maps(url: str) -> list[dict[str, Any]]:
     """Return the jobs of maps, newest first."""
     jobs: list[dict[str, Any]] = httpx2.get(f"{url}/v1/jobs?process=unfolding-maps&limit=500").json()["jobs"]

@@ -11,7 +11,7 @@ from flint import arb
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 
-FIGURES = {
+FIGURES: dict[str, Any] = {
     one["id"]: one["value"]
     for one in json.loads((Path(__file__).parents[1] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
 }

@@ -1,9 +1,9 @@
 """A supervisor whose maps are products of their axes: real workers, queues and store, no core.
 
-Run as `python planted.py REDIS_URL WORKERS MODE`. What a tile does besides depends on MODE: "fast"; "slow" (sleeps
-0.6 s); "long" (sleeps LONG_SECONDS, while RQ renews its heartbeat); "busy" (computes for BUSY_SECONDS); "asked"
-(computes for as many milliseconds as `max_periods` says); "endless" (sleeps a minute); "raises"; "dies" (kills its own
-process).
+Run as `python planted.py REDIS_URL WORKERS MODE`, or `supervise` in a process of its own. What a tile does besides
+depends on MODE: "fast"; "slow" (sleeps 0.6 s); "long" (sleeps for longer than a lease); "busy" (computes for
+BUSY_SECONDS); "asked" (computes for as many milliseconds as `max_periods` says); "endless" (sleeps a minute); "raises";
+"dies" (kills its own process).
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Mapping
+from importlib import import_module
 
 import numba.core.event  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
 from numba.core.registry import cpu_target
@@ -25,7 +27,7 @@ from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report, joined
 from grazemap_worker.queue import drainer  # noqa: F401
-from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import WorkerInfo, core_version
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.supervisor import Supervisor
@@ -35,7 +37,7 @@ cpu_target.typing_context.refresh()
 cpu_target.target_context.refresh()
 
 BUSY_SECONDS = 0.1
-LONG_SECONDS = 3.5
+LONG_SECONDS = LEASE_SECONDS + 0.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
 INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset({"curves", "trajectories", "maps-3"}))
@@ -84,15 +86,33 @@ def planted(mode: str) -> Process:
     return Process(tile=tile, assembled=assembled)
 
 
-def main() -> None:
-    redis_url, workers, mode = sys.argv[1:]
+def supervise(
+    redis_url: str, workers: int, mode: str, limits: Mapping[str, float] | None = None, log: str = ""
+) -> None:
+    """Run a supervisor until it is asked to stop.
+
+    Parameters
+    ----------
+    redis_url, workers, mode : str, int, str
+        Its store, its workers, and what their tiles do.
+    limits : mapping, optional
+        Other values of constants of `grazemap_worker`, by module and name, as "liveness.HUNG_SECONDS".
+    log : str
+        A file for its log, instead of stderr.
+    """
+    if log:
+        os.dup2(os.open(log, os.O_WRONLY | os.O_CREAT), sys.stderr.fileno())
+    for place, value in (limits or {}).items():
+        module, _, name = place.rpartition(".")
+        assert hasattr(import_module(f"grazemap_worker.{module}"), name)
+        setattr(import_module(f"grazemap_worker.{module}"), name, value)
     logs.configure("INFO")
     tasks.PROCESSES = {"unfolding-maps": planted(mode)}
-    settings = WorkerSettings(redis_url=redis_url, workers=int(workers), result_bytes=1 << 20)
+    settings = WorkerSettings(redis_url=redis_url, workers=workers, result_bytes=1 << 20)
     kernels = Kernels(())
     kernels.ready |= INFO.kernels
     Supervisor(settings, NUMERICS, kernels).run()
 
 
 if __name__ == "__main__":
-    main()
+    supervise(sys.argv[1], int(sys.argv[2]), sys.argv[3])

@@ -16,9 +16,9 @@ import psutil
 
 from tests.support.watching import living, until
 
-# some ten seconds of two cores
+# some three seconds of two cores
 MAP = {
-    "omega": {"start": 0.26, "stop": 0.30, "points": 400},
+    "omega": {"start": 0.26, "stop": 0.30, "points": 100},
     "clearance": {"start": 1.3, "stop": 2.0, "points": 160},
 }
 
@@ -70,7 +70,7 @@ class RunningStack:
                         found.append(child)
             return found
 
-        until(look, 15)
+        until(look)
         return found[0]
 
     def busy_workers(self) -> list[tuple[psutil.Process, psutil.Process]]:
@@ -89,7 +89,7 @@ class RunningStack:
             found[:] = self.busy_workers()
             return found
 
-        until(look, 15)
+        until(look)
         return found[0]
 
     def redis_socket(self) -> Path:
@@ -107,7 +107,5 @@ class RunningStack:
     def stop(self) -> None:
         everything = self.process.children(recursive=True)
         self.popen.terminate()
-        started = time.monotonic()
-        assert self.popen.wait(8) == 0
-        assert time.monotonic() - started < 5
-        until(lambda: not living(everything), 1)
+        assert self.popen.wait(60) == 0
+        until(lambda: not living(everything))

@@ -1,10 +1,10 @@
-"""Steps of workers, played on a store: a lease, a finished tile, a result; and what waits to be claimed."""
+"""Steps of workers, played on a store: a lease, a finished tile, a result; and what the store has of jobs and tiles."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from grazemap.wire import GrazingCurvesRequest
+from grazemap.wire import GrazingCurvesRequest, Job, Problem
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Claim, Finished, Store, WorkerInfo
 from grazemap_worker.store.keys import ASSEMBLY, PREFIX, job_key
@@ -32,6 +32,27 @@ def commit_tile(store: Store, identity: str, tile: int, data: bytes, fingerprint
 def commit_result(store: Store, identity: str, data: bytes, fingerprint: str, seconds: float) -> bool:
     """Commit a result; return whether this ended the job."""
     return store.results.commit([Finished(_claim(store, identity, 0, fingerprint), data, seconds)]) == [0]
+
+
+def job_of(store: Store, identity: str) -> Job:
+    """The job, which there must be."""
+    job = store.jobs.get(identity)
+    assert job is not None
+    return job
+
+
+def problem_of(store: Store, identity: str) -> Problem:
+    """The problem with which a job has failed."""
+    problem = job_of(store, identity).problem
+    assert problem is not None
+    return problem
+
+
+def lane_of(store: Store, identity: str) -> str:
+    """The lane in which the tiles of a job wait."""
+    value = store.redis.hget(job_key(identity), "lane")
+    assert isinstance(value, bytes)
+    return value.decode()
 
 
 def fingerprint_of(store: Store, identity: str) -> str | None:

@@ -8,8 +8,11 @@ from collections.abc import Callable
 import psutil
 
 
-def until(condition: Callable[[], object], seconds: float) -> float:
-    """Wait for a condition; return the seconds it took, or fail."""
+def until(condition: Callable[[], object], seconds: float = 60.0) -> float:
+    """Wait for a condition; return the seconds it took, or fail.
+
+    A busy machine takes many times as long as a free one, so give more than that needs.
+    """
     started = time.monotonic()
     while not condition():
         assert time.monotonic() - started < seconds, "it did not happen in time"

@@ -6,14 +6,13 @@ import re
 from collections import Counter
 from typing import Any
 
-import httpx2
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
 from grazemap import Client
 from tests.slow.verified_points import DEFAULT, EQUAL, Point, impacts_in_fifty_digits, verdict
-from tests.support.explorer_page import place, show, verified, window
+from tests.support.explorer_page import answered, place, show, verified, window
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -22,7 +21,6 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 OMEGA = 0.2128986213338
 START = "omega=0.1875..0.25&clearance=1.25..2"
 WHEEL = -924  # zooms by 4
-PREFER = {"Prefer": "wait=20, return=representation"}
 MOST_NOT_VERIFIED = 4
 FOUND = (
     "period",
@@ -57,7 +55,7 @@ def tile_at(watched: Watched, clearance: float) -> dict[str, Any]:
 
 def test_verified_points_stay_right_until_double_precision_ends(small: Watched, url: str) -> None:
     """Of 20 points of the tile at a point of the grazing curve, at most 4 are not verified; the others are right."""
-    curve = httpx2.post(f"{url}/v1/grazing-curves", json={"omega": [OMEGA, 0.25]}, headers=PREFER).json()
+    curve = answered(url, "grazing-curves", {"omega": [OMEGA, 0.25]})
     clearance = curve["clearance"][0]
     page = show(small, url, START, wait=False)
     zoom(page, clearance, 0.0625 / 2.0**30)
@@ -65,7 +63,7 @@ def test_verified_points_stay_right_until_double_precision_ends(small: Watched, 
     expect(page.locator("#says")).not_to_have_text(END)
     tile = tile_at(small, clearance)
     assert tile["omega"]["stop"] - tile["omega"]["start"] < 0.0625 / 2.0**30
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=tile, headers=PREFER).json()
+    umap = answered(url, "unfolding-maps", tile)
     verdicts, labels = [], set()
     for row, column in np.random.default_rng(1).integers(128, size=(20, 2)):
         if umap["verified"][row][column]:

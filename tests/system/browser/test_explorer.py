@@ -29,6 +29,7 @@ from tests.support.explorer_page import (
     QUICK,
     USUAL,
     WAIT,
+    answered,
     ended,
     maps,
     place,
@@ -121,8 +122,7 @@ def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
         and one["clearance"]["stop"] > 1.6
         and one["clearance"]["start"] < 1.6
     )
-    answer = httpx2.post(f"{url}/v1/unfolding-maps", json=request, headers={"Prefer": "wait=20, return=representation"})
-    umap = answer.json()
+    umap = answered(url, "unfolding-maps", request)
     row, column = 40, 70
     page.mouse.move(*place(page, umap["omega"][column], umap["clearance"][row]))
     label = umap["motions"][umap["motion"][row][column]]["label"]
@@ -137,11 +137,7 @@ def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
 
 def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> None:
     page = show(watched, url, USUAL)
-    curve = httpx2.post(
-        f"{url}/v1/grazing-curves",
-        json={"omega": {"start": 0.25, "stop": 0.3125, "points": 33}},
-        headers={"Prefer": "wait=20, return=representation"},
-    ).json()
+    curve = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})
     page.mouse.move(*place(page, curve["omega"][12], curve["clearance"][12]))
     expect(page.locator("#reading")).to_contain_text("Grazing curve")
     order = next(point for point in curve["points"] if point["kind"] == "recurrence" and point["omega"] > 0.26)
@@ -270,9 +266,7 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
 
 def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, url: str) -> None:
     asked = {"omega": {"start": 0.28, "stop": 0.285, "points": 3}}
-    points = httpx2.post(
-        f"{url}/v1/grazing-curves", json=asked, headers={"Prefer": "wait=20, return=representation"}
-    ).json()["points"]
+    points = answered(url, "grazing-curves", asked)["points"]
     (recurrence,) = (one for one in points if one["kind"] == "recurrence" and one["order"] == 2)
     at = recurrence["omega"], recurrence["clearance"]
     page = show(small, url, FIRST)
@@ -341,11 +335,9 @@ def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, ur
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
     expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
     omega, clearance = (float(value) for value in re.search(r"at=([\d.]+)%2C([\d.]+)", page.url).groups())  # type: ignore[union-attr]
-    orbit = httpx2.post(
-        f"{url}/v1/periodic-orbits",
-        json={"omega": omega, "clearance": clearance, "observables": ["dissipated_power"]},
-        headers={"Prefer": "wait=20, return=representation"},
-    ).json()
+    orbit = answered(
+        url, "periodic-orbits", {"omega": omega, "clearance": clearance, "observables": ["dissipated_power"]}
+    )
     figures = dict(
         zip(*(page.locator(f"#point-figures {name}").all_inner_texts() for name in ("dt", "dd")), strict=True)
     )

@@ -15,14 +15,13 @@ from playwright.sync_api import Page, expect
 from grazemap import Client
 from grazemap.wire import Oscillator
 from grazemap.wire.planes import with_parameter
-from tests.support.explorer_page import QUICK, WAIT, place, reading, show, verified
+from tests.support.explorer_page import QUICK, WAIT, answered, place, reading, show, verified
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 OVER_RESTITUTION = "horizontal=omega&vertical=restitution&omega=0.265625..0.28125&restitution=0.5..0.75&clearance=1.88"
 OVER_FORCES = "horizontal=omega&vertical=forcing&omega=0.28125..0.296875&forcing=0.75..1&clearance=1.8"
-WAITING = {"Prefer": "wait=20, return=representation"}
 BESIDE_BORDERS = "omega=0.2734375..0.27734375&clearance=1.8125..1.84375"
 
 
@@ -33,7 +32,7 @@ def point_at(page: Page, x: float, y: float) -> str:
 
 def assert_told(page: Page, url: str, asked: dict[str, Any]) -> None:
     """Fail where the page does not say the motions of a map over lists of values, which the API is asked for."""
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=asked, headers=WAITING).json()
+    umap = answered(url, "unfolding-maps", asked)
     across, up = asked["horizontal"]["values"], asked["vertical"]["values"]
     for row, column in np.ndindex(len(up), len(across)):
         label = umap["motions"][umap["motion"][row][column]]["label"]
@@ -52,7 +51,7 @@ def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve
     }
     assert_told(page, url, {**axes, "clearance": 1.88, "max_periods": 400})
     asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
-    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
+    curve = answered(url, "grazing-curves", asked)
     touching = np.interp(1.88, curve["clearance"], curve["omega"])
     assert "Grazing curve: on it the steady motion just touches the right stop" in point_at(page, touching, 0.6)
 
@@ -86,7 +85,7 @@ def test_both_clearances_of_unequal_stops_may_vary(small: Watched, url: str) -> 
 def test_the_graze_of_a_fixed_left_stop_is_drawn(small: Watched, url: str) -> None:
     page = show(small, url, f"omega=0.265625..0.28125&clearance=1.9375..2&machine={quote(json.dumps(UNEQUAL))}")
     asked = {"omega": {"start": 0.265625, "stop": 0.28125, "points": 2001}}
-    curve = httpx2.post(f"{url}/v1/grazing-curves", json=asked, headers=WAITING).json()
+    curve = answered(url, "grazing-curves", asked)
     touching = np.interp(1.9, curve["clearance"], curve["omega"])
     assert "just touches the left stop" in point_at(page, touching, 1.97)
 
@@ -179,7 +178,7 @@ def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Wat
         and one["omega"]["start"] < 0.29 < one["omega"]["stop"]
         and one["clearance"]["start"] < 1.78 < one["clearance"]["stop"]
     )
-    umap = httpx2.post(f"{url}/v1/unfolding-maps", json=tile, headers=WAITING).json()
+    umap = answered(url, "unfolding-maps", tile)
     column, row = (
         int(np.argmin(np.abs(np.array(umap[axis]) - at))) for axis, at in (("omega", 0.29), ("clearance", 1.78))
     )

@@ -1,4 +1,4 @@
-"""A few of the signals that `make chaos` sends."""
+"""A few of the signals that `make chaos` sends; `make test` kills and stops each process once (test_stack.py)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from tests.slow import signals_at_random
 from tests.slow.signals_at_random import disturbed, undisturbed
 
 
+@pytest.mark.thorough
 def test_signals_at_random_do_not_change_a_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(signals_at_random, "ROWS", 8)
     monkeypatch.setattr(signals_at_random, "MOST_MAPS", 3)

@@ -6,7 +6,6 @@ import contextlib
 import fcntl
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -19,6 +18,7 @@ import redis.exceptions
 
 from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
+from grazemap_worker import liveness
 from grazemap_worker.store import connect
 from tests.support.running_stack import MAP, RunningStack
 from tests.support.watching import living, until
@@ -33,6 +33,15 @@ def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningStack]:
     running = RunningStack("--data", str(tmp_path_factory.mktemp("data")))
     yield running
     running.stop()
+
+
+@pytest.fixture(scope="module")
+def undisturbed(stack: RunningStack) -> bytes:
+    """The map as it is computed when nothing is killed or stopped, and forgotten again."""
+    data = stack.wait_for(stack.request("/v1/unfolding-maps", MAP)["id"], 300)
+    with contextlib.closing(connect(f"unix://{stack.redis_socket()}")) as redis:
+        redis.flushall()
+    return data
 
 
 @pytest.fixture
@@ -50,13 +59,8 @@ def start() -> Iterator[Callable[..., RunningStack]]:
             running.stop()
 
 
-def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> None:
+def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack, undisturbed: bytes) -> None:
     identity = stack.request("/v1/unfolding-maps", MAP)["id"]
-    undisturbed = stack.wait_for(identity, 60)
-    redis = connect(f"unix://{stack.redis_socket()}")
-    redis.flushall()
-
-    assert stack.request("/v1/unfolding-maps", MAP)["id"] == identity
 
     def a_horse_is_killed() -> bool:
         with contextlib.suppress(psutil.NoSuchProcess):  # its tile may end before
@@ -64,53 +68,53 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
             return True
         return False
 
-    until(a_horse_is_killed, 15)
+    until(a_horse_is_killed)
 
     worker, horse = stack.a_busy_worker()
     worker.kill()
-    until(lambda: not living([horse]), 1)
+    until(lambda: not living([horse]))
 
-    until(lambda: stack.job(identity)["progress"]["done"] > 0, 20)
-    stack.child("-m grazemap_service").kill()
-    until(lambda: stack.job(identity), 10)  # at the same address
-
+    until(lambda: stack.job(identity)["progress"]["done"] > 0)
     assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"
-    stack.child("unixsocket:").kill()
-    assert stack.wait_for(identity, 90) == undisturbed
-    until(lambda: stack.request("/v1/status")["events"]["ended:redis"] == 1, 5)
+    for name in ("-m grazemap_service", "unixsocket:"):
+        stack.child(name).kill()
+    assert stack.wait_for(identity, 300) == undisturbed  # at the same address
+    until(lambda: stack.request("/v1/status")["events"]["ended:redis"] == 1)
     events = stack.request("/v1/status")["events"]
     assert events["ended:service"] == 1
     assert events["ended:worker"] >= 1
-    redis.close()
-
-
-def test_a_stopped_service_and_supervisor_are_replaced(stack: RunningStack) -> None:
-    identity = stack.request("/v1/unfolding-maps", LARGER_MAP)["id"]
-    stack.a_busy_worker()
-    stopped = [stack.child("-m grazemap_service"), stack.child("-m grazemap_worker")]
-    redis = stack.child("unixsocket:")
-    for process in stopped:
-        process.suspend()
-    time.sleep(3)
-    for process in stopped:
-        process.resume()  # in time
-    until(lambda: stack.job(identity)["progress"]["done"] > 0, 60)
-    assert living(stopped) == stopped
-
-    workers = stopped[1].children(recursive=True)
-    for process in stopped:
-        process.suspend()
-    until(lambda: not living(stopped), 20)
-    until(lambda: not living(workers), 2)
-    done = stack.job(identity)["progress"]["done"]  # of the new service
-    replaced = [stack.child("-m grazemap_service"), stack.child("-m grazemap_worker")]
-    assert set(replaced).isdisjoint(stopped)
-    until(lambda: stack.job(identity)["progress"]["done"] > done, 60)
-    assert [stack.child("-m grazemap_service"), stack.child("-m grazemap_worker"), redis] == [
-        *replaced,
-        stack.child("unixsocket:"),
-    ]
     stack.request(f"/v1/jobs/{identity}", method="DELETE")
+
+
+def test_a_stopped_service_and_supervisor_are_replaced(stack: RunningStack, undisturbed: bytes) -> None:
+    """All workers are stopped with their supervisor, and the map is left to those that follow."""
+    with contextlib.closing(connect(f"unix://{stack.redis_socket()}")) as redis:
+        redis.flushall()
+    identity = stack.request("/v1/unfolding-maps", MAP)["id"]
+    stack.a_busy_worker()
+    kept = stack.child("unixsocket:")
+    service, supervisor = stack.child("-m grazemap_service"), stack.child("-m grazemap_worker")
+    everything = [service, supervisor, *supervisor.children(recursive=True)]
+    signalled(everything, psutil.Process.suspend)
+    time.sleep(3)
+    signalled(everything, psutil.Process.resume)  # in time
+    until(lambda: stack.job(identity)["progress"]["done"] > 0)
+    assert living([service, supervisor]) == [service, supervisor]
+    assert stack.job(identity)["status"] == "running", "the map was whole before everything was stopped"
+
+    everything = [service, supervisor, *supervisor.children(recursive=True)]
+    signalled(everything, psutil.Process.suspend)
+    until(lambda: not living(everything))
+    assert stack.wait_for(identity, 300) == undisturbed
+    assert {stack.child("-m grazemap_service"), stack.child("-m grazemap_worker")}.isdisjoint(everything)
+    assert stack.child("unixsocket:") == kept
+
+
+def signalled(processes: list[psutil.Process], signal_of: Callable[[psutil.Process], None]) -> None:
+    """Stop or continue processes, of which some may have ended."""
+    for process in processes:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            signal_of(process)
 
 
 def test_the_memory_of_its_redis_is_limited(stack: RunningStack) -> None:
@@ -119,20 +123,23 @@ def test_the_memory_of_its_redis_is_limited(stack: RunningStack) -> None:
 
 
 @pytest.mark.parametrize("answered", [True, False], ids=["once up", "before it was asked"])
-def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path, answered: bool) -> None:
-    server = RedisServer(tmp_path, silent_seconds=5.0)
+def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answered: bool
+) -> None:
+    monkeypatch.setattr(liveness, "HUNG_SECONDS", 60.0 if answered else 2.0)
+    server = RedisServer(tmp_path, silent_seconds=4.0)
     server.start()
     try:
         server.wait()
         connect(server.url).set("kept", "yes")
-        until(lambda: not answered or server.look() or server.has_answered, 10)
+        until(lambda: not answered or server.look() or server.has_answered)
         assert not answered or not server.look()
         time.sleep(1.1)  # the append-only file is written once a second
         hung = server.pid
         assert hung is not None
         psutil.Process(hung).suspend()
-        until(server.look, 25)
-        until(lambda: server.look() or server.pid != hung, 5)
+        until(server.look)
+        until(lambda: server.look() or server.pid != hung)
         server.wait()
         assert connect(server.url).get("kept") == b"yes"
     finally:
@@ -143,20 +150,20 @@ def test_a_redis_that_answers_is_not_restarted(tmp_path: Path) -> None:
     with RedisServer(tmp_path) as server:
         client = connect(server.url)
         client.config_set("maxclients", 1)
-        assert server.answers(1.0)  # that it has no room
+        assert server.answers(10.0)  # that it has no room
         client.config_set("maxclients", 100)
         script = connect(server.url, socket_timeout=0.2)
         client.config_set("lua-time-limit", 100)
         with contextlib.suppress(redis.exceptions.TimeoutError):
             script.eval("while true do end", 0)
-        until(lambda: server.answers(0.5), 5)  # that it is busy
+        until(lambda: server.answers(0.5))  # that it is busy
         client.script_kill()
         pid = server.pid
         assert pid is not None
         psutil.Process(pid).suspend()
         assert not server.answers(0.5)
         psutil.Process(pid).resume()
-        until(lambda: server.answers(0.5), 5)
+        until(lambda: server.answers(0.5))
 
 
 def test_data_of_a_newer_redis_are_not_ignored(tmp_path: Path) -> None:
@@ -172,7 +179,7 @@ def test_deleting_a_job_stops_its_work_soon(stack: RunningStack) -> None:
     identity = stack.request("/v1/unfolding-maps", LARGER_MAP)["id"]
     stack.a_busy_worker()
     assert stack.request(f"/v1/jobs/{identity}", method="DELETE")["status"] == "dismissed"
-    until(lambda: not stack.busy_workers(), 10)  # a map of minutes
+    until(lambda: not stack.busy_workers(), 20)  # a map of minutes
     assert len(living(stack.child("grazemap_worker").children())) == 4  # two for small tiles
 
 
@@ -192,7 +199,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     assert socket.parent.stat().st_mode & 0o777 == 0o700
     running.process.kill()
     running.popen.wait()
-    until(lambda: not living(everything), 3)
+    until(lambda: not living(everything))
 
     # and the next one on the same data goes on where it was
     again = start("--data", str(tmp_path / "data"))
@@ -203,7 +210,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
             [sys.executable, "-m", "grazemap_service.stack", "--data", str(tmp_path / "data")],
             check=True,
             capture_output=True,
-            timeout=10,
+            timeout=120,
         )
     assert b"another stack" in caught.value.stderr
     again.request(f"/v1/jobs/{jobs[0]['id']}", method="DELETE")
@@ -220,7 +227,7 @@ def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., Run
     running.popen.wait()
     command = [sys.executable, "-m", "grazemap_service.stack", "--workers", "1", *options]
     try:
-        refused = subprocess.run(command, capture_output=True, timeout=20, check=False)
+        refused = subprocess.run(command, capture_output=True, timeout=120, check=False)
         assert refused.returncode == 1
         assert b"another stack" in refused.stderr
         again = subprocess.Popen(command, stdout=subprocess.PIPE)
@@ -231,7 +238,7 @@ def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., Run
         assert json.loads(again.stdout.readline())["url"]
         assert not living([redis])
         again.terminate()
-        assert again.wait(8) == 0
+        assert again.wait(60) == 0
         again.stdout.close()
     finally:
         if redis.is_running():
@@ -244,41 +251,20 @@ def test_a_stack_says_that_it_waits_for_another_one_on_its_data(tmp_path: Path) 
     command = [sys.executable, "-m", "grazemap_service.stack", "--talk", "--data", str(tmp_path)]
     with (tmp_path / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        refused = subprocess.run([*command, "--ready-file", str(ready)], capture_output=True, timeout=20, check=False)
+        refused = subprocess.run([*command, "--ready-file", str(ready)], capture_output=True, timeout=120, check=False)
     said = [json.loads(line)["starting"] for line in refused.stdout.splitlines()]
     assert said.count(f"waiting for another stack that uses {tmp_path}") >= 3
     assert refused.returncode == 1
     assert ready.exists()
 
 
-def test_a_stack_ends_with_its_parent_on_request(tmp_path: Path) -> None:
-    script = (
-        "import subprocess, sys, time\n"
-        "child = subprocess.Popen([sys.executable, '-m', 'grazemap_service.stack', '--workers', '1',"
-        " '--die-with-parent'], stdout=subprocess.PIPE)\n"
-        "print(child.stdout.readline().decode(), flush=True)\n"
-        "time.sleep(60)\n"
-    )
-    temporary = {**os.environ, "TMPDIR": str(tmp_path)}
-    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, env=temporary)
-    assert parent.stdout is not None
-    stack = psutil.Process(json.loads(parent.stdout.readline())["pid"])
-    everything = [stack, *stack.children(recursive=True)]
-    assert list(tmp_path.iterdir()) != []
-    parent.send_signal(signal.SIGKILL)
-    parent.wait()
-    until(lambda: not living(everything), 6)
-    assert list(tmp_path.iterdir()) == []
-    parent.stdout.close()
-
-
 def test_a_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    for folder in ("/proc/grazemap", str(tmp_path / "file"), str(tmp_path / "file" / "below")):
+    for folder in ("/proc/grazemap", str(tmp_path / "file" / "below")):
         answer = subprocess.run(
             [sys.executable, "-m", "grazemap_service.stack", "--data", folder],
             capture_output=True,
-            timeout=20,
+            timeout=120,
             check=False,
         )
         assert answer.returncode == 1
@@ -302,7 +288,7 @@ def test_a_stack_that_starts_slowly_reports_what_it_waits_for(tmp_path: Path) ->
         assert line["reason"].startswith("Redis is unavailable")
     finally:
         stack.terminate()
-        assert stack.wait(8) == 0
+        assert stack.wait(60) == 0
         assert stack.stderr is not None
         stack.stderr.close()
 
@@ -317,7 +303,7 @@ def test_a_stack_that_cannot_start_reports_the_reason(tmp_path: Path) -> None:
             [sys.executable, "-m", "grazemap_service.stack", "--data", str(tmp_path / "data"), *options],
             env={**os.environ, **environment},
             capture_output=True,
-            timeout=20,
+            timeout=120,
             check=False,
         )
         assert answer.returncode == 1

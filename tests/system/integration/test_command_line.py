@@ -11,8 +11,9 @@ from pathlib import Path
 
 import httpx2
 import psutil
+import pytest
 
-from tests.support.watching import living
+from tests.support.watching import living, until
 
 KEY = "0123456789-of-the-tests-KEY"
 
@@ -42,11 +43,11 @@ def test_up_prints_the_addresses_and_ctrl_c_ends_it_in_order(tmp_path: Path) -> 
             process.cmdline()[-1] for process in informed if "--port" not in process.cmdline()
         }
         os.killpg(up.pid, signal.SIGINT)
-        assert up.wait(timeout=15) == 0
-    _, left = psutil.wait_procs(below, timeout=5)
-    assert left == []
+        assert up.wait(timeout=60) == 0
+    until(lambda: not living(below))
 
 
+@pytest.mark.thorough
 def test_up_waits_at_sigterm_for_what_it_started() -> None:
     command = [sys.executable, "-m", "grazemap.cli", "up", "--port", "0", "--workers", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as up:
@@ -54,7 +55,7 @@ def test_up_waits_at_sigterm_for_what_it_started() -> None:
         assert up.stdout.readline().startswith(b"explorer")
         below = psutil.Process(up.pid).children(recursive=True)
         up.terminate()
-        assert up.wait(timeout=15) == 0
+        assert up.wait(timeout=60) == 0
         assert len(below) >= 4
         assert living(below) == []
 
@@ -68,5 +69,5 @@ def test_up_ends_at_sigterm_while_it_starts(tmp_path: Path) -> None:
             assert any(b"another stack" in line for line in up.stderr)
             below = psutil.Process(up.pid).children(recursive=True)
             up.terminate()
-            assert up.wait(timeout=15) == 0
+            assert up.wait(timeout=60) == 0
     assert living(below) == []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,11 +10,8 @@ import pytest
 from grazemap import Oscillator
 from grazemap.local_stack import LocalClient
 from grazemap.results import StopGrazingCurves, Structure
+from tests.support.general_figures import FIGURES
 
-FIGURES: dict[str, Any] = {
-    one["id"]: one["value"]
-    for one in json.loads((Path(__file__).parents[2] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
-}
 STIFFNESS = [[1.0, -1.0, 0.0], [-1.0, 6.0, -5.0], [0.0, -5.0, 10.0]]
 CHAIN: dict[str, Any] = {}
 """The paper's chain is the default."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -27,33 +28,31 @@ REQUEST = UnfoldingMapsRequest.model_validate(
 )
 
 
-def computed(server: RedisServer, store: Store, workers: int, tile: tuple[int, int]) -> tuple[bytes, int]:
-    """The map by so many workers in tiles of (clearances, frequencies), and the number of tiles."""
+def computed(store: Store, *tile: int) -> tuple[bytes, int]:
+    """The map in tiles of so many clearances and frequencies, and the number of tiles."""
     store.redis.flushall()
     plan = Plan(rows=128, columns=6, tile_rows=tile[0], tile_columns=tile[1])
     job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
-    command = [sys.executable, "-m", "grazemap_worker", "--workers", str(workers), "--redis-url", server.url]
-    with subprocess.Popen(command) as process:
-        try:
-            until(lambda: store.results.data(job.id) is not None, 200)
-        finally:
-            process.send_signal(signal.SIGTERM)
+    until(lambda: store.results.data(job.id) is not None, 300)
     data = store.results.data(job.id)
     assert data is not None
     return data, plan.count
 
 
-@pytest.mark.parametrize(
-    ("workers", "tile", "count"), [(4, (32, 1), 24), pytest.param(2, (64, 2), 6, marks=pytest.mark.thorough)]
-)
-def test_workers_side_by_side_give_the_bytes_of_one_in_tiles_of_any_size(
-    redis_server: RedisServer, store: Store, workers: int, tile: tuple[int, int], count: int
-) -> None:
-    whole, tiles = computed(redis_server, store, 1, (128, 6))
+@pytest.fixture
+def workers(redis_server: RedisServer, store: Store) -> Iterator[None]:
+    """Four workers of the store."""
+    command = [sys.executable, "-m", "grazemap_worker", "--workers", "4", "--redis-url", redis_server.url]
+    with subprocess.Popen(command) as process:
+        yield
+        process.send_signal(signal.SIGTERM)
+
+
+def test_workers_side_by_side_give_the_bytes_of_one_in_tiles_of_any_size(store: Store, workers: None) -> None:
+    whole, tiles = computed(store, 128, 6)  # by one worker
     assert tiles == 1
-    data, tiles = computed(redis_server, store, workers, tile)
-    assert tiles == count
-    assert data == whole
+    for tile, count in (((32, 1), 24), ((64, 2), 6)):
+        assert computed(store, *tile) == (whole, count)
     document, meta = decode_npz(whole)
     assert meta["numerics"] == numerics().as_meta()
     # there is something to differ: several motions, and points that are none

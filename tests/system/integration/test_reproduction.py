@@ -63,7 +63,9 @@ def title_of_line(omega: float) -> str:
     return f"omega = {omega}, clearance from {high:g} down to {low:g}"
 
 
-@pytest.mark.parametrize("part", [figure_2, figure_3, mapping, figure_5, figure_7, unfolding])
+@pytest.mark.parametrize(
+    "part", [figure_2, figure_3, mapping, figure_5, figure_7, pytest.param(unfolding, marks=pytest.mark.thorough)]
+)
 def test_the_page_has_the_computed_sections(stack: LocalClient, part) -> None:
     assert_on_page(part(stack), PAGE)
 
@@ -84,7 +86,7 @@ def test_the_page_has_the_unfolding_map_at_some_points_and_its_borders(stack: Lo
     assert [row for row in rows if not on_page(row, "Figure 8: the unfolding diagram")] == []
 
 
-@pytest.mark.parametrize(("omega", "letters"), [(0.29, "acf"), (0.27, "mp")])
+@pytest.mark.parametrize(("omega", "letters"), [(0.29, "acf"), pytest.param(0.27, "mp", marks=pytest.mark.thorough)])
 def test_the_page_has_the_orbits_of_figure_9(stack: LocalClient, omega: float, letters: str) -> None:
     title, (span, printed) = title_of_line(omega), REGIONS[omega]
     wanted = {region: printed_clearance(title, 2, region.letter) for region in printed if region.letter in letters}
@@ -112,9 +114,10 @@ def test_the_page_has_the_results_of_the_searches(stack: LocalClient) -> None:
     assert not on_page([*row[:3], str(int(row[3]) + 1), *row[4:]], title)
 
 
-def test_every_picture_of_the_page_is_there() -> None:
-    linked = re.findall(r"!\[[^]]+\]\(([^)]+)\)", PAGE)
-    assert len(linked) == len(set(linked)) >= 9
+@pytest.mark.parametrize("name", ["reproduction", "published"])
+def test_every_picture_of_a_page_is_there(name: str) -> None:
+    linked = re.findall(r"!\[[^]]+\]\(([^)]+)\)", (DOCS / f"{name}.md").read_text("utf-8"))
+    assert len(linked) == len(set(linked)) >= 4
     for path in linked:
         assert (DOCS / path).read_bytes().startswith(b"\x89PNG")
 

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import tiled, whole
 
 from grazemap.wire import canonical, canonical_id, parse_request
-from grazemap_worker.planning import Plan
 from grazemap_worker.processes import PROCESSES
+from tests.support.computed import tiled, whole
 
 OMEGA = {"vary": "omega", "values": {"start": 0.27, "stop": 0.29, "points": 4}}
 UP = {
@@ -21,17 +20,16 @@ UP = {
 }
 
 
-def request_of(vary: str, **more: Any) -> Any:
+def body_of(vary: str) -> dict[str, Any]:
     up = {"vary": vary, "values": UP[vary]}
-    body = {"horizontal": OMEGA, "vertical": up, "clearance": 1.6, "max_periods": 200, **more}
-    return parse_request("unfolding-maps", body)
+    return {"horizontal": OMEGA, "vertical": up, "clearance": 1.6, "max_periods": 200}
 
 
-@pytest.mark.parametrize("vary", UP)
+@pytest.mark.parametrize(
+    "vary", [vary if vary == "restitution" else pytest.param(vary, marks=pytest.mark.thorough) for vary in UP]
+)
 def test_any_cut_of_a_plane_gives_the_same_map(vary: str) -> None:
-    request = request_of(vary)
-    one = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
-    cut = tiled(request, Plan(rows=3, columns=4, tile_rows=2, tile_columns=3))
+    one, cut = (tiled("unfolding-maps", body_of(vary), *tile) for tile in ((3, 4), (2, 3)))
     assert one.keys() == cut.keys()
     for name, array in one.items():
         np.testing.assert_array_equal(array, cut[name])
@@ -39,14 +37,12 @@ def test_any_cut_of_a_plane_gives_the_same_map(vary: str) -> None:
     assert one["margin_right"].shape == (3, 4)
 
 
+@pytest.mark.thorough
 def test_the_values_of_an_oscillator_are_those_of_its_description() -> None:
     """The row of a mass is the map of the oscillator with that mass."""
-    found = tiled(request_of("masses[2]"), Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
+    found = tiled("unfolding-maps", body_of("masses[2]"))
     body = {"omega": OMEGA["values"], "clearance": [1.6, 1.7], "oscillator": {"masses": [1.0, 11.0, 10.0]}}
-    alone = tiled(
-        parse_request("unfolding-maps", {**body, "max_periods": 200}),
-        Plan(rows=2, columns=4, tile_rows=2, tile_columns=4),
-    )
+    alone = tiled("unfolding-maps", {**body, "max_periods": 200})
     for name in ("kind", "period", "impacts_right", "multiplier", "least_impact_velocity"):
         np.testing.assert_array_equal(found[name][2], alone[name][0])
 
@@ -58,9 +54,7 @@ def test_an_adaptive_map_of_a_plane_has_the_labels_of_the_full_one() -> None:
         "vertical": {"vary": "clearance_left", "values": values},
     }
     body |= {"omega": 0.29, "clearance": {"right": 1.6}, "max_periods": 100, "preview": True}
-    shape = Plan(rows=33, columns=33, tile_rows=33, tile_columns=33)
-    full = tiled(parse_request("unfolding-maps", body), shape)
-    adaptive = tiled(parse_request("unfolding-maps", {**body, "adaptive": True}), shape)
+    full, adaptive = (tiled("unfolding-maps", {**body, "adaptive": asked}, 33, 33) for asked in (False, True))
     same = adaptive["computed"]
     np.testing.assert_array_equal(adaptive["period"][same], full["period"][same])
     np.testing.assert_array_equal(adaptive["margin_left"], full["margin_left"])
@@ -82,7 +76,7 @@ def test_a_diagram_along_any_parameter_has_the_motions_of_periodic_orbits(vary: 
 def test_a_plane_of_structures_takes_longer_by_the_estimate() -> None:
     seconds = {}
     for vary in ("restitution", "damping"):
-        request = request_of(vary)
+        request = parse_request("unfolding-maps", body_of(vary))
         assert canonical_id("unfolding-maps", canonical(request), "0")
         seconds[vary] = PROCESSES["unfolding-maps"].plan(request).estimate.seconds
     assert seconds["damping"] > 2.0 * seconds["restitution"]

@@ -6,26 +6,17 @@ from collections.abc import Callable
 
 import pytest
 
-from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import bells
 from grazemap_worker.store import QueueFull, Store, Submission, WorkerInfo
 from grazemap_worker.supervision.reconciler import Reconciler
-from tests.support import submitting
 from tests.support.steps import commit_result, commit_tile, fingerprint_of, pending, register
+from tests.support.submitting import submit_curve, submit_map
 
 LEASE = 5.0
 FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
-
-
-def submit(store: Store, number: int, most: int = 10**6) -> Job:
-    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
-
-
-def submit_map(store: Store, number: int = 0) -> Job:
-    request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return submitting.submit(store, "unfolding-maps", request, "1", FOUR, 10**6)[0]
 
 
 def commands(store: Store, step: Callable[[], object]) -> int:
@@ -39,7 +30,7 @@ def commands(store: Store, step: Callable[[], object]) -> int:
 def backlog(store: Store) -> list[Job]:
     """Some hundred jobs that wait, a few of them claimed."""
     register(store, "w", "f", LEASE, "1")
-    jobs = [submit(store, number) for number in range(300)]
+    jobs = [submit_curve(store, number) for number in range(300)]
     for job in jobs[:3]:
         store.tiles.claim(job.id, 0, "w", "f", LEASE)
     return jobs
@@ -61,7 +52,7 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
 
 
 def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
-    job = submit(store, 0)
+    job = submit_curve(store, 0)
     store.tiles.claim(job.id, 0, "one", "f", LEASE)
     store.workers.remove("one")
     store.tiles.claim(job.id, 0, "two", "f", LEASE)
@@ -74,9 +65,9 @@ def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
 
 def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> None:
     register(store, "w", "f", LEASE, "1")
-    job = submit_map(store)
-    submit_map(store, 1)
-    submit(store, 0)
+    job = submit_map(store, 0, FOUR)
+    submit_map(store, 1, FOUR)
+    submit_curve(store, 0)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
     commit_tile(store, job.id, 0, b"", "f", 0.0)
     commit_tile(store, job.id, 0, b"", "f", 0.0)
@@ -85,14 +76,14 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
         store.tiles.claim(job.id, 3, "w", "f", LEASE)
         store.tiles.record_failure(job.id, 3, "exception", holder="w")
     assert store.counts().pending_tiles == 4 + 1
-    assert submit_map(store).status == "accepted"  # goes on from the tile that it has
+    assert submit_map(store, 0, FOUR).status == "accepted"  # goes on from the tile that it has
     assert store.counts().pending_tiles == 3 + 4 + 1
     store.redis.delete("grazemap:4:fingerprint:f")
     assert job.id in store.jobs.bind("g", "1", [job.id])  # and starts over with other numerics
     assert store.counts().pending_tiles == 4 + 4 + 1
     with pytest.raises(QueueFull):
-        submit(store, 1, most=9)
-    submit(store, 1, most=10)
+        submit_curve(store, 1, most=9)
+    submit_curve(store, 1, most=10)
     for found in store.jobs.page()[0]:
         store.jobs.dismiss(found.id)
     assert store.counts().pending_tiles == 0
@@ -101,11 +92,11 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
 def test_removing_old_records_does_not_scan_the_waiting_ones(
     store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = commands(store, lambda: submit(store, 999))
+    before = commands(store, lambda: submit_curve(store, 999))
     monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 0)
-    assert commands(store, lambda: submit(store, 1000)) < before + 10
+    assert commands(store, lambda: submit_curve(store, 1000)) < before + 10
     store.jobs.dismiss(backlog[0].id)
-    submit(store, 1001)
+    submit_curve(store, 1001)
     assert store.jobs.get(backlog[0].id) is None
 
 
@@ -124,7 +115,7 @@ def test_a_round_checks_some_of_the_jobs_and_the_next_rounds_check_the_others(
     store: Store, reconciler: Reconciler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("grazemap_worker.supervision.reconciler.JOBS_A_ROUND", 300)
-    jobs = [submit(store, number) for number in range(1500)]
+    jobs = [submit_curve(store, number) for number in range(1500)]
     reconciler.reconcile()
     bound = [fingerprint_of(store, job.id) == "f" for job in jobs]
     assert 0 < sum(bound) < 1500
@@ -134,7 +125,7 @@ def test_a_round_checks_some_of_the_jobs_and_the_next_rounds_check_the_others(
 
 
 def test_a_lost_tile_can_be_claimed_after_a_round(store: Store, reconciler: Reconciler) -> None:
-    job = submit_map(store)
+    job = submit_map(store, 0, FOUR)
     store.tiles.claim(job.id, 1, "dead", "f", LEASE)
     assert (job.id, 1) not in pending(store, "f")
     store.workers.remove("dead")
@@ -145,11 +136,11 @@ def test_a_lost_tile_can_be_claimed_after_a_round(store: Store, reconciler: Reco
 def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store, reconciler: Reconciler) -> None:
     assert reconciler.reconcile() == set()
     register(store, "w", "f", LEASE, "1")
-    submit(store, 0)
+    submit_curve(store, 0)
     assert reconciler.reconcile() == {"curves"}
     queues = [bells.queue(store.redis, "f", small=small) for small in (False, True)]
     assert [queue.count for queue in queues] == [0, 1]
-    submit_map(store)
+    submit_map(store, 0, FOUR)
     for _ in range(5):
         assert reconciler.reconcile() == {"curves", "maps-3"}
     assert [queue.count for queue in queues] == [bells.MOST_WAITING] * 2

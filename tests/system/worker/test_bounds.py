@@ -17,7 +17,7 @@ from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
 from grazemap_worker.store.keys import MOST_LARGE_RECORDS, MOST_SMALL_RECORDS, PREFIX
 from tests.support import submitting
 from tests.support.planted import INFO, NUMERICS
-from tests.support.steps import commit_result, commit_tile
+from tests.support.steps import commit_result, commit_tile, problem_of
 
 LEASE = 5.0
 
@@ -48,11 +48,10 @@ def drain(store: Store) -> None:
         tasks.drain(tasks.Context(store, replace(INFO, small=small), NUMERICS))
 
 
-def problem_of(store: Store, job: Job) -> tuple[str, int]:
-    failed = store.jobs.get(job.id)
-    assert failed is not None
-    assert failed.problem is not None
-    return failed.problem.type.rpartition(":")[2], failed.problem.status
+def refused(store: Store, job: Job) -> tuple[str, int]:
+    """The kind of problem with which a job has failed, and its status."""
+    problem = problem_of(store, job.id)
+    return problem.type.rpartition(":")[2], problem.status
 
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +70,7 @@ def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatc
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
     drain(store)
-    assert problem_of(store, job) == ("computation-refused", 422)
+    assert refused(store, job) == ("computation-refused", 422)
 
 
 @pytest.mark.thorough
@@ -82,7 +81,7 @@ def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyP
     store.redis.set("grazemap:4:results:large", "not a sorted set")
     for _ in range(3):
         drain(store)
-    assert problem_of(store, job) == ("computation-failed", 500)
+    assert refused(store, job) == ("computation-failed", 500)
 
 
 def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
@@ -193,16 +192,6 @@ def _reads(store: Store) -> int:
     """The commands that have read records so far."""
     stats: Any = store.redis.info("commandstats")
     return sum(stats.get(f"cmdstat_{name}", {"calls": 0})["calls"] for name in ("hget", "hmget", "hgetall"))
-
-
-def test_fetching_a_result_makes_it_the_last_to_be_evicted(store: Store) -> None:
-    small = Store(store.redis, result_bytes=250)
-    jobs = [submit(small, curve(number)) for number in (1, 2, 3)]
-    for job in jobs[:2]:
-        finish(small, job, bytes(100))
-    assert small.results.info(jobs[0].id)
-    finish(small, jobs[2], bytes(100))
-    assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
 
 
 def test_the_etag_of_an_evicted_result_is_remembered(store: Store) -> None:

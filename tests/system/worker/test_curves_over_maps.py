@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import whole
 
 from grazemap.plots.axes import kept_from_pyplot
-from grazemap.results import StopGrazingCurves, UnfoldingMap
-from grazemap.results.base import RESULTS
-from grazemap.wire.processes import canonical, parse_request
+from grazemap.results import CodimensionTwoPoints, StopGrazingCurves, UnfoldingMap
+from grazemap.wire.processes import parse_request
+from tests.support.computed import result_of, whole
 
 OMEGA = {"start": 0.26, "stop": 0.30}
 ROWS = {"start": 1.3, "stop": 2.3, "points": 3}
@@ -31,16 +30,10 @@ MACHINES = {
 NAMES = pytest.mark.parametrize("name", MACHINES)
 
 
-def result(process: str, body: dict[str, Any], kind: str, document: dict[str, Any]) -> Any:
-    meta = {"process": process, "request": canonical(parse_request(process, body)), "schema": 2}
-    return RESULTS[kind].from_document(document, meta)
-
-
 def curves_of(oscillator: dict[str, Any], clearance: Any) -> Any:
     body = {"oscillator": oscillator, "omega": {**OMEGA, "points": 41}, "max_order": 2}
     body |= {} if clearance is None else {"clearance": clearance}
-    document = whole("grazing-curves", body)
-    return result("grazing-curves", body, "GrazingCurve" if "clearance" in document else "StopGrazingCurves", document)
+    return result_of("grazing-curves", body, whole("grazing-curves", body))
 
 
 def map_over(**body: Any) -> UnfoldingMap:
@@ -60,7 +53,7 @@ def map_over(**body: Any) -> UnfoldingMap:
         "reason": np.zeros(shape, np.int8),
         "reasons": np.array([""]),
     }
-    found = result("unfolding-maps", body, "UnfoldingMap", document)
+    found = result_of("unfolding-maps", body, document)
     assert isinstance(found, UnfoldingMap)
     return found
 
@@ -145,8 +138,8 @@ def test_mirror_images_are_merged_between_symmetric_stops_only(name: str) -> Non
 
 def test_points_of_a_stop_that_does_not_vary_are_not_drawn_over_a_map() -> None:
     body = {"oscillator": BIASED, "omega": OMEGA, "max_order": 4}
-    document = whole("codimension-two-points", body)
-    points = result("codimension-two-points", body, "CodimensionTwoPoints", document)
+    points = result_of("codimension-two-points", body, whole("codimension-two-points", body))
+    assert isinstance(points, CodimensionTwoPoints)
     of_stop = {
         stop: {(point.omega, point.clearance) for point in points.points if point.stop == stop} for stop in (1, -1)
     }
@@ -164,7 +157,8 @@ def test_points_are_drawn_with_the_curves_of_their_stops(name: str) -> None:
     oscillator, clearance, _, _ = MACHINES[name]
     body = {"oscillator": oscillator, "omega": OMEGA, "max_order": 1}
     body |= {} if clearance is None else {"clearance": clearance}
-    points = result("codimension-two-points", body, "CodimensionTwoPoints", {"points": []})
+    points = result_of("codimension-two-points", body, {"points": []})
+    assert isinstance(points, CodimensionTwoPoints)
     with kept_from_pyplot():
         ax = points.plot()
     curve = curves_of(oscillator, clearance)

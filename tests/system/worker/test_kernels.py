@@ -151,7 +151,7 @@ def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
             kernels.ended(pid, status)
         return bool(pid)
 
-    until(ended, 10)
+    until(ended)
     kernels.advance()
     (again,) = kernels._compilers.values()
     assert again.components == ["curves"]
@@ -184,7 +184,7 @@ def test_a_process_that_compiles_ends_with_its_supervisor(tmp_path: Path) -> Non
         pid = int(supervisor.stdout.readline())
         assert Path(f"/proc/{pid}").exists()
         supervisor.kill()
-    until(lambda: not running(pid), 10)
+    until(lambda: not running(pid))
 
 
 def running(pid: int) -> bool:

@@ -11,11 +11,11 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from test_processes import whole
 
 from grazemap.wire import notes_on, parse_request
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator
 from tests.oracles.general_oracle import GeneralOracle
+from tests.support.computed import whole
 
 DIGITS = 40
 

@@ -6,26 +6,23 @@ from dataclasses import asdict
 
 import pytest
 
-from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import Estimate, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import bells, leftovers
 from grazemap_worker.store import Store, WorkerInfo, connect
 from tests.support import submitting
 from tests.support.steps import commit_result, commit_tile, register
+from tests.support.submitting import submit_curve
 
 LEASE = 5.0
 # a job whose events are kept
 LONG = Plan(estimate=Estimate(seconds=1.0))
 
 
-def submit(store: Store, number: int = 0) -> Job:
-    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", LONG, 1000)[0]
-
-
 @pytest.mark.parametrize("end", ["successful", "dismissed"])
 def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
-    job = submit(store)
+    job = submit_curve(store, plan=LONG)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
     events = f"grazemap:4:job:{job.id}:events"
     assert store.redis.ttl(events) == -1
@@ -36,7 +33,7 @@ def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
     assert 3500 < store.redis.ttl(events) <= 3600
     assert store.jobs.events(job.id)[-1].data == {"status": end}
     if end == "dismissed":
-        submit(store)
+        submit_curve(store, plan=LONG)
         assert store.redis.ttl(events) == -1
 
 
@@ -83,7 +80,7 @@ def test_memory_is_freed_before_a_result_is_stored(own_redis_server: RedisServer
     store = Store(client, result_bytes=size + 1000)
 
     def peak(number: int) -> int:
-        job = submit(store, number)
+        job = submit_curve(store, number, LONG)
         store.tiles.claim(job.id, 0, "w", "f", LEASE)
         client.config_resetstat()
         assert commit_result(store, job.id, bytes(size), "f", 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,10 @@ import numpy as np
 import pytest
 
 from grazemap import cli
-from grazemap.codec import Document, encode_json, encode_npz
+from grazemap.client.arguments import validated
+from grazemap.codec import Document, encode_json
 from grazemap.errors import ParameterError
 from grazemap.results import (
-    VERSION,
     BifurcationDiagram,
     OrbitBranch,
     PeriodicOrbit,
@@ -24,7 +23,7 @@ from grazemap.results import (
     UnfoldingMap,
 )
 from grazemap.results import observables as schema
-from grazemap.results.base import _decode_json, decode_result
+from grazemap.results.base import _decode_json
 from grazemap.results.observables import variables_of
 from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
@@ -32,6 +31,7 @@ from grazemap_core import warmup
 from grazemap_core.simulation import observables as core
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import PROCESSES, kernels_of
+from tests.support.computed import result_of, tiled, whole
 
 ASKED: dict[str, Any] = {
     "observables": ["impulse", "dissipated_power", "mean_impact_speed_right", "peak_displacement_left"],
@@ -54,22 +54,9 @@ REQUESTS: dict[str, dict[str, Any]] = {
 
 def computed(process: str, body: dict[str, Any]) -> tuple[Document, Result]:
     """Return the document of a request, a map in two tiles, and its result."""
-    request, computes = parse_request(process, body), PROCESSES[process]
-    plan = PROCESSES[process].plan(request)
-
-    def report(done: int, total: int) -> None:
-        """Nobody asks."""
-
-    if computes.whole is not None:
-        document = computes.whole(request, report)
-    else:
-        plan = plan.model_copy(update={"tile_columns": 1})
-        assert computes.tile is not None
-        assert computes.assembled is not None
-        document = computes.assembled(request, plan, [computes.tile(request, tile) for tile in plan.tiles], report)
-    meta = {"process": process, "schema": VERSION, "request": canonical(request), "core_version": "0"}
-    result = decode_result(encode_npz(document, meta))
-    again = _decode_json(encode_json(document, meta))
+    document = tiled(process, body, 3, 1) if process == "unfolding-maps" else whole(process, body)
+    result = result_of(process, body, document)
+    again = _decode_json(encode_json(document, result.meta))
     others = {one.name: values for one, values in variables_of(again)}
     for one, values in variables_of(result):  # in JSON a number that is not known is missing
         pair = (np.asarray(part, dtype=np.float64) for part in (values, others.get(one.name, np.nan)))
@@ -218,22 +205,9 @@ def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> N
         ({"outputs": {"x": {"velocity": [1, 0, 0]}}, "resolve_sensitive": True}, "/resolve_sensitive", "false"),
     ],
 )
-def test_what_cannot_be_read_off_is_refused(
-    asked: dict[str, Any], pointer: str, allowed: str, refused: Callable[[str, dict[str, Any]], ParameterError]
-) -> None:
-    (error,) = refused("unfolding-maps", {**REQUESTS["unfolding-maps"], **asked}).problem.errors
+def test_what_cannot_be_read_off_is_refused(asked: dict[str, Any], pointer: str, allowed: str) -> None:
+    with pytest.raises(ParameterError) as refused:
+        validated("unfolding-maps", {**REQUESTS["unfolding-maps"], **asked})
+    (error,) = refused.value.problem.errors
     assert error.pointer == pointer
     assert allowed in (error.allowed or "")
-
-
-@pytest.fixture
-def refused() -> Callable[[str, dict[str, Any]], ParameterError]:
-    """Return a function that returns the error of a request, as a client raises it before anything is sent."""
-    from grazemap.client.arguments import validated
-
-    def error_of(process: str, body: dict[str, Any]) -> ParameterError:
-        with pytest.raises(ParameterError) as error:
-            validated(process, body)
-        return error.value
-
-    return error_of

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import ORBIT, whole
 
 from grazemap.wire import Oscillator
 from grazemap_core.continuation import special_points
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.processes.conversion import core_oscillator
+from tests.support.computed import whole
 
+ORBIT = {"omega": 0.27, "clearance": 1.85}
 ONE = {"motion": {"period": 1, "stops": [1]}}
 SYMMETRIC = {"omega": 0.27, "clearance": 1.75, "motion": {"period": 1, "stops": [1, -1]}}
 WINDOW = {"omega": {"start": 0.265, "stop": 0.295}, "clearance": {"start": 1.5, "stop": 2.0}}

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_processes import tiled, whole
 
 from grazemap.wire import parse_request
-from grazemap_worker.planning import Plan
 from grazemap_worker.processes import PROCESSES
+from tests.support.computed import tiled, whole
 
 OMEGA = {"vary": "omega", "values": {"start": 0.265, "stop": 0.295}}
 
@@ -73,11 +72,10 @@ def test_a_diagram_of_any_plane_has_its_grazing_curves_and_borders(
 ) -> None:
     axes = [{"vary": name, "values": {"start": start, "stop": stop, "points": 8}} for name, start, stop in (across, up)]
     body = {"horizontal": axes[0], "vertical": axes[1], "max_periods": 400, "borders": True, "max_multiple": 1, **more}
-    request = parse_request("unfolding-diagrams", body)
-    plan = PROCESSES["unfolding-diagrams"].plan(request)
+    plan = PROCESSES["unfolding-diagrams"].plan(parse_request("unfolding-diagrams", body))
     assert (plan.rows, plan.columns) == (8, 8)
     assert plan.estimate.seconds > 0.0
-    found = tiled(request, Plan(rows=8, columns=8, tile_rows=8, tile_columns=5), "unfolding-diagrams")
+    found = tiled("unfolding-diagrams", body, 8, 5)
     assert {"grazing_curve", "codimension_two_points"}.isdisjoint(found)
     assert ("bifurcation_curves" in found) == ("omega" in (across[0], up[0]))
     assert {curve["stop"] for curve in found["grazing_curves"]} == ({1} if "omega" in across else {1, -1})
@@ -97,7 +95,6 @@ def test_a_diagram_over_the_forces_with_a_stop_at_the_equilibrium_has_no_curve_t
         "clearance": {"right": 0.0},
         "max_periods": 50,
     }
-    request = parse_request("unfolding-diagrams", body)
-    found = tiled(request, PROCESSES["unfolding-diagrams"].plan(request), "unfolding-diagrams")
+    found = tiled("unfolding-diagrams", body)
     assert found["bifurcation_curves"] == {"curves": [], "motions": []}
     assert found["unfolding_map"]["kind"].shape == (2, 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import time
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,9 +13,7 @@ from flint import acb, acb_mat, ctx
 
 from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import schema_of
-from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
+from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import Plan
@@ -24,38 +22,16 @@ from grazemap_worker.processes.conversion import core_oscillator, request_pointe
 from grazemap_worker.processes.time_limit import within
 from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.oracles.one_impact_orbits import orbits_at_clearance
-from tests.support.document_problems import problems
+from tests.slow.proven_points import proofs_of
+from tests.support.computed import silent, tiled, whole
 from tests.support.thorough import KERNELS_FIRST
 
+ORBIT = {"omega": 0.27, "clearance": 1.85}
 MAP = {
     "omega": {"start": 0.28, "stop": 0.29, "points": 4},
     "clearance": {"start": 1.5, "stop": 1.9, "points": 3},
     "max_periods": 300,
 }
-
-
-def silent(done: int, total: int) -> None:
-    """Nobody waits."""
-
-
-def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
-    compute = PROCESSES[process].whole
-    assert compute is not None
-    document = compute(parse_request(process, body), silent)
-    assert problems(schema_of(process, document), document) == []
-    return decode_npz(encode_npz(document, {}))[0]
-
-
-def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> dict[str, Any]:
-    process = PROCESSES[name]
-    assert process.tile is not None
-    assert process.assembled is not None
-    tiles = [process.tile(request, tile) for tile in cut.tiles]
-    of_tile = TILE_OF_BASINS if name.startswith("basin") else schema_of("unfolding-maps", tiles[0])
-    assert [problems(of_tile, tile) for tile in tiles] == [[]] * len(tiles)
-    document = process.assembled(request, cut, tiles, silent)
-    assert problems(schema_of(name, document), document) == []
-    return document
 
 
 def test_linear_properties_of_a_general_structure_have_every_field() -> None:
@@ -154,16 +130,14 @@ def test_a_statement_is_proven_with_the_decimals_of_the_request() -> None:
 
 def test_a_proof_ends_at_its_limit_of_processor_time_within_a_long_step() -> None:
     def endless() -> Iterator[str]:
-        yield "first"
+        yield "first"  # and then for days
         matrix = acb_mat([[acb(i + j) for j in range(200)] for i in range(200)])
         with ctx.workprec(100_000):
             matrix.exp()
         yield "second"
 
-    began = time.monotonic()
     steps, ended = within(0.5, endless)
     assert (steps, ended) == (["first"], True)
-    assert time.monotonic() - began < 20.0  # half a second of processor time on a busy machine
     assert within(60.0, lambda: iter(["first", "second"])) == (["first", "second"], False)
     with pytest.raises(RuntimeError):
         within(60.0, lambda: iter([1 // 0]))
@@ -244,9 +218,6 @@ def test_a_bifurcation_diagram_has_its_sections_in_the_order_of_the_parameter() 
         assert labels[::2] == ["1-2r-2l", "1-(-1)r-(-1)l"]
         assert [len(section["displacement"]) for section in document["sections"]] == [12] * 3
         assert [len(section["impact_velocity"]) for section in document["sections"]][::2] == [48, 0]
-
-
-ORBIT = {"omega": 0.27, "clearance": 1.85}
 
 
 @pytest.mark.parametrize(
@@ -352,10 +323,7 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
         "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 6}},
         "initial": {"displacement": [0.0, 0.1, 0.0], "phase": 0.5},
     }
-    request = parse_request("basins", body)
-    whole_cut = Plan(rows=6, columns=9, tile_rows=6, tile_columns=9)
-    cut = Plan(rows=6, columns=9, tile_rows=4, tile_columns=5)
-    one, many = (tiled(request, shape, "basins") for shape in (whole_cut, cut))
+    one, many = (tiled("basins", body, *tile) for tile in ((6, 9), (4, 5)))
     assert encode_npz(one, {}) == encode_npz(many, {})
     named = [(attractor["label"], attractor["states"]) for attractor in one["attractors"]]
     assert {label for label, _ in named} == {"1-(-1)r-(-1)l", "3-1r-1l"}
@@ -364,7 +332,7 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
     assert (one["basin_entropy"]["boxes"], one["basin_entropy"]["fractal"]) == (1, False)
     assert "uncertainty" not in one  # of a small rectangle
-    planned = PROCESSES["basins"].plan(request)
+    planned = PROCESSES["basins"].plan(parse_request("basins", body))
     assert (planned.rows, planned.columns) == (6, 9)
     assert planned.estimate.seconds > 0.0
 
@@ -377,14 +345,13 @@ def test_larger_basins_have_an_uncertainty_exponent_unless_their_values_are_unev
         "horizontal": {"quantity": "displacement", "values": values.tolist()},
         "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 64}},
     }
-    cut = Plan(rows=64, columns=64, tile_rows=64, tile_columns=64)
-    found = tiled(parse_request("basins", body), cut, "basins")
+    found = tiled("basins", body)
     assert found["uncertainty"]["distance"].tolist() == [1, 2, 4]
     assert 0.0 < found["uncertainty"]["exponent"] < 1.1
     assert decode_npz(encode_npz(found, {}))[0]["uncertainty"]["share"].shape == (3,)
     values[3] += 0.01
     body["horizontal"]["values"] = values.tolist()
-    assert {"basin_entropy", "uncertainty"}.isdisjoint(tiled(parse_request("basins", body), cut, "basins"))
+    assert {"basin_entropy", "uncertainty"}.isdisjoint(tiled("basins", body))
 
 
 def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
@@ -396,15 +363,13 @@ def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
         "displacement": [{"start": -2.2, "stop": 1.9}, {"start": 0, "stop": 0}, {"start": 0, "stop": 0}],
         "phase": 0.5,
     }
-    request = parse_request("basin-fractions", body)
-    cuts = [Plan(rows=4, columns=30, tile_rows=rows, tile_columns=columns) for rows, columns in ((4, 30), (3, 7))]
-    one, many = (tiled(request, cut, "basin-fractions") for cut in cuts)
+    one, many = (tiled("basin-fractions", body, *tile) for tile in ((4, 30), (3, 7)))
     assert encode_npz(one, {}) == encode_npz(many, {})
     assert {attractor["label"] for attractor in one["attractors"]} >= {"1-(-1)r-(-1)l", "3-1r-1l"}
     assert one["states"].sum(axis=0).tolist() == [30] * 4
     assert one["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
     np.testing.assert_allclose(one["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
-    planned = PROCESSES["basin-fractions"].plan(request)
+    planned = PROCESSES["basin-fractions"].plan(parse_request("basin-fractions", body))
     assert (planned.rows, planned.columns) == (4, 30)
 
 
@@ -416,12 +381,9 @@ def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> No
         "borders": True,
     }
     request = parse_request("unfolding-diagrams", body)
-    one, many = (
-        tiled(request, Plan(rows=6, columns=4, tile_rows=rows, tile_columns=columns), "unfolding-diagrams")
-        for rows, columns in ((6, 4), (4, 3))
-    )
+    one, many = (tiled("unfolding-diagrams", body, *tile) for tile in ((6, 4), (4, 3)))
     assert encode_npz(one, {}) == encode_npz(many, {})
-    alone = tiled(request.unfolding_map, Plan(rows=6, columns=4, tile_rows=6, tile_columns=4), "unfolding-maps")
+    alone = tiled("unfolding-maps", canonical(request.unfolding_map), 6, 4)
     assert encode_npz(one["unfolding_map"], {}) == encode_npz(alone, {})
     curves = PROCESSES["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
     assert encode_npz(one["bifurcation_curves"], {}) == encode_npz(curves, {})
@@ -433,12 +395,7 @@ def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> No
         assert curve["pairs"] == np.count_nonzero(borders["curve"] == number)
         assert curve["omega"].shape == curve["clearance"].shape == curve["admissible"].shape
     assert {curve["motion"] for curve in borders["curves"] if curve["pairs"]} >= {"1-1r-(-1)l"}
-    bare = tiled(
-        parse_request("unfolding-diagrams", {**body, "borders": False}),
-        Plan(rows=6, columns=4, tile_rows=6, tile_columns=4),
-        "unfolding-diagrams",
-    )
-    assert "borders" not in bare
+    assert "borders" not in tiled("unfolding-diagrams", {**body, "borders": False})
 
 
 def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
@@ -512,10 +469,9 @@ def test_an_error_of_the_core_has_a_pointer_to_the_state_concerned() -> None:
 
 
 def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
-    request = parse_request("unfolding-maps", MAP)
-    uncut = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
-    for cut in (Plan(rows=3, columns=4, tile_rows=2, tile_columns=3), Plan(rows=3, columns=4)):
-        assert encode_npz(tiled(request, cut), {}) == encode_npz(uncut, {})
+    uncut = tiled("unfolding-maps", MAP, 3, 4)
+    for tile in ((2, 3), (1, 1)):
+        assert encode_npz(tiled("unfolding-maps", MAP, *tile), {}) == encode_npz(uncut, {})
     assert uncut["kind"].shape == (3, 4)
     assert uncut["kind"].dtype == np.int8
     assert set(uncut["kinds"]) >= {"periodic", "unresolved"}
@@ -541,11 +497,8 @@ def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(
     policy: str, oscillator: dict[str, Any]
 ) -> None:
     body = {"omega": {"start": 0.7, "stop": 1.5, "points": 6}, "clearance": {"start": 0.2, "stop": 0.6, "points": 4}}
-    request = parse_request("unfolding-maps", {**body, "oscillator": oscillator, "policy": policy, "max_periods": 100})
-    one, many = (
-        tiled(request, Plan(rows=4, columns=6, tile_rows=4, tile_columns=columns), "unfolding-maps")
-        for columns in (6, 2)
-    )
+    body |= {"oscillator": oscillator, "policy": policy, "max_periods": 100}
+    one, many = (tiled("unfolding-maps", body, 4, columns) for columns in (6, 2))
     assert encode_npz(one, {}) == encode_npz(many, {})
     chance = one["chance_to_settle"]
     chaotic = np.count_nonzero(one["kind"] == one["kinds"].tolist().index("chaotic"))
@@ -580,8 +533,7 @@ def test_basins_and_diagrams_with_chaos_have_a_chance_to_settle(
         "vertical": {"quantity": "velocity", "values": [0.0, 0.1]},
         "max_periods": 100,
     }
-    request = parse_request("basins", {**chaos, **body})
-    basins = tiled(request, Plan(rows=2, columns=2, tile_rows=1, tile_columns=2), "basins")
+    basins = tiled("basins", {**chaos, **body}, 1, 2)
     assert [attractor["kind"] for attractor in basins["attractors"]] == ["chaotic"]
     assert (basins["chance_to_settle"]["sampled"], basins["chance_to_settle"]["settled"]) == (4, 0)
 
@@ -592,10 +544,10 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
         "clearance": {"start": 1.84, "stop": 1.99, "points": 60},
         "max_periods": 100,
     }
-    request = parse_request("unfolding-maps", {**body, "adaptive": True})
-    cut = Plan(rows=60, columns=40, tile_rows=30, tile_columns=16)
-    document = decode_npz(encode_npz(tiled(request, cut), {}))[0]
-    full = tiled(parse_request("unfolding-maps", body), Plan(rows=60, columns=40, tile_rows=60, tile_columns=40))
+    adaptive = {**body, "adaptive": True}
+    request, cut = parse_request("unfolding-maps", adaptive), Plan(rows=60, columns=40, tile_rows=30, tile_columns=16)
+    document = decode_npz(encode_npz(tiled("unfolding-maps", adaptive, 30, 16), {}))[0]
+    full = tiled("unfolding-maps", body)
     computed, figures = document["computed"], document["at_computed"]
     assert document.keys() | figures.keys() == full.keys() | {"computed", "at_computed", "inferred_wrong"}
     for name in ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
@@ -620,8 +572,7 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
 
 def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
     def remedy(process: str, body: dict[str, Any]) -> str:
-        plan = PROCESSES[process].plan(parse_request(process, body))
-        reasons = tiled(parse_request(process, body), plan, process)["reasons"].tolist()
+        reasons = tiled(process, body)["reasons"].tolist()
         (sensitive,) = (reason for reason in reasons if reason.startswith("sensitive: "))
         return str(sensitive).partition("Remedy: ")[2]
 
@@ -637,16 +588,15 @@ def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
 
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
 def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> None:
-    request = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3})
-    planned = PROCESSES["unfolding-maps"].plan(request)
-    uncut = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
+    body = {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3}
+    planned = PROCESSES["unfolding-maps"].plan(parse_request("unfolding-maps", body))
+    uncut = tiled("unfolding-maps", body, 3, 4)
     assert planned.tile_rows == 3 or policy == "ensemble"
-    for cut in (planned, Plan(rows=3, columns=4, tile_rows=3, tile_columns=1)):
-        assert encode_npz(tiled(request, cut), {}) == encode_npz(uncut, {})
+    for tile in ((), (3, 1)):
+        assert encode_npz(tiled("unfolding-maps", body, *tile), {}) == encode_npz(uncut, {})
     assert ("share" in uncut) == ("motions_found" in uncut) == (policy == "ensemble")
-    again = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 4})
-    same = encode_npz(tiled(again, planned), {}) == encode_npz(uncut, {})
-    assert same == (policy != "ensemble")
+    again = tiled("unfolding-maps", {**body, "seed": 4})
+    assert (encode_npz(again, {}) == encode_npz(uncut, {})) == (policy != "ensemble")
 
 
 def test_options_set_to_false_do_not_change_the_id_of_a_map() -> None:
@@ -662,8 +612,9 @@ def test_options_set_to_false_do_not_change_the_id_of_a_map() -> None:
 @pytest.mark.parametrize("adaptive", [False, True])
 def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> None:
     body = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 12}}
-    asked = (parse_request("unfolding-maps", {**body, "adaptive": adaptive, "preview": told}) for told in (False, True))
-    whole, preview = (tiled(request, PROCESSES["unfolding-maps"].plan(request)) for request in asked)
+    whole, preview = (
+        tiled("unfolding-maps", {**body, "adaptive": adaptive, "preview": asked}) for asked in (False, True)
+    )
     left_out = {"multiplier", "lyapunov", "lyapunov_error"}
     assert whole.keys() == preview.keys() | {"chance_to_settle"} | (set() if adaptive else left_out)
     if adaptive:
@@ -673,8 +624,7 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
 @pytest.mark.parametrize("policy", ["rest", "ensemble"])
 def test_a_map_says_which_points_it_has_resolved(policy: str) -> None:
     body = {"omega": [0.28, 0.29], "clearance": [1.5, 1.6, 1.7], "policy": policy, "initial_conditions": 2}
-    asked = (parse_request("unfolding-maps", {**body, "resolve_sensitive": told}) for told in (False, True))
-    as_it_is, resolved = (tiled(request, PROCESSES["unfolding-maps"].plan(request)) for request in asked)
+    as_it_is, resolved = (tiled("unfolding-maps", {**body, "resolve_sensitive": asked}) for asked in (False, True))
     assert resolved.keys() == as_it_is.keys() | {"resolved"}
     assert resolved["resolved"].shape == (3, 2)
     assert resolved["verified"][resolved["resolved"]].all()
@@ -710,3 +660,12 @@ def test_impacts_beyond_the_bytes_of_a_result_are_refused_with_the_field_that_de
     with pytest.raises(CoreError, match=r"more than 1000 impacts.*at most 61000 bytes") as caught:
         whole(process, body)
     assert request_pointer(parse_request(process, body), caught.value.name) == "/periods"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
+def test_points_are_proven_from_their_records(seed: int) -> None:
+    divisor, proofs = proofs_of(seed)
+    counts = Counter(proof["verdict"] for proof in proofs)
+    assert divisor == 1 + seed
+    assert counts["disproven"] == 0
+    assert counts["proven"] >= 0.9 * len(proofs) > 0, [proof["reason"] for proof in proofs]

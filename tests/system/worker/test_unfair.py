@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import Estimate, Job
 from grazemap_service.redis_server import RedisServer, packaged_program
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Asker, Claim, Store, WorkerInfo
-from tests.support import submitting
-from tests.support.steps import commit_result, fingerprint_of, pending
+from tests.support.steps import commit_result, fingerprint_of, job_of, lane_of, pending
+from tests.support.submitting import submit_curve, submit_map
 
 LEASE = 5.0
 KERNELS = frozenset({"curves", "maps-3"})
@@ -39,25 +39,9 @@ def workers(store: Store) -> None:
         store.workers.renew(worker, LEASE)
 
 
-def submit_curve(store: Store, number: int, asker: Asker, plan: Plan = Plan()) -> Job:  # noqa: B008
-    request = GrazingCurvesRequest(omega=[1, 2 + number])
-    return submitting.submit(store, "grazing-curves", request, "1", plan, 10**6, asker)[0]
-
-
-def submit_map(store: Store, number: int, asker: Asker, plan: Plan) -> Job:
-    request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return submitting.submit(store, "unfolding-maps", request, "1", plan, 10**6, asker)[0]
-
-
 def claim(store: Store, worker: WorkerInfo) -> list[str]:
     """The jobs of the tiles that a worker claims in one visit."""
     return [one.job_id for one in store.tiles.claim_next(worker, LEASE)[0]]
-
-
-def lane(store: Store, job: Job) -> str:
-    value = store.redis.hget(f"grazemap:4:job:{job.id}", "lane")
-    assert isinstance(value, bytes)
-    return value.decode()
 
 
 def finish(store: Store, *identities: str) -> None:
@@ -66,24 +50,22 @@ def finish(store: Store, *identities: str) -> None:
 
 
 def test_a_small_tile_that_overruns_is_moved_alone(store: Store) -> None:
-    jobs = [submit_curve(store, number, UNFAIR) for number in range(5)]
+    jobs = [submit_curve(store, number, asker=UNFAIR) for number in range(5)]
     assert claim(store, SMALL[0]) == [job.id for job in jobs]
     store.tiles.overran(jobs[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
-    assert [lane(store, job) for job in jobs] == ["short", *["small"] * 4]
+    assert [lane_of(store, job.id) for job in jobs] == ["short", *["small"] * 4]
     assert store.counts().events == {"overran:small": 1}
-    charged = store.jobs.get(jobs[0].id)
-    assert charged is not None
-    assert charged.cpu_seconds == 2.0
+    assert job_of(store, jobs[0].id).cpu_seconds == 2.0
     assert claim(store, ORDINARY[0]) == [jobs[0].id]
 
 
 def test_the_next_small_tiles_of_its_asker_are_claimed_one_by_one_by_one_worker(store: Store) -> None:
-    first = submit_curve(store, 0, UNFAIR)
+    first = submit_curve(store, 0, asker=UNFAIR)
     assert claim(store, SMALL[0]) == [first.id]
     store.tiles.overran(first.id, 0, SMALL[0].name, 2.0)
-    jobs = [submit_curve(store, number, UNFAIR) for number in range(1, 6)]
-    others = [submit_curve(store, number, FAIR) for number in range(10, 13)]
+    jobs = [submit_curve(store, number, asker=UNFAIR) for number in range(1, 6)]
+    others = [submit_curve(store, number, asker=FAIR) for number in range(10, 13)]
     taken = [claim(store, SMALL[0]) for _ in range(2)]
     assert sorted(map(len, taken)) == [1, 3]  # never with those of others
     assert {*taken[0], *taken[1]} == {jobs[0].id, *(job.id for job in others)}
@@ -95,11 +77,11 @@ def test_the_next_small_tiles_of_its_asker_are_claimed_one_by_one_by_one_worker(
 
 
 def test_what_overran_counts_for_its_asker(store: Store) -> None:
-    unfair = [submit_curve(store, number, UNFAIR) for number in range(40)]
+    unfair = [submit_curve(store, number, asker=UNFAIR) for number in range(40)]
     assert claim(store, SMALL[0]) == [job.id for job in unfair[:16]]
     store.tiles.overran(unfair[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
-    fair = [submit_curve(store, 100 + number, FAIR) for number in range(40)]
+    fair = [submit_curve(store, 100 + number, asker=FAIR) for number in range(40)]
     store.workers.renew(SMALL[0], LEASE)
     counts: Counter[str] = Counter()
     for _ in range(3):
@@ -110,9 +92,9 @@ def test_what_overran_counts_for_its_asker(store: Store) -> None:
 
 
 def test_long_tiles_leave_one_worker_free(store: Store) -> None:
-    long = [submit_map(store, number, UNFAIR, MINUTES) for number in range(3)]
+    long = [submit_map(store, number, MINUTES, UNFAIR) for number in range(3)]
     assert [claim(store, worker) for worker in ORDINARY] == [[long[0].id], [long[1].id], []]
-    other = submit_map(store, 9, FAIR, SECOND)
+    other = submit_map(store, 9, SECOND, FAIR)
     assert claim(store, ORDINARY[2]) == [other.id]
     finish(store, long[0].id)
     assert claim(store, ORDINARY[0]) in ([other.id], [long[2].id])
@@ -121,11 +103,11 @@ def test_long_tiles_leave_one_worker_free(store: Store) -> None:
 def test_a_single_worker_takes_long_tiles_and_a_map_of_short_ones_takes_all_workers(store: Store) -> None:
     for worker in ORDINARY[1:]:
         store.workers.remove(worker.name)
-    long = submit_map(store, 0, UNFAIR, MINUTES)
+    long = submit_map(store, 0, MINUTES, UNFAIR)
     assert claim(store, ORDINARY[0]) == [long.id]
     for worker in ORDINARY[1:]:
         store.workers.renew(worker, LEASE)
-    many = submit_map(store, 1, FAIR, Plan(rows=400, estimate=Estimate(tiles=400, seconds=400.0)))
+    many = submit_map(store, 1, Plan(rows=400, estimate=Estimate(tiles=400, seconds=400.0)), FAIR)
     assert many.id in claim(store, ORDINARY[1]) + claim(store, ORDINARY[2])
 
 
@@ -134,11 +116,11 @@ def beside(store: Store, stopped: Job, waited: float = 0.0) -> Claim | None:
 
 
 def test_a_long_tile_is_stopped_for_a_short_one_that_waits(store: Store) -> None:
-    long = submit_map(store, 0, UNFAIR, MINUTES)
+    long = submit_map(store, 0, MINUTES, UNFAIR)
     assert claim(store, ORDINARY[0]) == [long.id]
-    submit_map(store, 1, FAIR, MINUTES)
+    submit_map(store, 1, MINUTES, FAIR)
     assert beside(store, long) is None  # another long one waits
-    short = submit_map(store, 2, FAIR, SECOND)
+    short = submit_map(store, 2, SECOND, FAIR)
     assert beside(store, long, waited=1.0) is None  # it waits only now
     taken = beside(store, long)
     assert taken is not None
@@ -146,21 +128,21 @@ def test_a_long_tile_is_stopped_for_a_short_one_that_waits(store: Store) -> None
 
 
 def test_a_short_tile_is_stopped_only_for_others(store: Store) -> None:
-    first, second = (submit_map(store, number, UNFAIR, SECOND) for number in range(2))
+    first, second = (submit_map(store, number, SECOND, UNFAIR) for number in range(2))
     assert claim(store, ORDINARY[0]) == [first.id]
     assert beside(store, first) is None
-    other = submit_map(store, 2, FAIR, SECOND)
+    other = submit_map(store, 2, SECOND, FAIR)
     taken = beside(store, first)
     assert taken is not None
     assert taken.job_id == other.id
     store.tiles.overran(other.id, taken.tile, ORDINARY[0].name, 31.0)
-    assert lane(store, other) == "long"
+    assert lane_of(store, other.id) == "long"
     assert store.counts().events == {"overran:short": 1}
     assert second.id in {identity for identity, _ in pending(store, "f")}
 
 
 def test_a_lease_of_a_clock_that_was_stepped_back_is_over(store: Store) -> None:
-    job = submit_map(store, 0, FAIR, SECOND)
+    job = submit_map(store, 0, SECOND, FAIR)
     assert claim(store, ORDINARY[0]) == [job.id]
     assert store.tiles.lost_claims() == []
     assert store.workers.lead("role", "one", 4.0)
@@ -174,7 +156,7 @@ def test_a_lease_of_a_clock_that_was_stepped_back_is_over(store: Store) -> None:
 
 
 def test_numerics_of_a_clock_that_was_stepped_back_are_forgotten(store: Store) -> None:
-    job = submit_map(store, 0, FAIR, SECOND)
+    job = submit_map(store, 0, SECOND, FAIR)
     for worker in SMALL + ORDINARY:
         store.workers.remove(worker.name)
     assert store.jobs.bind("g", "1", [job.id]) == []
@@ -183,7 +165,7 @@ def test_numerics_of_a_clock_that_was_stepped_back_are_forgotten(store: Store) -
 
 
 def test_a_worker_keeps_its_tile_and_gives_it_back_where_memory_is_full(store: Store) -> None:
-    job = submit_map(store, 0, FAIR, SECOND)
+    job = submit_map(store, 0, SECOND, FAIR)
     assert claim(store, ORDINARY[0]) == [job.id]
     store.workers.renew(ORDINARY[0], 1.0)
     store.redis.config_set("maxmemory", 1)
@@ -205,24 +187,24 @@ def other_host(store: Store, name: str, kernels: frozenset[str], workers: int) -
 
 def test_a_job_goes_where_its_kernels_are(store: Store) -> None:
     other_host(store, "a", frozenset({"curves"}), 8)  # the smaller name, and more workers
-    jobs = [submit_map(store, number, FAIR, SECOND) for number in range(4)]
+    jobs = [submit_map(store, number, SECOND, FAIR) for number in range(4)]
     assert [fingerprint_of(store, job.id) for job in jobs] == ["f"] * 4
 
 
 def test_a_job_goes_where_it_is_done_first(store: Store) -> None:
     other_host(store, "a", KERNELS, 3)
-    jobs = [submit_map(store, number, FAIR, SECOND) for number in range(4)]
+    jobs = [submit_map(store, number, SECOND, FAIR) for number in range(4)]
     assert Counter(fingerprint_of(store, job.id) for job in jobs) == {"a": 2, "f": 2}
     other_host(store, "b", KERNELS, 2)
-    assert fingerprint_of(store, submit_map(store, 4, FAIR, SECOND).id) == "b"
+    assert fingerprint_of(store, submit_map(store, 4, SECOND, FAIR).id) == "b"
     for job in jobs:
         store.jobs.dismiss(job.id, everyone=True)
-    assert fingerprint_of(store, submit_map(store, 5, FAIR, SECOND).id) in ("a", "f")
+    assert fingerprint_of(store, submit_map(store, 5, SECOND, FAIR).id) in ("a", "f")
 
 
 def test_the_load_of_a_host_is_that_of_unfinished_jobs(store: Store) -> None:
     load = "grazemap:4:load"
-    job = submit_map(store, 0, FAIR, SECOND)
+    job = submit_map(store, 0, SECOND, FAIR)
     assert store.redis.hgetall(load) == {b"f": b"4000"}
     for worker in SMALL + ORDINARY:
         store.workers.remove(worker.name)
@@ -234,13 +216,11 @@ def test_the_load_of_a_host_is_that_of_unfinished_jobs(store: Store) -> None:
 
 
 def waiting_for(store: Store, job: Job) -> str | None:
-    found = store.jobs.get(job.id)
-    assert found is not None
-    return found.waiting_for
+    return job_of(store, job.id).waiting_for
 
 
 def test_workers_that_cannot_take_a_job_are_not_waited_for(store: Store) -> None:
-    job, curve = submit_map(store, 0, FAIR, SECOND), submit_curve(store, 1, FAIR)
+    job, curve = submit_map(store, 0, SECOND, FAIR), submit_curve(store, 1, asker=FAIR)
     assert "free" in (waiting_for(store, job) or "")
     for worker in ORDINARY:
         store.workers.remove(worker.name)

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from grazemap.wire import GrazingCurvesRequest, Job
+from grazemap.wire import Job
 from grazemap_worker import numerics as numerics_module
-from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store
-from tests.support import submitting
-from tests.support.steps import register
+from tests.support.steps import problem_of, register
+from tests.support.submitting import submit_curve
 
 LEASE = 5.0
-
-
-def submit(store: Store, version: str) -> Job:
-    return submitting.submit(store, "grazing-curves", GrazingCurvesRequest(omega=[1, 2]), version, Plan(), 100)[0]
 
 
 def a_minute_passes(store: Store, job: Job) -> None:
@@ -41,7 +36,7 @@ def test_another_core_is_another_fingerprint(part: str, monkeypatch: pytest.Monk
 
 def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -> None:
     register(store, "new", "y", LEASE, "2")
-    job = submit(store, "1")
+    job = submit_curve(store)
     assert store.jobs.bind("y", "2", [job.id]) == []
     assert [found.status for found in store.jobs.page()[0]] == ["accepted"]
     a_minute_passes(store, job)
@@ -51,15 +46,13 @@ def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -
     store.workers.remove("old")
     a_minute_passes(store, job)
     store.jobs.bind("y", "2", [job.id])
-    failed = store.jobs.get(job.id)
-    assert failed is not None
-    assert failed.problem is not None
-    assert failed.problem.type == "urn:grazemap:problem:core-outdated"
+    problem = problem_of(store, job.id)
+    assert problem.type == "urn:grazemap:problem:core-outdated"
 
 
 def test_renewing_keeps_a_version_remembered(store: Store) -> None:
     register(store, "old", "x", LEASE, "1")
-    job = submit(store, "1")
+    job = submit_curve(store)
     a_minute_passes(store, job)
     register(store, "old", "x", LEASE, "1")
     store.jobs.bind("y", "2", [job.id])
@@ -68,7 +61,7 @@ def test_renewing_keeps_a_version_remembered(store: Store) -> None:
 
 def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> None:
     register(store, "old", "f", LEASE, "1")
-    job = submit(store, "1")
+    job = submit_curve(store)
     store.workers.remove("old")
     a_minute_passes(store, job)
     register(store, "new", "f", LEASE, "2")
