@@ -9,11 +9,10 @@ import pytest
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Coordinate, _clusters, attractors, basin_tile
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
 from grazemap_core.simulation.trajectories import trajectory
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCE = 0.29, 1.9927
 ACROSS = Coordinate("displacement", 1, np.linspace(-1.99, 1.99, 24))
 UP = Coordinate("velocity", 1, np.linspace(-1.0, 1.0, 17))

@@ -21,9 +21,8 @@ from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
 from tests.slow.resolved_points import ONE_MASS, SENSITIVE
 from tests.support.lines import line
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def distinct(values, tolerance=1e-6):

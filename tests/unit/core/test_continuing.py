@@ -17,9 +17,9 @@ from grazemap_core.tolerances import EPSILON
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import random_point
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import every_fourth
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PERIODS = 4
 CHANGE = 1e-12
 """Relative change of a state from which amplifications are read: far above round-off, too small to bend them."""

@@ -31,8 +31,7 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 from grazemap_core.orbits.window_curves import window_curves
 from tests.support.general_systems import random_oscillator, random_system
-
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 def coco(amplitude: float = 1.0) -> Oscillator:
@@ -149,12 +148,12 @@ def test_the_factor_of_the_forces_is_a_change_of_the_clearance() -> None:
 @functools.cache
 def symmetric_branch() -> tuple[OrbitBranch, PeriodicOrbit]:
     """The symmetric orbits 1-1r-1l at 0.27 with their SB, and the orbit from which they were followed."""
-    known = one_impact_branch(CHAIN, 0.27, 1, symmetric=True)
+    known = one_impact_branch(DEFAULT, 0.27, 1, symmetric=True)
     clearance = known.clearance(1.3)
-    guess = sequence_of_stops(CHAIN, 0.27, clearance, 1, [1, -1])
+    guess = sequence_of_stops(DEFAULT, 0.27, clearance, 1, [1, -1])
     assert guess is not None
-    orbit = periodic_orbit(CHAIN, 0.27, clearance, guess)
-    return orbit_branch(CHAIN, orbit, 0.8 * known.amplitude, 1.05 * known.amplitude), orbit
+    orbit = periodic_orbit(DEFAULT, 0.27, clearance, guess)
+    return orbit_branch(DEFAULT, orbit, 0.8 * known.amplitude, 1.05 * known.amplitude), orbit
 
 
 @functools.cache
@@ -162,12 +161,12 @@ def beyond_the_pitchfork() -> tuple[ImpactSequence, float, float]:
     """Impacts of an orbit on the branch that leaves the SB, its clearance, and that of the SB."""
     branch, _ = symmetric_branch()
     (point,) = [p for p in branch.special_points if p.type == "SB" and p.impacts.velocities[0] > 0.0]
-    (start,) = starts_beyond(CHAIN, point)
+    (start,) = starts_beyond(DEFAULT, point)
     assert not start.impacts.symmetric
     assert isinstance(point.clearance, float)
     assert isinstance(start.clearance, float)
-    orbit = periodic_orbit(CHAIN, 0.27, start.clearance, start.impacts)
-    branch = orbit_branch(CHAIN, orbit, 0.9 * point.clearance, 1.02 * point.clearance)
+    orbit = periodic_orbit(DEFAULT, 0.27, start.clearance, start.impacts)
+    branch = orbit_branch(DEFAULT, orbit, 0.9 * point.clearance, 1.02 * point.clearance)
     assert "SB" in {p.type for p in branch.special_points}
     physical = np.all(branch.velocities * branch.stops > 0.0, axis=1)
     place = int(np.argmin(np.where(physical, np.abs(branch.clearance - 1.002 * point.clearance), np.inf)))
@@ -178,8 +177,8 @@ def beyond_the_pitchfork() -> tuple[ImpactSequence, float, float]:
 def unfolded(offset: float) -> tuple[Oscillator, list[OrbitBranch]]:
     """The branches of the orbit and of its mirror image, with the equilibrium moved by `offset`."""
     impacts, clearance, place = beyond_the_pitchfork()
-    push = np.array([offset, 0.0, 0.0]) / np.linalg.inv(CHAIN.stiffness_matrix)[0, 0]
-    oscillator = dataclasses.replace(CHAIN, bias=push)
+    push = np.array([offset, 0.0, 0.0]) / np.linalg.inv(DEFAULT.stiffness_matrix)[0, 0]
+    oscillator = dataclasses.replace(DEFAULT, bias=push)
     mirror = ImpactSequence.create(1, -impacts.stops, impacts.phases + math.pi, -impacts.velocities)
     branches = []
     for guess in (impacts, mirror):
@@ -295,19 +294,19 @@ def test_beyond_a_graze_of_one_stop_there_is_no_motion_on_the_other() -> None:
 def test_curves_of_one_stop_alone_in_a_window() -> None:
     """With a bias the window moves with the equilibrium; pieces are those of the stop that is there."""
     push = np.array([0.05, 0.0, 0.0])
-    biased = dataclasses.replace(CHAIN, bias=push)
+    biased = dataclasses.replace(DEFAULT, bias=push)
     place = contact_equilibrium(biased)
     for stop in (1, -1):
-        gaps = window_curves(CHAIN, (0.26, 0.3), (1.5, 2.0), 2, 40, VariedStop(stop))
+        gaps = window_curves(DEFAULT, (0.26, 0.3), (1.5, 2.0), 2, 40, VariedStop(stop))
         window = 1.5 + stop * place, 2.0 + stop * place
         moved = window_curves(biased, (0.26, 0.3), window, 2, 40, VariedStop(stop))
         assert {"SN", "PD", "GR"} == {piece.type for piece in gaps}
         assert {(p.impacts_right, p.impacts_left) for p in gaps} == {(1, -1) if stop > 0 else (-1, 1), (-1, -1)}
         for one, other in zip(gaps, moved, strict=True):
             np.testing.assert_allclose(other.value - stop * place, one.value, rtol=0.0, atol=1e-14)
-    found = window_curves(CHAIN, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
+    found = window_curves(DEFAULT, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
     (recorded,) = [p for p in found if p.type == "SN"]
-    known = one_impact_branch(CHAIN, 0.27, 1, alone=True)
+    known = one_impact_branch(DEFAULT, 0.27, 1, alone=True)
     (point,) = [p for p in known.special_points if p.type == "SN"]
     assert recorded.value[recorded.omega == 0.27] == pytest.approx(point.clearance, rel=1e-13)
 

@@ -30,12 +30,12 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.support.general_systems import System, mismatch, random_oscillator, random_system
+from tests.support.oscillators import DEFAULT
 
 FIGURES: dict[str, Any] = {
     one["id"]: one["value"]
     for one in json.loads((Path(__file__).parents[2] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
 }
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SEEDS = [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23]
 """Their trajectories settle to orbits of one to five impacts: of one stop and of two, a preloaded one among them."""
 
@@ -60,7 +60,7 @@ def orbit_of(seed: int) -> PeriodicOrbit:
     return periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
 
 
-NAMED = [("coco", coco()), ("chain-one-stop", CHAIN)]
+NAMED = [("coco", coco()), ("chain-one-stop", DEFAULT)]
 
 
 @pytest.mark.parametrize(("name", "oscillator"), NAMED)
@@ -254,30 +254,30 @@ def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
 
 
 def test_a_symmetric_guess_stands_for_the_whole_motion_between_unequal_stops() -> None:
-    guess = sequence_of_stops(CHAIN, 0.27, 1.3, 1, [1, -1])
+    guess = sequence_of_stops(DEFAULT, 0.27, 1.3, 1, [1, -1])
     assert guess is not None
     assert guess.symmetric
-    orbit = periodic_orbit(CHAIN, 0.27, (1.3, 1.31), guess)
+    orbit = periodic_orbit(DEFAULT, 0.27, (1.3, 1.31), guess)
     assert orbit.converged
     assert not orbit.symmetric
     assert len(orbit.impacts.stops) == 2
-    same = periodic_orbit(CHAIN, 0.27, (1.3, 1.3), guess)
+    same = periodic_orbit(DEFAULT, 0.27, (1.3, 1.3), guess)
     assert same.symmetric
-    assert same.impacts.phases.tobytes() == periodic_orbit(CHAIN, 0.27, 1.3, guess).impacts.phases.tobytes()
+    assert same.impacts.phases.tobytes() == periodic_orbit(DEFAULT, 0.27, 1.3, guess).impacts.phases.tobytes()
 
 
 def test_a_bias_is_a_change_of_the_clearances() -> None:
     """The orbit between 1.3 and 1.31 is that between equal stops with a bias that moves the equilibrium by 0.005."""
-    push = np.array([0.005, 0.0, 0.0]) / np.linalg.inv(CHAIN.stiffness_matrix)[0, 0]
-    biased = dataclasses.replace(CHAIN, bias=push)
-    guess = sequence_of_stops(CHAIN, 0.27, (1.3, 1.31), 1, [1, -1])
+    push = np.array([0.005, 0.0, 0.0]) / np.linalg.inv(DEFAULT.stiffness_matrix)[0, 0]
+    biased = dataclasses.replace(DEFAULT, bias=push)
+    guess = sequence_of_stops(DEFAULT, 0.27, (1.3, 1.31), 1, [1, -1])
     assert guess is not None
-    one = periodic_orbit(CHAIN, 0.27, (1.3, 1.31), guess)
+    one = periodic_orbit(DEFAULT, 0.27, (1.3, 1.31), guess)
     other = periodic_orbit(biased, 0.27, 1.305, guess)
     np.testing.assert_allclose(other.impacts.phases, one.impacts.phases, rtol=0.0, atol=1e-13)
     assert mismatch(other.multipliers, one.multipliers) < 1e-12
     moved = other.start.displacement - one.start.displacement
-    np.testing.assert_allclose(moved, np.linalg.solve(CHAIN.stiffness_matrix, push), rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(moved, np.linalg.solve(DEFAULT.stiffness_matrix, push), rtol=0.0, atol=1e-13)
 
 
 def test_a_motion_that_contact_does_not_see_keeps_its_multipliers() -> None:
@@ -306,8 +306,8 @@ def test_a_motion_that_contact_does_not_see_keeps_its_multipliers() -> None:
 def test_stops_that_do_not_exist_are_refused(name: str, clearance: Any, stops: list[int]) -> None:
     impacts = ImpactSequence.create(1, stops, np.arange(len(stops)) + 1.0, np.array(stops, dtype=float))
     with pytest.raises(ParameterError) as refused:
-        periodic_orbit(CHAIN, 0.27, clearance, impacts)
+        periodic_orbit(DEFAULT, 0.27, clearance, impacts)
     assert refused.value.name == name
     with pytest.raises(ParameterError) as refused:
-        sequence_of_stops(CHAIN, 0.27, clearance, 1, stops)
+        sequence_of_stops(DEFAULT, 0.27, clearance, 1, stops)
     assert refused.value.name == name

@@ -14,8 +14,8 @@ from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import Chain, digits, impulse, steady_amplitude
 from tests.oracles.steady_displacements import forced_response, steady_response
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = 10_000
 
 

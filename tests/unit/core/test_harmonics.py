@@ -27,8 +27,6 @@ from grazemap_core.model.response_bounds import second_derivative_bound
 from tests.oracles.fifty_digits import digits
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
 
 def chain(*parts: tuple[int, float, float], restitution: float = 0.8, gamma: float = 0.05) -> Oscillator:
     """Return the default chain with harmonics (order, amplitude, phase) of the force on mass 1."""

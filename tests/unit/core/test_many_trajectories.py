@@ -14,8 +14,7 @@ from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.simulation import start
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import trajectories, trajectory
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 def states(oscillator: Oscillator, clearance: float, count: int) -> list[State]:

@@ -15,10 +15,10 @@ from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.exponents import lyapunov_exponents
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 from tests.support.tori import TORI
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 4.0, 2.0], [1.0, 2.0, 3.0], [0.08, 0.03, 0.05], [1.0, 0.2, 0.0], 0.6)
 STICKY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
 PERIODIC, QUASI_PERIODIC, CHAOTIC, UNRESOLVED = (

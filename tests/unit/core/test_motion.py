@@ -13,9 +13,8 @@ from grazemap_core.simulation.motion import KINDS, REASONS
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.steady_displacements import steady_response
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]

@@ -13,8 +13,7 @@ from tests.oracles.fifty_digits import Chain, digits, steady_amplitude
 from tests.oracles.near_grazing import OVERSHOOTS, first_impacts, outcome_of, passage
 from tests.oracles.steady_displacements import steady_response
 from tests.slow.general_checks.near_grazing import SYSTEMS
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 def phases_of(oscillator: Oscillator, omegas: np.ndarray, overshoots: tuple[float, ...]) -> np.ndarray:

@@ -20,8 +20,7 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import OneImpact
 from tests.oracles.one_impact_orbits import orbit_at, orbits_at_clearance
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 def random_chain(rng, count, per_link, restitution):

@@ -18,8 +18,8 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.support.general_systems import positive
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 BIASED = Oscillator.of_structure(DEFAULT.structure, DEFAULT.contact, DEFAULT.drive, 0.8, [0.05, 0.0, 0.0])
 
 

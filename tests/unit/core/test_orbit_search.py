@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 @pytest.mark.parametrize(

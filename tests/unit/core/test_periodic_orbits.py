@@ -32,9 +32,9 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.oracles.one_impact_orbits import orbit_at
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_oscillator
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SETTLED = {"5-8r-8l": 1.626, "3-4r-4l": 1.642, "1-2r-2l": 1.55, "1-3r-3l": 1.4}
 """Clearances at omega = 0.27 at which the default system settles to these motions from rest."""
 

@@ -14,10 +14,10 @@ from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.steady_displacements import forced_response
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
 oracle = GeneralOracle.between
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def random_case(seed: int) -> tuple[Oscillator, float, float]:

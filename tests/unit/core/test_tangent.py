@@ -36,8 +36,8 @@ from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.steady_displacements import forced_response
 from tests.oracles.tangent_oracle import difference
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PHASE = 0.7
 
 

@@ -18,10 +18,10 @@ from grazemap_core.tolerances import EPSILON
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import compare, random_point
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import every_fourth
 
 oracle = GeneralOracle.between
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> None:
