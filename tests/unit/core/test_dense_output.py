@@ -8,7 +8,6 @@ import pytest
 from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_sticking import random_case
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
@@ -19,6 +18,7 @@ from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import random_point
 from tests.support.oscillators import DEFAULT
+from tests.support.random_chains import sticking_case
 
 
 @settings(max_examples=200, deadline=None)
@@ -40,7 +40,7 @@ def test_a_time_keeps_its_digits_within_its_period(omega: float, periods: float,
     ("case", "seed"), [("free", seed) for seed in range(5)] + [("rest", 5), ("rest", 9), ("rest", 24)]
 )
 def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> None:
-    oscillator, omega, clearance = random_point(seed) if case == "free" else random_case(seed)
+    oscillator, omega, clearance = random_point(seed) if case == "free" else sticking_case(seed)
     size, period = oscillator.size, 2 * math.pi / omega
     times = np.sort(np.random.default_rng(seed).uniform(0.0, 2 * period, 12))
     found = trajectory(oscillator, omega, clearance, phase=0.4, periods=2)
@@ -66,7 +66,7 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
 
 
 def test_samples_at_the_times_of_even_samples_equal_the_even_samples() -> None:
-    for oscillator, omega, clearance in (random_point(3), random_case(9)):
+    for oscillator, omega, clearance in (random_point(3), sticking_case(9)):
         found = trajectory(oscillator, omega, clearance, periods=3, transient_periods=4, samples_per_period=32)
         x, v = found.at(found.time)
         # a listed time is rounded, which moves a sample by its speed times that

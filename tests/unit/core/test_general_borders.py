@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_map_borders import DEFAULT, count, planted
 
-from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.borders.motion_grid import Grid, Name
@@ -23,6 +21,9 @@ from grazemap_core.model.harmonic_response import contact_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.window_curves import window_curves
 from grazemap_core.simulation.motion import KINDS
+from tests.support.borders import count, planted
+from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 
 MAP_IMPACTS = ("impacts_right", "impacts_left", "least_impact_velocity")
 MAP_ARRAYS = ("kind", "period", "symmetric", "sticking", "settled_after", *MAP_IMPACTS)
@@ -150,9 +151,8 @@ def test_mirror_images_have_names_of_their_own_between_unlike_stops() -> None:
 
 def test_clearances_that_vary_both_and_differ_are_refused() -> None:
     clearance = np.stack([CLEARANCE, CLEARANCE + 0.1], axis=1)
-    with pytest.raises(ParameterError) as refused:
+    with refused("clearance"):
         Plane.of(DEFAULT, OMEGA[:2], clearance[:2])
-    assert refused.value.name == "clearance"
 
 
 def test_explanations_name_what_they_are() -> None:

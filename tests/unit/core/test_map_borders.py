@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_periodic_orbits import DEFAULT
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
@@ -24,6 +23,8 @@ from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
+from tests.support.borders import count, planted
+from tests.support.oscillators import DEFAULT
 
 OMEGA, CLEARANCE = np.linspace(0.275, 0.29, 48), np.linspace(1.8, 2.0, 48)
 """Round the codimension-two point of order 2."""
@@ -40,19 +41,6 @@ def calm(rows: int = 4, columns: int = 4) -> tuple[np.ndarray, np.ndarray, dict[
     """Return a map above the grazing curve, with nothing but the steady motion."""
     omega, clearance = np.linspace(0.27, 0.271, columns), np.linspace(2.2, 2.21, rows)
     return omega, clearance, unfolding_map_tile(Plane.of(DEFAULT, omega, clearance))
-
-
-def count(found: MapBorders, explanation: str, regular: bool = True) -> int:
-    """How many pairs have an explanation."""
-    chosen = (found.explanation == EXPLANATIONS.index(explanation)) & (found.regular == regular)
-    return int(np.count_nonzero(chosen))
-
-
-def planted(arrays: dict[str, Any], place: tuple[int, int], **values: Any) -> dict[str, Any]:
-    changed = {name: array.copy() for name, array in arrays.items()}
-    for name, value in values.items():
-        changed[name][place] = value
-    return changed
 
 
 def test_every_border_near_the_codimension_two_point_is_explained():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.one_stop import VariedStop, grazing_curve, stop_grazes
 from grazemap_core.grazing.peak_search import Coincidence, vanishing_margins
@@ -19,6 +18,7 @@ from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.support.general_systems import positive
 from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 
 BIASED = Oscillator.of_structure(DEFAULT.structure, DEFAULT.contact, DEFAULT.drive, 0.8, [0.05, 0.0, 0.0])
 
@@ -160,6 +160,5 @@ def test_motions_on_stops_of_two_restitutions_unfold_differently_and_none_is_sym
 
 
 def test_an_equilibrium_beyond_the_fixed_stop_is_refused() -> None:
-    with pytest.raises(ParameterError) as refusal:
+    with refused("clearance"):
         stop_grazes(BIASED, [0.29], VariedStop(1, -0.08))
-    assert refusal.value.name == "clearance"

@@ -13,36 +13,16 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
-from tests.oracles.steady_displacements import forced_response
 from tests.support.oscillators import DEFAULT
+from tests.support.random_chains import STICKING, sticking_case
 from tests.support.thorough import KERNELS_FIRST
 
 oracle = GeneralOracle.between
 
 
-def random_case(seed: int) -> tuple[Oscillator, float, float]:
-    """A chain of 1..4 masses with either kind of damping, pressed against close stops by a slow force."""
-    rng = np.random.default_rng(seed)
-    count = 1 + seed % 4
-    damping = float(rng.uniform(0.01, 0.3)) if rng.random() < 0.5 else rng.uniform(0.01, 0.4, count)
-    forcing = rng.uniform(-1, 1, count)
-    forcing[0] = 1.0
-    restitution = [0.0, 0.2, 0.5, 0.8, 0.95][(seed // 4) % 5]
-    oscillator = Oscillator.create(
-        rng.uniform(0.5, 3, count), rng.uniform(0.5, 3, count), damping, forcing, restitution
-    )
-    omega = float(rng.uniform(0.05, 0.3))
-    amplitude = abs(forced_response(oscillator, np.array([omega]))[0, 0])
-    return oscillator, omega, float(rng.uniform(0.1, 0.6) * amplitude)
-
-
-# seeds whose motion sticks; only two with restitution 0.95, whose oracle follows thousands of bounces
-STICKING = (0, 1, 2, 3, 4, 5, 7, 8, 9, 12, 15, 17, 20, 22, 24, 25, 26, 28, 31, 32, 33, 35, 38)
-
-
 @pytest.mark.parametrize("seed", STICKING)
 def test_accumulation_and_release_times_are_those_of_50_digits(seed: int) -> None:
-    oscillator, omega, clearance = random_case(seed)
+    oscillator, omega, clearance = sticking_case(seed)
     count = 1 if oscillator.restitution > 0.9 else 2
     result = trajectory(oscillator, omega, clearance, periods=2, samples_per_period=40)
     exact = oracle(oscillator, omega, clearance)
@@ -76,7 +56,7 @@ def test_every_listed_impact_of_a_chatter_is_that_of_50_digits() -> None:
 
 
 def test_mass_one_stays_on_the_stop_from_the_start_of_the_rest_to_the_release() -> None:
-    oscillator, omega, clearance = random_case(9)
+    oscillator, omega, clearance = sticking_case(9)
     result = trajectory(oscillator, omega, clearance, periods=2, samples_per_period=400)
     for start, stop_time, stop in zip(
         result.sticking.start, result.sticking.stop_time, result.sticking.stop, strict=True
@@ -88,7 +68,7 @@ def test_mass_one_stays_on_the_stop_from_the_start_of_the_rest_to_the_release() 
 
 
 def test_a_period_one_orbit_with_sticking_is_found_and_repeats() -> None:
-    oscillator, omega, clearance = random_case(9)
+    oscillator, omega, clearance = sticking_case(9)
     result = trajectory(oscillator, omega, clearance, periods=60, samples_per_period=8)
     motion = result.motion
     assert (motion.kind, motion.period, motion.sticking) == ("periodic", 1, True)
@@ -197,7 +177,7 @@ def test_a_rest_under_a_slow_force_ends_when_the_spring_force_exceeds_it() -> No
 
 
 def test_the_record_may_begin_and_end_at_rest() -> None:
-    oscillator, omega, clearance = random_case(9)
+    oscillator, omega, clearance = sticking_case(9)
     period = 2 * math.pi / omega
     whole = trajectory(oscillator, omega, clearance, periods=6, samples_per_period=16)
     tail = trajectory(oscillator, omega, clearance, periods=3, transient_periods=3, samples_per_period=16)

@@ -23,6 +23,7 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.structure_oracle import StructureOracle
 from tests.support.general_systems import positive
+from tests.support.refused import refused
 
 SYSTEMS = 20
 
@@ -261,9 +262,8 @@ def test_gaps_are_those_from_the_equilibrium() -> None:
 )
 def test_matrices_that_cannot_be_are_refused_by_name(name: str, change: dict[str, object]) -> None:
     fields = {"mass": np.eye(2), "stiffness": np.eye(2), "damping": np.zeros((2, 2))} | change
-    with pytest.raises(ParameterError) as refusal:
+    with refused(name):
         Matrices.create(**fields)  # type: ignore[arg-type]
-    assert refusal.value.name == name
 
 
 @pytest.mark.parametrize(
@@ -277,9 +277,8 @@ def test_matrices_that_cannot_be_are_refused_by_name(name: str, change: dict[str
 )
 def test_motions_that_grow_are_refused_by_name(name: str, stiffness: object, damping: object) -> None:
     structure = Matrices.create(np.eye(2), stiffness, damping)  # type: ignore[arg-type]
-    with pytest.raises(ParameterError) as refusal:
+    with refused(name):
         modal_model(Oscillator.of_structure(structure, [1.0, 0.0], [], 0.8))
-    assert refusal.value.name == name
 
 
 def test_the_response_at_many_frequencies_takes_the_memory_of_some(monkeypatch: pytest.MonkeyPatch) -> None:

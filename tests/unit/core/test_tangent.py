@@ -36,7 +36,7 @@ from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.steady_displacements import forced_response
 from tests.oracles.tangent_oracle import difference
-from tests.support.oscillators import DEFAULT
+from tests.support.oscillators import DEFAULT, first_order
 
 PHASE = 0.7
 
@@ -57,17 +57,6 @@ def random_case(seed: int) -> tuple[Oscillator, float, float, np.ndarray, np.nda
     x = rng.uniform(-0.5, 0.5, count) * clearance
     v = rng.uniform(-0.5, 0.5, count) * omega * clearance
     return oscillator, omega, clearance, x, v, rng.normal(size=2 * count)
-
-
-def first_order(oscillator: Oscillator) -> np.ndarray:
-    """The matrix of the chain's free motion in (x, v)."""
-    mass = oscillator.masses[:, None]
-    return np.block(
-        [
-            [np.zeros((oscillator.size, oscillator.size)), np.eye(oscillator.size)],
-            [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
-        ]
-    )
 
 
 # what happens in the period: by seed, so that every kind of event and both dampings come with every number of masses
