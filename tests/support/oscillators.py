@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -9,10 +10,22 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model.drive import force
+from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator, Variants
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 """The chain of three masses that clients have unless they describe another one."""
+
+
+def one_mass(damping: float, restitution: float) -> Oscillator:
+    """Return x'' + damping x' + x = cos(omega t) with a stop on the right."""
+    one = np.ones((1, 1))
+    drive = [force(1, np.array([1.0]), np.array([0.5 * math.pi]))]
+    return Oscillator.of_structure(Matrices.create(one, one, damping * one), [1.0], drive, restitution)
+
+
+COCO = one_mass(0.1, 0.8)
+"""The impact oscillator of Recipes for Continuation and of the printed figures."""
 
 
 def varied(values: Mapping[str, float]) -> Oscillator:

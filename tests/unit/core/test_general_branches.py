@@ -18,9 +18,7 @@ from grazemap_core.continuation.parameters import PARAMETERS, Parameter, Paramet
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import VariedStop
-from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily
@@ -30,14 +28,8 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.window_curves import window_curves
 from tests.support.general_systems import random_oscillator, random_system
 from tests.support.orbits import in_window, orbit_with
-from tests.support.oscillators import DEFAULT
+from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
-
-
-def coco(amplitude: float = 1.0) -> Oscillator:
-    one = np.ones((1, 1))
-    drive = [force(1, np.array([amplitude]), np.array([0.5 * math.pi]))]
-    return Oscillator.of_structure(Matrices.create(one, one, 0.1 * one), [1.0], drive, 0.8)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -114,7 +106,7 @@ def of_one(oscillator: Oscillator, omega: float, multiple: int, stop: int, angle
 
 @pytest.mark.parametrize(("omega", "multiple", "stop"), [(0.8, 1, 1), (0.8, 1, -1), (1.2, 1, 1), (0.75, 2, 1)])
 def test_special_points_over_one_clearance_are_those_of_the_closed_form(omega: float, multiple: int, stop: int) -> None:
-    oscillator = dataclasses.replace(coco(), bias=np.array([0.1]))
+    oscillator = dataclasses.replace(COCO, bias=np.array([0.1]))
     known = one_impact_branch(oscillator, omega, multiple, stop=stop, alone=True)
     orbit = of_one(oscillator, omega, multiple, stop)
     place = stop * contact_equilibrium(oscillator)
@@ -132,12 +124,12 @@ def test_special_points_over_one_clearance_are_those_of_the_closed_form(omega: f
 
 def test_the_factor_of_the_forces_is_a_change_of_the_clearance() -> None:
     """With no bias, the orbit under the force F and the clearance c is F times that of the force 1 and c/F."""
-    orbit = of_one(coco(), 0.8, 1, 1)
+    orbit = of_one(COCO, 0.8, 1, 1)
     assert isinstance(orbit.clearance, tuple)
     gap = orbit.clearance[0]
     assert gap is not None
-    over_force = orbit_branch(coco(), orbit, 0.5, 2.0, "forcing")
-    over_gap = orbit_branch(coco(), orbit, gap / 2.0, gap / 0.5, "clearance_right")
+    over_force = orbit_branch(COCO, orbit, 0.5, 2.0, "forcing")
+    over_gap = orbit_branch(COCO, orbit, gap / 2.0, gap / 0.5, "clearance_right")
     for kind in ("SN", "PD", "GR"):
         one = sorted(p.values.forcing for p in over_force.special_points if p.type == kind)
         other = sorted(gap / p.values.clearance_right for p in over_gap.special_points if p.type == kind)
@@ -244,15 +236,15 @@ def test_the_unfolded_saddle_node_is_a_curve_over_one_clearance() -> None:
 
 def test_a_curve_of_one_stop_in_the_plane_of_frequency_and_clearance() -> None:
     """PD and SN of one stop alone, against the closed forms at the curve's frequencies."""
-    orbit = of_one(coco(), 0.8, 1, 1)
-    curves = motion_curves(coco(), orbit, (0.78, 0.82), (1.0, 3.0), max_points=30, plane=("omega", "clearance_right"))
+    orbit = of_one(COCO, 0.8, 1, 1)
+    curves = motion_curves(COCO, orbit, (0.78, 0.82), (1.0, 3.0), max_points=30, plane=("omega", "clearance_right"))
     assert {"PD", "GR"} <= {curve.type for curve in curves}
     (curve,) = [curve for curve in curves if curve.type == "PD"]
     for place in range(0, len(curve.horizontal), 5):
-        known = one_impact_branch(coco(), float(curve.horizontal[place]), 1, alone=True)
+        known = one_impact_branch(COCO, float(curve.horizontal[place]), 1, alone=True)
         (point,) = [p for p in known.special_points if p.type == "PD"]
         assert curve.vertical[place] == pytest.approx(point.clearance, rel=1e-10)
-    found = in_window(coco(), (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
+    found = in_window(COCO, (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
     assert found is not None
     assert found.clearance == (2.0, None)
 
@@ -270,20 +262,20 @@ def test_a_curve_of_one_stop_in_the_plane_of_frequency_and_clearance() -> None:
     ],
 )
 def test_parameters_that_do_not_exist_are_refused(name: str, bounds: tuple[float, float], wrong: str) -> None:
-    orbit = of_one(coco(), 0.8, 1, 1)
+    orbit = of_one(COCO, 0.8, 1, 1)
     with refused(wrong):
-        orbit_branch(coco(), orbit, *bounds, name)  # type: ignore[arg-type]
+        orbit_branch(COCO, orbit, *bounds, name)  # type: ignore[arg-type]
 
 
 def test_beyond_a_graze_of_one_stop_there_is_no_motion_on_the_other() -> None:
-    orbit = of_one(coco(), 0.8, 1, 1)
-    branch = orbit_branch(coco(), orbit, 1.0, 3.0, "clearance_right")
+    orbit = of_one(COCO, 0.8, 1, 1)
+    branch = orbit_branch(COCO, orbit, 1.0, 3.0, "clearance_right")
     grazes = [p for p in branch.special_points if p.type == "GR" and p.impact is not None]
     assert grazes
     for point in grazes:
-        assert starts_beyond(coco(), point, "clearance_right") == ()
+        assert starts_beyond(COCO, point, "clearance_right") == ()
     for point in (p for p in branch.special_points if p.type == "PD" and p.status == "converged"):
-        (start,) = starts_beyond(coco(), point, "clearance_right")
+        (start,) = starts_beyond(COCO, point, "clearance_right")
         assert start.impacts.period == 2
         assert start.values.clearance_left == math.inf
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,24 +25,14 @@ from grazemap_core.orbits.states import states_at
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
+from tests.support.general_figures import FIGURES
 from tests.support.general_systems import System, mismatch, random_oscillator, random_system
 from tests.support.orbits import orbit_with, tangent_flow
-from tests.support.oscillators import DEFAULT
+from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
 
-FIGURES: dict[str, Any] = {
-    one["id"]: one["value"]
-    for one in json.loads((Path(__file__).parents[2] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
-}
 SEEDS = [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23]
 """Their trajectories settle to orbits of one to five impacts: of one stop and of two, a preloaded one among them."""
-
-
-def coco(amplitude: float = 1.0) -> Oscillator:
-    """Return the impact oscillator of the book: one mass, the force A cos(omega t)."""
-    one = np.ones((1, 1))
-    drive = [force(1, np.array([amplitude]), np.array([0.5 * math.pi]))]
-    return Oscillator.of_structure(Matrices.create(one, one, 0.1 * one), [1.0], drive, 0.8)
 
 
 @functools.cache
@@ -60,7 +48,7 @@ def orbit_of(seed: int) -> PeriodicOrbit:
     return periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
 
 
-NAMED = [("coco", coco()), ("chain-one-stop", DEFAULT)]
+NAMED = [("coco", COCO), ("chain-one-stop", DEFAULT)]
 
 
 @pytest.mark.parametrize(("name", "oscillator"), NAMED)
@@ -95,7 +83,7 @@ def test_recorded_curve_points_of_one_stop(name: str, oscillator: Oscillator) ->
 
 def test_recorded_curve_points_over_the_force() -> None:
     for known in FIGURES["coco/curve_points_force_plane"]:
-        branch = one_impact_branch(coco(), float(known["omega"]), known["n"], alone=True)
+        branch = one_impact_branch(COCO, float(known["omega"]), known["n"], alone=True)
         (point,) = [p for p in branch.special_points if p.type == known["kind"]]
         assert 1.0 / point.clearance == pytest.approx(float(known["force"]), rel=1e-11)
         assert point.impact_velocity / point.clearance == pytest.approx(float(known["v_at_d_1"]), rel=1e-11)
@@ -103,7 +91,7 @@ def test_recorded_curve_points_over_the_force() -> None:
 
 def test_the_orbit_of_the_book() -> None:
     known = FIGURES["coco/book_orbit"]
-    orbit = orbit_with(coco(), 1.0, (1.0, None), 1, [1])
+    orbit = orbit_with(COCO, 1.0, (1.0, None), 1, [1])
     assert orbit.impacts.velocities[0] == pytest.approx(float(known["v_before"]), rel=1e-11)
     assert orbit.phase == pytest.approx(float(known["impact_time_mod_2pi"]), rel=1e-11)
     assert mismatch(orbit.multipliers, [complex(float(a), float(b)) for a, b in known["multipliers"]]) < 1e-11
@@ -131,17 +119,9 @@ def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
 def test_random_systems_agree_with_simulation(seed: int) -> None:
     """The trajectory from the orbit's state returns to it, with the multipliers of the linearised flow."""
     one, orbit = system(seed), orbit_of(seed)
-    start = orbit.start
-    run = trajectory(
-        one.oscillator,
-        one.omega,
-        one.clearance,
-        start.displacement,
-        start.velocity,
-        periods=20 * orbit.impacts.period,
-        samples_per_period=1,
-    )
-    count = len(orbit.impacts.stops)
+    start, periods, count = orbit.start, 20 * orbit.impacts.period, len(orbit.impacts.stops)
+    state = start.displacement, start.velocity
+    run = trajectory(one.oscillator, one.omega, one.clearance, *state, periods=periods, samples_per_period=1)
     assert len(run.impacts.time) == 20 * count
     impacts = np.roll(orbit.impacts.velocities, -int(np.argmin(orbit.impacts.phases % (2.0 * math.pi))))
     assert np.sort(run.impacts.velocity[-count:]) == pytest.approx(np.sort(impacts), rel=1e-9)

@@ -37,7 +37,7 @@ from tests.oracles.general_oracle import GeneralOracle
 from tests.slow.resolved_points import ONE_MASS, SENSITIVE, exact_label, general_points, late_points, resolved_point
 from tests.slow.verified_points import DEFAULT, Point
 from tests.support.random_systems import random_system
-from tests.support.thorough import KERNELS_FIRST
+from tests.support.thorough import KERNELS_FIRST, the_first
 
 CHAOTIC, OMEGA, CLEARANCE = ONE_MASS[:3]
 
@@ -97,9 +97,7 @@ QUICK = [(2, None), (3, None), (5, None), (9, None), (14, None), (14, 0.0), (14,
 LONG = [(seed, restitution) for seed in range(60) for restitution in (None, 0.0, 0.2, 1.0)]
 
 
-@pytest.mark.parametrize(
-    ("seed", "restitution"), [*QUICK, *(pytest.param(*one, marks=pytest.mark.thorough) for one in LONG)]
-)
+@pytest.mark.parametrize(("seed", "restitution"), the_first(len(QUICK), [*QUICK, *LONG]))
 def test_events_of_any_structure_between_any_stops_are_those_of_the_series(seed, restitution):
     """Dense and gyroscopic matrices, any row, several harmonics and phases, a bias, one stop or two that differ.
 
@@ -270,7 +268,7 @@ def test_the_exact_motion_is_found_where_double_precision_finds_another():
     assert bits >= 512
 
 
-@pytest.mark.parametrize("seed", [104, *(pytest.param(seed, marks=KERNELS_FIRST) for seed in (101, 102))])
+@pytest.mark.parametrize("seed", the_first(1, [104, 101, 102]))
 def test_points_after_long_transients_are_resolved_as_exactly(seed):
     ((point, _, _),) = late_points(seed, 1)
     resolved, reason, bits = resolved_point(point)
@@ -328,6 +326,7 @@ CRITICAL = Point(
 )
 
 
+@KERNELS_FIRST
 def test_a_sensitive_point_of_a_critically_damped_mass_is_resolved_as_exactly():
     resolved_in_map(CRITICAL)
     resolved, reason, bits = resolved_point(CRITICAL)
@@ -360,7 +359,7 @@ def test_slow_transients_are_undecided():
     assert len(late.codes) == 0
 
 
-@pytest.mark.parametrize("seed", [8, *(pytest.param(k, marks=pytest.mark.thorough) for k in (3, 7, 12, 18, 20, 37))])
+@pytest.mark.parametrize("seed", the_first(1, [8, 3, 7, 12, 18, 20, 37]))
 def test_sensitive_points_of_general_systems_are_resolved_as_exactly(seed):
     """One mass and dense matrices, several harmonics, a bias, one stop or two, of different restitution."""
     points = general_points(seed, 1)

@@ -64,9 +64,7 @@ def test_the_states_of_an_ensemble_begin_where_they_are(oscillator, omega: float
 @pytest.mark.parametrize(
     ("oscillator", "omega", "clearance"),
     [
-        (ONE_MASS, 0.7, PRELOADED),
-        (ONE_MASS, 0.7, (0.0, 1.0)),
-        (ONE_MASS, 0.7, (0.4, 1.0)),
+        *(pytest.param(ONE_MASS, 0.7, both, marks=KERNELS_FIRST) for both in (PRELOADED, (0.0, 1.0), (0.4, 1.0))),
         (DEFAULT, 0.29, (0.0, 1.0)),
         (DEFAULT, 0.29, PRELOADED),
     ],
@@ -83,13 +81,14 @@ def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, cle
 
 
 def test_random_states_of_fractions_begin_where_they_are_with_a_bias_that_preloads_a_stop():
-    structure = Matrices.create([[2.0, 0.0], [0.0, 1.0]], [[3.0, -1.0], [-1.0, 1.0]], damping=[[0.2, 0.0], [0.0, 0.2]])
-    forces = [force(1, np.array([1.0, 0.0]))]
-    pressed = Oscillator.of_structure(structure, [1.0, -1.0], forces, 0.7, [-0.5, 1.0], 0.5)
+    stiffness = [[3.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 5.0]]
+    structure = Matrices.create(np.diag([2.0, 1.0, 1.0]), stiffness, damping=0.2 * np.eye(3))
+    forces = [force(1, np.array([1.0, 0.0, 0.0]))]
+    pressed = Oscillator.of_structure(structure, [1.0, -1.0, 0.0], forces, 0.7, [-0.5, 1.0, 0.0], 0.5)
     forced = forced_oscillator(pressed, 2.5, (0.4, 0.3))
     assert forced.stops.left < 0.0
     rng = np.random.default_rng(2)
-    states = rng.uniform(-0.3, 0.3, (10, 2, 2))
+    states = rng.uniform(-0.3, 0.3, (10, 2, 3))
     states = states[np.abs(states[:, 0] @ pressed.contact) < 0.29]
     codes, _ = run_states(Settler(pressed, SHORT), forced, *from_rest(forced, states), 0.0)
     assert codes[:, IMPACTS].tolist() == [impacts(forced, *state) for state in states]
@@ -113,13 +112,14 @@ def test_a_sensitive_point_of_an_ensemble_is_decided_from_the_state_of_the_map(m
 
 
 def at_resonance() -> Oscillator:
-    """Two masses, of which the second one is at an undamped resonance while the first one is held, at omega 1.
+    """Three masses, of which the second one is at an undamped resonance while the first one is held, at omega 1.
 
     At phase 0 the force pulls the contact off its preloaded right stop.
     """
-    structure = Matrices.create([[1.0, 0.0], [0.0, 1.0]], [[2.0, -0.5], [-0.5, 1.0]], damping=[[0.2, 0.0], [0.0, 0.0]])
-    drive = [force(1, np.array([1.0, 0.3]), np.array([-np.pi / 2, 0.0]))]
-    return Oscillator.of_structure(structure, [1.0, 0.0], drive, 0.8, [0.0, 0.0], 0.8)
+    stiffness = [[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]]
+    structure = Matrices.create(np.eye(3), stiffness, damping=np.diag([0.2, 0.0, 0.1]))
+    drive = [force(1, np.array([1.0, 0.3, 0.0]), np.array([-np.pi / 2, 0.0, 0.0]))]
+    return Oscillator.of_structure(structure, [1.0, 0.0, 0.0], drive, 0.8, np.zeros(3), 0.8)
 
 
 @pytest.mark.parametrize("by_kernels", [True, False])

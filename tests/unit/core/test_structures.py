@@ -24,8 +24,7 @@ from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.structure_oracle import StructureOracle
 from tests.support.general_systems import positive
 from tests.support.refused import refused
-
-SYSTEMS = 20
+from tests.support.thorough import the_first
 
 
 @dataclass(frozen=True)
@@ -75,9 +74,7 @@ def second_forces(system: System):
     return lambda omega: [acb(4 * omega * omega * arb(float(u))) for u in system.second]
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(SYSTEMS), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(20, 200))]
-)
+@pytest.mark.parametrize("seed", the_first(20, range(200)))
 def test_random_structures_agree_with_fifty_digits(seed: int) -> None:
     system = random_system(seed)
     found = summary(system.oscillator, [system.omega], [system.time])
