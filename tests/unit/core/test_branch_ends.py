@@ -17,7 +17,7 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
-from tests.support.general_systems import random_system
+from tests.support.general_systems import with_orbit
 from tests.support.orbits import orbit_with
 from tests.support.thorough import every_fourth
 
@@ -64,8 +64,7 @@ def test_a_doubled_branch_ends_at_the_doublings_of_its_parent_wherever_it_begins
 @functools.cache
 def meeting_of_impacts():
     """A branch whose second and third impact, both on the left stop, come together; its oscillator."""
-    system = random_system(35)
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(35)
     return system, orbit_branch(system.oscillator, orbit, 0.745, 0.87, "omega")
 
 

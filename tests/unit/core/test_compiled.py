@@ -180,10 +180,19 @@ print(text)
 
 def test_a_process_in_a_hurry_compiles_the_same_machine_code(tmp_path: Path) -> None:
     def assembly(how: str) -> str:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / how)}
         command = [sys.executable, "-c", ASSEMBLY, how]
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
     quick = assembly("quick")
     assert quick.count("\n") > 1000
     assert quick == assembly("unhurried")
+
+
+@pytest.mark.parametrize(("features", "lanes"), [("+avx512f", "8"), ("", "4")])
+def test_blocks_of_lanes_are_of_the_processor_that_code_is_generated_for(features: str, lanes: str) -> None:
+    """Whatever this one is: kernels for x86-64-v3 that are compiled on a processor with AVX-512 are those of others."""
+    code = "from grazemap_core.maps.kernels.lanes import VECTOR; print(VECTOR)"
+    environment = os.environ | {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": features}
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120)
+    assert said.stdout.decode().strip() == lanes

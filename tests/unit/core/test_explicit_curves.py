@@ -15,7 +15,7 @@ from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits import explicit_orbits, one_impact_branches
-from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily
+from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, SpecialOrbit, StopFamily, StopMotions
 from grazemap_core.orbits.explicit_orbits import Harmonics, apart_on_circle, within_turn
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -49,7 +49,7 @@ def test_curves_of_one_stop_of_a_dense_structure_are_orbits_with_a_multiplier_of
         middle = len(piece.omega) // 2
         with digits():
             known = OneImpact(dense(), arb(float(piece.omega[middle])), 2 * piece.period, stop=stop)
-            phase = known.special(1 if piece.type == "SN" else -1, phase_of(piece, middle, stop))
+            phase = known.special(1 if piece.type == "SN" else -1, nearest(dense(), piece, middle, stop)[1].phase)
             assert abs(known.gap(phase) - float(piece.value[middle])) < 1e-11
             assert abs(known.speed(phase) - float(piece.impact_velocity[middle])) < 1e-11
         compared[piece.type] += 1
@@ -57,13 +57,14 @@ def test_curves_of_one_stop_of_a_dense_structure_are_orbits_with_a_multiplier_of
     assert sum(compared.values()) >= 4
 
 
-def phase_of(piece: CurvePiece, place: int, stop: int) -> float:
-    """The phase of the impact, from all orbits with this gap."""
-    family = OrbitFamily.of(dense(), piece.period, False)
+def nearest(
+    oscillator: Oscillator, piece: CurvePiece, place: int, stop: int, other: SecondStop = ABSENT
+) -> tuple[StopMotions, SpecialOrbit]:
+    """Of all orbits at the frequency of a point of a piece, the special one with this speed."""
+    family = OrbitFamily.of(oscillator, piece.period, piece.symmetric)
     omega = float(piece.omega[place])
-    here = StopFamily(family, stop, ABSENT).at(omega, family.steady(omega))
-    special = here.special(piece.type)
-    return min(special, key=lambda one: abs(one.speed - piece.impact_velocity[place])).phase
+    here = StopFamily(family, stop, other).at(omega, family.steady(omega))
+    return here, min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[place]))
 
 
 def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
@@ -75,12 +76,9 @@ def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
         if piece.type not in ("SN", "PD") or piece.impacts_right != 1 or piece.period > 1:
             continue
         middle = len(piece.omega) // 2
-        family = OrbitFamily.of(dense(), 1, False)
-        omega = float(piece.omega[middle])
-        here = StopFamily(family, 1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[middle]))
+        here, special = nearest(dense(), piece, middle, 1)
         with digits():
-            reach = OneImpact(dense(), arb(omega), 2).reach(arb(special.phase))
+            reach = OneImpact(dense(), arb(float(piece.omega[middle])), 2).reach(arb(special.phase))
         assert here.reach(np.array([special.phase]))[0] - place == pytest.approx(reach, abs=1e-3)
         if abs(reach - other) > 2e-3:
             assert piece.admissible == (special.admissible and reach < other)
@@ -99,9 +97,7 @@ def test_lines_of_a_fixed_stop_are_its_curves_at_its_clearance() -> None:
             continue
         omega = float(piece.omega[0])
         assert np.all(piece.omega == omega)
-        family = OrbitFamily.of(dense(), piece.period, False)
-        here = StopFamily(family, -1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[0]))
+        here, special = nearest(dense(), piece, 0, -1)
         assert special.gap - place == pytest.approx(other, rel=1e-12)
         for share, clear in ((1.001, True), (0.999, False)):
             near = piece.value[0] * share
@@ -133,15 +129,13 @@ def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_hal
     found = window_curves(oscillator, (0.26, 0.3), (1.3, 2.05), 1, 40)
     kinds = {(piece.type, piece.symmetric) for piece in found}
     assert {("SN", True), ("SB", True), ("GR", True), ("SN", False), ("PD", False)} <= kinds
-    family = OrbitFamily.of(oscillator, 1, True)
     for piece in found:
         if not piece.symmetric:
             continue
         middle = len(piece.omega) // 2
-        omega = float(piece.omega[middle])
-        here = StopFamily(family, 1, SecondStop(0.0, 1.0)).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[middle]))
-        orbit = periodic_orbit(oscillator, omega, float(piece.value[middle]), here.orbits.impacts(special.phase))
+        omega, clearance = float(piece.omega[middle]), float(piece.value[middle])
+        here, special = nearest(oscillator, piece, middle, 1, SecondStop(0.0, 1.0))
+        orbit = periodic_orbit(oscillator, omega, clearance, here.orbits.impacts(special.phase))
         if piece.type == "GR":
             assert abs(orbit.excess) < 1e-10
             continue
@@ -182,9 +176,7 @@ def test_a_preloaded_stop_has_curves_of_impacting_motions() -> None:
     assert {p.type for p in below} >= {"SN", "PD"}
     for piece in below:
         omega, clearance = float(piece.omega[0]), float(piece.value[0])
-        family = OrbitFamily.of(pushed, piece.period, False)
-        here = StopFamily(family, 1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[0]))
+        here, special = nearest(pushed, piece, 0, 1)
         orbit = periodic_orbit(pushed, omega, (clearance, None), here.orbits.impacts(special.phase))
         assert orbit.converged
         assert special.gap < 0.0

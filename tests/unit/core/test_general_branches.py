@@ -26,7 +26,7 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.window_curves import window_curves
-from tests.support.general_systems import random_oscillator, random_system
+from tests.support.general_systems import random_oscillator, with_orbit
 from tests.support.orbits import in_window, orbit_with
 from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
@@ -63,12 +63,10 @@ def test_derivatives_with_respect_to_every_parameter(seed: int) -> None:
     assert checked == len(PARAMETERS) - (seed != 1) - (seed % 2 == 0)
 
 
-@functools.cache
 def of_two() -> tuple[Oscillator, PeriodicOrbit]:
     """A stable orbit of several impacts between unequal stops, under two harmonics and a bias."""
-    one = random_system(15)
-    assert one is not None
-    return one.oscillator, periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
+    system, orbit = with_orbit(15)
+    return system.oscillator, orbit
 
 
 @pytest.mark.parametrize(
@@ -310,9 +308,7 @@ def test_the_search_finds_orbits_of_any_stops_from_trajectories() -> None:
 
 def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_steps() -> None:
     """A pair leaves the unit circle before the graze, where a multiplier is infinite, and comes back after it."""
-    system = random_system(55)
-    assert system is not None
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(55)
 
     def places(longest: float) -> list[tuple[str, float]]:
         branch = orbit_branch(system.oscillator, orbit, 0.74, 1.0, "forcing", longest_step=longest)
@@ -327,9 +323,7 @@ def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_ste
 
 def test_the_direction_of_a_curve_does_not_depend_on_the_signs_of_singular_vectors(monkeypatch) -> None:
     """Along this GR curve a velocity and a phase are constant, so that round-off decides these signs."""
-    system = random_system(92)
-    assert system is not None
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(92)
     branch = orbit_branch(system.oscillator, orbit, 0.87 * orbit.omega, 1.01 * orbit.omega, "omega")
     point = next(one for one in branch.special_points if one.impact is not None)
     (low, high), left = (0.99 * point.omega, 1.01 * point.omega), point.values.clearance_left

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 import math
 from typing import Any
@@ -19,33 +18,20 @@ from grazemap_core.orbits.explicit_orbits import OneImpactOrbits, one_impact_seq
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, at_point, periodic_orbit
+from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 from grazemap_core.orbits.states import states_at
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.support.general_figures import FIGURES
-from tests.support.general_systems import System, mismatch, random_oscillator, random_system
+from tests.support.general_systems import mismatch, random_oscillator, with_orbit
 from tests.support.orbits import orbit_with, tangent_flow
 from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
 
 SEEDS = [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23]
 """Their trajectories settle to orbits of one to five impacts: of one stop and of two, a preloaded one among them."""
-
-
-@functools.cache
-def system(seed: int) -> System:
-    found = random_system(seed)
-    assert found is not None
-    return found
-
-
-@functools.cache
-def orbit_of(seed: int) -> PeriodicOrbit:
-    one = system(seed)
-    return periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
 
 
 NAMED = [("coco", COCO), ("chain-one-stop", DEFAULT)]
@@ -100,7 +86,7 @@ def test_the_orbit_of_the_book() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
-    one, orbit = system(seed), orbit_of(seed)
+    one, orbit = with_orbit(seed)
     assert orbit.verified
     assert not orbit.symmetric
     exact = solved(one.oscillator, one.omega, one.clearance, orbit.impacts)
@@ -118,7 +104,7 @@ def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_systems_agree_with_simulation(seed: int) -> None:
     """The trajectory from the orbit's state returns to it, with the multipliers of the linearised flow."""
-    one, orbit = system(seed), orbit_of(seed)
+    one, orbit = with_orbit(seed)
     start, periods, count = orbit.start, 20 * orbit.impacts.period, len(orbit.impacts.stops)
     state = start.displacement, start.velocity
     run = trajectory(one.oscillator, one.omega, one.clearance, *state, periods=periods, samples_per_period=1)
@@ -132,7 +118,7 @@ def test_random_systems_agree_with_simulation(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_balances_of_momentum_and_energy(seed: int) -> None:
     """Over a period ``K mean(x) = bias + h mean(contact force)``; forces supply what damping and impacts lose."""
-    one, orbit = system(seed), orbit_of(seed)
+    one, orbit = with_orbit(seed)
     oscillator, impacts = one.oscillator, orbit.impacts
     family, steady, _ = at_point(oscillator, one.omega, one.clearance, impacts)
     turn = 2.0 * math.pi * impacts.period
@@ -164,7 +150,7 @@ def test_balances_of_momentum_and_energy(seed: int) -> None:
 @pytest.mark.parametrize("seed", [0, 5, 15, 18, 20])
 def test_the_mirror_image_and_other_units_of_the_contact(seed: int) -> None:
     """Exchanged stops with q -> -q, and the row and the clearances doubled, give the same orbit."""
-    one, orbit = system(seed), orbit_of(seed)
+    one, orbit = with_orbit(seed)
     right, left = one.clearance  # type: ignore[misc]
     oscillator, impacts = one.oscillator, one.impacts
     mirror = dataclasses.replace(
@@ -217,7 +203,7 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
 
 @pytest.mark.parametrize("seed", [0, 8, 18])
 def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
-    one, orbit = system(seed), orbit_of(seed)
+    one, orbit = with_orbit(seed)
     assert orbit.label == "1-1r-1l"
     family, _, gaps = at_point(one.oscillator, one.omega, one.clearance, orbit.impacts)
     found = two_impact_sequences(family, gaps, one.omega, int(orbit.impacts.stops[0]))
