@@ -6,15 +6,7 @@ import numpy as np
 
 from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.oscillator import Oscillator
-from tests.oracles.fifty_digits import Chain
 from tests.oracles.steady_displacements import forced_response
-
-
-def chain_of(oscillator: Oscillator) -> Chain:
-    """Take over the numbers, and nothing else, of the core's oscillator."""
-    if oscillator.gamma is not None:
-        return Chain.proportional(oscillator.masses, oscillator.stiffnesses, oscillator.gamma, oscillator.forcing)
-    return Chain(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing)
 
 
 def random_oscillator(random: np.random.Generator, count: int, per_link: bool) -> Oscillator:

@@ -19,7 +19,7 @@ from grazemap_core.model.kernels.response_sums import IMPULSE
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import steady_amplitude, zeros_of
-from tests.support.random_chains import chain_of
+from tests.oracles.impact_orbit_oracle import chain_of
 
 MASSES, STIFFNESSES, FORCING = [1.0, 10.0, 10.0], [1.0, 5.0, 5.0], [1.0, 0.0, 0.0]
 DEFAULT = Oscillator.create(MASSES, STIFFNESSES, 0.05, FORCING, 0.8)

@@ -13,9 +13,9 @@ from grazemap_core.model.kernels import tridiagonal
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import digits, impulse, steady_amplitude
+from tests.oracles.impact_orbit_oracle import chain_of
 from tests.oracles.steady_displacements import forced_response, steady_response
 from tests.support.oscillators import DEFAULT
-from tests.support.random_chains import chain_of
 
 SYSTEMS = 10_000
 

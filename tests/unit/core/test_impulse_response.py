@@ -11,8 +11,8 @@ from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import Residues, digits
+from tests.oracles.impact_orbit_oracle import chain_of
 from tests.support.oscillators import DEFAULT
-from tests.support.random_chains import chain_of
 
 KINDS = {"impulse": IMPULSE, "same": SAME_SIGN, "alternating": ALTERNATING}
 

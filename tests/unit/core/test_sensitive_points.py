@@ -235,6 +235,14 @@ def counts(found):
     return [found[name][0, 0] for name in ("period", "impacts_right", "impacts_left")]
 
 
+def resolved_as_exactly(point):
+    """Check that a point has the motion of an exact run; return this and the bits that decided it."""
+    resolved, reason, bits = resolved_point(point)
+    assert not reason
+    assert exact_label(resolved, bits) == resolved.label
+    return resolved.label, bits
+
+
 def resolved_in_map(point):
     """Check that the map of this point alone has its motion where sensitive points are resolved, and only there."""
     grid = np.array([point.omega]), np.array([point.clearance])
@@ -252,9 +260,8 @@ def resolved_in_map(point):
 
 def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
     resolved_in_map(SENSITIVE)
-    resolved, reason, bits = resolved_point(SENSITIVE)
-    assert not reason
-    assert resolved.label == SENSITIVE.label == exact_label(resolved, bits)
+    label, bits = resolved_as_exactly(SENSITIVE)
+    assert label == SENSITIVE.label
     assert bits >= 512
 
 
@@ -262,18 +269,15 @@ def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
 def test_the_exact_motion_is_found_where_double_precision_finds_another():
     found = unfolding_map_tile(Plane.of(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE])))
     assert counts(found) != [3, 4, 4]
-    resolved, reason, bits = resolved_point(ONE_MASS)
-    assert not reason
-    assert resolved.label == ONE_MASS.label == exact_label(resolved, bits)
+    label, bits = resolved_as_exactly(ONE_MASS)
+    assert label == ONE_MASS.label
     assert bits >= 512
 
 
 @pytest.mark.parametrize("seed", the_first(1, [104, 101, 102]))
 def test_points_after_long_transients_are_resolved_as_exactly(seed):
     ((point, _, _),) = late_points(seed, 1)
-    resolved, reason, bits = resolved_point(point)
-    assert not reason
-    assert exact_label(resolved, bits) == resolved.label
+    resolved_as_exactly(point)
 
 
 @pytest.mark.parametrize(
@@ -329,9 +333,7 @@ CRITICAL = Point(
 @KERNELS_FIRST
 def test_a_sensitive_point_of_a_critically_damped_mass_is_resolved_as_exactly():
     resolved_in_map(CRITICAL)
-    resolved, reason, bits = resolved_point(CRITICAL)
-    assert not reason
-    assert exact_label(resolved, bits) == resolved.label
+    resolved_as_exactly(CRITICAL)
 
 
 @KERNELS_FIRST
@@ -365,9 +367,7 @@ def test_sensitive_points_of_general_systems_are_resolved_as_exactly(seed):
     points = general_points(seed, 1)
     assert points
     for point in points:
-        resolved, reason, bits = resolved_point(point)
-        assert not reason
-        assert exact_label(resolved, bits) == resolved.label
+        resolved_as_exactly(point)
 
 
 LOSSY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
