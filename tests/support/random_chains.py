@@ -6,7 +6,7 @@ import numpy as np
 
 from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.oscillator import Oscillator
-from tests.oracles.steady_displacements import forced_response
+from tests.oracles.steady_displacements import contact_amplitude
 
 
 def random_oscillator(random: np.random.Generator, count: int, per_link: bool) -> Oscillator:
@@ -41,7 +41,7 @@ def sticking_case(seed: int) -> tuple[Oscillator, float, float]:
         rng.uniform(0.5, 3, count), rng.uniform(0.5, 3, count), damping, forcing, restitution
     )
     omega = float(rng.uniform(0.05, 0.3))
-    amplitude = abs(forced_response(oscillator, np.array([omega]))[0, 0])
+    amplitude = contact_amplitude(oscillator, omega)
     return oscillator, omega, float(rng.uniform(0.1, 0.6) * amplitude)
 
 

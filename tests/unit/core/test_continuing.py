@@ -239,6 +239,7 @@ def test_a_trajectory_that_ended_before_its_record_has_no_end_in_it() -> None:
     x = np.array([0.1, 0.0])
     result = trajectory(oscillator, math.sqrt(2.0), 0.1, x, np.zeros(2), phase=math.pi / 2, periods=2)
     assert result.motion.kind == "unresolved"
+    assert "resonance" in (result.motion.reason or "")
     assert result.final is None
     assert len(result.time) == 0
     with pytest.raises(ValueError, match="times"):

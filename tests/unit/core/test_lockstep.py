@@ -22,7 +22,7 @@ from tests.oracles.impact_accuracy import (
     lockstep_amplification,
     plane_points,
 )
-from tests.oracles.steady_displacements import forced_response
+from tests.oracles.steady_displacements import contact_amplitude
 from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
@@ -32,10 +32,6 @@ Floats = NDArray[np.float64]
 
 FIRST = 20
 NUDGE = 1e-9
-
-
-def amplitude(oscillator: Oscillator, omega: float) -> float:
-    return float(abs(forced_response(oscillator, np.array([omega]))[0, 0]))
 
 
 def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> list[Floats]:
@@ -89,7 +85,7 @@ def test_random_points_of_the_plane_equal_the_scalar_kernel() -> None:
     rng = np.random.default_rng(0)
     worst = []
     for omega in rng.uniform(0.2, 1.5, size=16):
-        clearances = rng.uniform(0.3, 1.2, size=125) * amplitude(DEFAULT, omega)
+        clearances = rng.uniform(0.3, 1.2, size=125) * contact_amplitude(DEFAULT, omega)
         worst.append(compare(DEFAULT, omega, clearances, 60))
     assert max(worst) < 250.0  # clearances down to 0.3 A: round-off is relative to A, the nudge to the clearance
 
@@ -106,7 +102,7 @@ def test_random_chains_equal_the_scalar_kernel(masses: int) -> None:
             float(rng.choice([0.0, 0.3, 0.6, 0.8, 0.95])),
         )
         omega = rng.uniform(0.2, 2.0)
-        clearances = rng.uniform(0.3, 1.2, size=20) * amplitude(oscillator, omega)
+        clearances = rng.uniform(0.3, 1.2, size=20) * contact_amplitude(oscillator, omega)
         assert compare(oscillator, omega, clearances, 40) < 1000.0, case
 
 
@@ -118,7 +114,7 @@ def same(one: Ensemble, other: Ensemble) -> None:
 @pytest.mark.parametrize("omega", [0.22, 0.29, 0.5])
 def test_the_bytes_of_a_lane_do_not_depend_on_the_other_lanes(omega: float) -> None:
     rng = np.random.default_rng(1)
-    clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * amplitude(DEFAULT, omega)
+    clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * contact_amplitude(DEFAULT, omega)
     whole = first_impacts(DEFAULT, omega, clearances, 30, 60)
     order = rng.permutation(len(clearances))
     shuffled = first_impacts(DEFAULT, omega, clearances[order], 30, 60)

@@ -316,17 +316,6 @@ def test_curves_are_those_of_their_branches():
                     assert not curve.admissible[i]
 
 
-def test_units_do_not_matter():
-    scale = math.sqrt(5.2e4 / 3.7)
-    si = Oscillator.create(DEFAULT.masses * 3.7, DEFAULT.stiffnesses * 5.2e4, 0.05 / scale, [120.0, 0, 0], 0.8, "SI")
-    length = 120.0 / 5.2e4
-    ours, theirs = one_impact_branch(DEFAULT, 0.27), one_impact_branch(si, 0.27 * scale)
-    for one, other in zip(ours.special_points, theirs.special_points, strict=True):
-        assert one.type == other.type
-        assert other.clearance == pytest.approx(one.clearance * length, rel=1e-12)
-        assert other.impact_velocity == pytest.approx(one.impact_velocity * length * scale, rel=1e-11)
-
-
 def test_motions_of_other_kinds_are_refused():
     with pytest.raises(ParameterError, match="odd"):
         one_impact_branch(DEFAULT, 0.3, 2, symmetric=True)
