@@ -164,16 +164,16 @@ def test_a_kernel_that_is_called_by_its_address_is_compiled_when_its_caller_runs
 
 ASSEMBLY = """
 import sys
-from grazemap_core.grazing.kernels.root_isolation import isolate
-from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.impulse_response import evaluate, impulse_response
+from grazemap_core.model.kernels.response_sums import response_sum
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.jit.quick_compiler import hurry
 if sys.argv[1] == "quick":
     hurry()
 response = impulse_response(modal_model(Oscillator.create([1.0, 10.0], [1.0, 5.0], 0.05, [1.0, 0.0], 0.8)))
-isolate(0, response.blocks, response.conditioning, response.slowest, 1.0, 2.0)
-(text,) = isolate.inspect_asm().values()
+evaluate(response, [1.0])
+(text,) = response_sum.inspect_asm().values()
 print(text)
 """
 

@@ -20,8 +20,10 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_oscillator
+from tests.support.thorough import KERNELS_FIRST
 
 PLACES = 7
+pytestmark = KERNELS_FIRST
 
 
 @functools.cache
