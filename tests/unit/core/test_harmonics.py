@@ -252,10 +252,7 @@ def test_impacts_recur_at_either_maximum_of_a_corner(
     for corner, point in ((point.corner, point) for point in points if point.kind == "corner"):
         assert corner is not None
         phases = [corner.phase_before, corner.phase_after]
-        for graze, other, number in (
-            (*phases, corner.recurrence_before),
-            (*phases[::-1], corner.recurrence_after),
-        ):
+        for graze, other, number in ((*phases, corner.recurrence_before), (*phases[::-1], corner.recurrence_after)):
             away = (other - graze) % (2.0 * np.pi)
             contacts = [(2.0 * np.pi, 1), (away, 1)]
             if varied is None:

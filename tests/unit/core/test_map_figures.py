@@ -238,10 +238,7 @@ def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
             )
             motions.append((whole.motion.period, *sorted([whole.motion.impacts_right, whole.motion.impacts_left])))
         counts = {motion: motions.count(motion) for motion in motions}
-        here = (
-            found["period"][i, 0],
-            *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]),
-        )
+        here = (found["period"][i, 0], *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]))
         assert found["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
         assert found["motions_found"][i, 0] == len(counts)
     assert (found["motions_found"] > 1).any()

@@ -24,11 +24,7 @@ from grazemap_core.contact.kernels.workspace import (
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
-from grazemap_core.simulation.kernels.lyapunov import (
-    begin_matrix,
-    leading_multiplier,
-    tangents,
-)
+from grazemap_core.simulation.kernels.lyapunov import begin_matrix, leading_multiplier, tangents
 from grazemap_core.simulation.kernels.recorded_run import half_period
 from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, run_half_linearised
 from grazemap_core.simulation.linearised_run import linearised_run
