@@ -14,6 +14,7 @@ from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from tests.support.oscillators import COCO, one_mass
+from tests.support.thorough import the_first
 
 
 def orbit_with(oscillator: Oscillator, omega: float, multiple: int, clearance: float, speed: float) -> PeriodicOrbit:
@@ -81,11 +82,14 @@ def test_the_branch_of_the_tutorial_ends_in_a_graze_beyond_a_saddle_node() -> No
 
 @pytest.mark.parametrize(
     ("omega", "restitution", "multiple", "fold", "doubling"),
-    [
-        (3.7, 0.8, 2, 0.34514712445281, 0.15078703865997),
-        (2.8, 0.8, 1, 1.7802356013216, 0.49308158186639),
-        (2.4, 0.6, 1, 0.57980111573999, 0.3724424636705),
-    ],
+    the_first(
+        1,
+        [
+            (2.4, 0.6, 1, 0.57980111573999, 0.3724424636705),
+            (3.7, 0.8, 2, 0.34514712445281, 0.15078703865997),
+            (2.8, 0.8, 1, 1.7802356013216, 0.49308158186639),
+        ],
+    ),
 )
 def test_the_undamped_oscillator_is_the_limit(
     omega: float, restitution: float, multiple: int, fold: float, doubling: float
