@@ -80,18 +80,6 @@ def test_there_is_none_where_the_other_stop_is_too_far_or_absent() -> None:
     assert {point.margin for point in points} == {None}
 
 
-@pytest.mark.parametrize("stop", [1, -1])
-def test_a_double_graze_is_on_both_curves(stop: int) -> None:
-    varied = VariedStop(stop, 1.5)
-    points = [p for p in codimension_two_points(BIASED, 0.05, 2.0, 2, 0, varied) if p.kind == "double-graze"]
-    assert len(points) == 4
-    gap = 1.5 + stop * 0.07
-    for point in points:
-        here = stop_grazes(BIASED, [point.omega], varied)
-        assert here.clearance[0] == point.clearance == pytest.approx(gap + stop * 0.07, rel=1e-14)
-        assert here.margin[0] == pytest.approx(0.0, abs=1e-14)
-
-
 def test_a_graze_is_virtual_beyond_a_double_graze() -> None:
     double = double_grazes(DEFAULT, 1.5, 0.05, 0.3)[0].omega
     grazes = stop_grazes(DEFAULT, double * np.array([0.999, 1.001]), VariedStop(1, 1.5))
