@@ -19,9 +19,9 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 
 def one_mass(damping: float, restitution: float) -> Oscillator:
     """Return x'' + damping x' + x = cos(omega t) with a stop on the right."""
-    one = np.ones((1, 1))
+    unit = np.ones((1, 1))
     drive = [force(1, np.array([1.0]), np.array([0.5 * math.pi]))]
-    return Oscillator.of_structure(Matrices.create(one, one, damping * one), [1.0], drive, restitution)
+    return Oscillator.of_structure(Matrices.create(unit, unit, damping * unit), [1.0], drive, restitution)
 
 
 COCO = one_mass(0.1, 0.8)

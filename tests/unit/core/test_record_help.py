@@ -67,7 +67,10 @@ def test_all_records_list_their_fields():
     helps = {record: record.__doc__ or "" for record in [*records(), Derived]}  # made from the source at every access
     assert len(helps) > 150
     lacking = [
-        (one.__name__, name) for one, text in helps.items() for name in names_of(one) if f"\n{name} : " not in text
+        (record.__name__, name)
+        for record, text in helps.items()
+        for name in names_of(record)
+        if f"\n{name} : " not in text
     ]
     assert lacking == []
 
