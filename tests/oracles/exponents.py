@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numba import njit
 
 from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
 from grazemap_core.contact.cell_problem import Clearance
@@ -17,7 +18,6 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, Workspace
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation.kernels.lyapunov import (
     Tangents,
     begin_first,
@@ -56,7 +56,11 @@ class LyapunovExponents:
     final: State
 
 
-@kernel
+_RUN_HALF, _ORTHONORMALISE = run_half_linearised.whole, orthonormalise.whole
+"""With machine code of their own, so that not all that they call is compiled once more here."""
+
+
+@njit(cache=True)
 def run_growth(
     problem: CellProblem,
     held: HeldProblem,
@@ -73,10 +77,10 @@ def run_growth(
     """
     halves = scratch.growth.shape[0]
     for k in range(done, halves):
-        status = run_half_linearised(problem, held, stops, u, k, work, scratch.pair, scratch.began)
+        status = _RUN_HALF(problem, held, stops, u, k, work, scratch.pair, scratch.began)
         if status != OK:
             return status, k
-        orthonormalise(problem.frequency, scratch.pair, scratch.growth[k])
+        _ORTHONORMALISE(problem.frequency, scratch.pair, scratch.growth[k])
         if k >= skipped:
             part = 0 if 2 * (k - skipped) < halves - skipped else 1
             sign = 1.0 if k % 2 == 0 else -1.0

@@ -82,12 +82,18 @@ def steady_amplitude(chain: Chain, omega: float) -> acb:
 
 def first_order_matrix(chain: Chain) -> arb_mat:
     """A of ``(x, v)' = A (x, v)``, shape (2N, 2N)."""
-    count = chain.size
-    stiffness, damping = tridiagonal(chain.stiffnesses), tridiagonal(chain.link_damping)
+    stiffness, damping = (
+        arb_mat([[x / arb(m) for x in row] for m, row in zip(chain.masses, tridiagonal(links), strict=True)])
+        for links in (chain.stiffnesses, chain.link_damping)
+    )
+    return first_order_of(stiffness, damping)
+
+
+def first_order_of(stiffness: arb_mat, damping: arb_mat) -> arb_mat:
+    """A of ``(x, v)' = A (x, v)``, of the matrices over the mass."""
+    count = stiffness.nrows()
     rows = [[arb(int(j == count + i)) for j in range(2 * count)] for i in range(count)]
-    for i in range(count):
-        mass = arb(chain.masses[i])
-        rows.append([-stiffness[i][j] / mass for j in range(count)] + [-damping[i][j] / mass for j in range(count)])
+    rows += [[-part[i, j] for part in (stiffness, damping) for j in range(count)] for i in range(count)]
     return arb_mat(rows)
 
 

@@ -14,12 +14,13 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat
 
-from tests.oracles.fifty_digits import Chain, digits, secant, tridiagonal
+from tests.oracles.fifty_digits import Chain, digits, first_order_of, secant, tridiagonal
 
 DIFFERENCE = arb("1e-25")
 
 
 def chain_of(oscillator: Any) -> Chain:
+    """Take over the numbers, and nothing else, of the core's oscillator."""
     if oscillator.gamma is not None:
         return Chain.proportional(oscillator.masses, oscillator.stiffnesses, oscillator.gamma, oscillator.forcing)
     return Chain(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing)
@@ -68,11 +69,7 @@ class Linear:
 
     @cached_property
     def generator(self) -> arb_mat:
-        below = [self.mass.solve(matrix) for matrix in (self.stiffness, self.damping)]
-        count = self.size
-        rows = [[arb(int(j == count + i)) for j in range(2 * count)] for i in range(count)]
-        rows += [[-part[i, j] for part in below for j in range(count)] for i in range(count)]
-        return arb_mat(rows)
+        return first_order_of(self.mass.solve(self.stiffness), self.mass.solve(self.damping))
 
     def amplitudes(self, omega: arb) -> list[tuple[arb, list[acb], list[acb]]]:
         """For each harmonic its frequency, the forces, and the steady motion."""
@@ -313,3 +310,11 @@ def eigenvalues(matrix: arb_mat) -> list[complex]:
 def solved(oscillator: Any, omega: float, clearance: Any, impacts: Any) -> ImpactOrbit:
     with digits():
         return ImpactOrbit.near(oscillator, omega, clearance, impacts).solved()
+
+
+def differences(exact: ImpactOrbit, impacts: Any) -> tuple[float, float]:
+    """Return the largest differences of phases and of velocities from those of an impact sequence of the core."""
+    with digits():
+        phases = [float(t * exact.omega - float(p)) for t, p in zip(exact.times, impacts.phases, strict=True)]
+        speeds = [float(v - float(w)) for v, w in zip(exact.velocities, impacts.velocities, strict=True)]
+    return max(map(abs, phases)), max(map(abs, speeds))

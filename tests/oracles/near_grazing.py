@@ -17,12 +17,13 @@ from grazemap_core.contact.cell_problem import (
     stops_of,
     trajectory_models,
 )
-from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, clear_tally, workspace
+from grazemap_core.contact.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, workspace
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.simulation.kernels.period_detection import record_half_period, stroboscopic_history
+from grazemap_core.simulation.kernels.recorded_run import run_recorded
 from tests.oracles.fifty_digits import digits
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -129,14 +130,14 @@ def first_impacts(oscillator: Oscillator, omega: float, start: float, clearances
     place, rate = np.split(reference_state(steady, problem.orders, omega, start), 2)
     begin = free_state(models.free, steady, problem.orders, omega, place, rate, start)
     work, phases = workspace(oscillator.size, events=64), np.full(len(clearances), np.nan)
+    history = stroboscopic_history(oscillator.size, 1)
     for k, clearance in enumerate(clearances):
         u = begin.copy()
         work.cursor[:] = 0
         work.tally[UNDECIDED] = 0.0
-        clear_tally(work.tally)
+        record_half_period(history, 0, u, work)
         stops = stops_of(oscillator, clearance, problem)
-        for half in range(2):
-            assert run_half(problem, held, stops, u, half, work) == OK
+        assert run_recorded(problem, held, stops, u, 0, 2, history, work) == (OK, 2)
         assert work.tally[UNDECIDED] == 0.0
         if work.cursor[ROWS] > 0:
             phases[k] = math.pi * work.events[0, HALF] + omega * work.events[0, TIME]

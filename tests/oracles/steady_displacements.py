@@ -17,6 +17,11 @@ def forced_response(oscillator: Oscillator, omega: ArrayLike) -> np.ndarray[Any,
     return harmonic_amplitudes(oscillator, checked_omega(omega), oscillator.forces[0]).amplitudes
 
 
+def contact_amplitude(oscillator: Oscillator, omega: float) -> float:
+    """That of mass 1 of a chain, damped or not."""
+    return float(abs(forced_response(oscillator, np.array([omega]))[0, 0]))
+
+
 def steady_response(oscillator: Oscillator, omega: ArrayLike) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """The same of an oscillator whose modes are all damped."""
     require_damped(oscillator)

@@ -13,7 +13,7 @@ import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 from numpy.typing import NDArray
 
-from tests.oracles.fifty_digits import digits
+from tests.oracles.fifty_digits import digits, first_order_of
 
 Floats = NDArray[np.float64]
 Forces = Callable[[arb], list[acb]]
@@ -47,12 +47,8 @@ class StructureOracle:
 
     def _generator(self) -> arb_mat:
         """Return A of ``(x, v)' = A (x, v)``."""
-        count = self.size
         mass, damping, stiffness = map(self._matrix, (self.mass, self.damping, self.stiffness))
-        below = [mass.solve(matrix) for matrix in (stiffness, damping)]
-        rows = [[arb(int(j == count + i)) for j in range(2 * count)] for i in range(count)]
-        rows += [[-part[i, j] for part in below for j in range(count)] for i in range(count)]
-        return arb_mat(rows)
+        return first_order_of(mass.solve(stiffness), mass.solve(damping))
 
     def effective_mass(self) -> float:
         with digits():

@@ -53,6 +53,11 @@ class System(NamedTuple):
         """Return clearances as maps take them."""
         return values if self.left is None else np.stack([values, np.full(len(values), self.left)], axis=1)
 
+    def settlers(self) -> tuple[Settler, Settler]:
+        """Return what names motions, and what runs them on."""
+        lasting = Settling(RUN_ON, 32, early=False, linearised=False)
+        return Settler(self.oscillator, Settling(PERIODS, 32, linearised=False)), Settler(self.oscillator, lasting)
+
 
 SYSTEMS = {
     "of the paper": System(DEFAULT, (0.26, 0.30), (1.3, 2.0)),
@@ -142,8 +147,7 @@ def _beside(column: Column, rng: np.random.Generator) -> tuple[int, Floats]:
 def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Counter[str], list[Point]]:
     """Count what the points of a system are; return verified ones to be run in 50 digits, about `exact` in number."""
     rng = np.random.default_rng(len(name))
-    settler = Settler(system.oscillator, Settling(PERIODS, 32, linearised=False))
-    lasting = Settler(system.oscillator, Settling(RUN_ON, 32, early=False, linearised=False))
+    settler, lasting = system.settlers()
     counts: Counter[str] = Counter()
     sample: list[Point] = []
     while counts["borders"] < borders and counts["columns"] < COLUMNS:
@@ -175,8 +179,7 @@ def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Coun
 def zoomed(name: str, system: System, zooms: int) -> Counter[str]:
     """Count what the points of small maps are, each about a border, and how many verified ones go elsewhere later."""
     rng = np.random.default_rng(100 + len(name))
-    settler = Settler(system.oscillator, Settling(PERIODS, 32, linearised=False))
-    lasting = Settler(system.oscillator, Settling(RUN_ON, 32, early=False, linearised=False))
+    settler, lasting = system.settlers()
     counts: Counter[str] = Counter()
     while counts["zooms"] < zooms:
         omega = float(rng.uniform(*system.omega))

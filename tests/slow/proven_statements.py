@@ -34,7 +34,6 @@ from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import CoreError
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.proofs.bifurcations import bifurcation
@@ -43,8 +42,8 @@ from grazemap_core.proofs.orbits import orbit_theorem
 from grazemap_core.proofs.prove import KINDS, Proof, prove
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.general_systems import random_system
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 30
 MOST_IMPACTS = 12
 SEVERAL = 3

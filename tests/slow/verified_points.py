@@ -23,9 +23,9 @@ from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.general_oracle import GeneralOracle
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_oscillator
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 50
 SETTLED = 1e-5  # relative distance of impacts from those of the motion up to which a run has settled
 REPEATS = 1e-4  # up to which they are the same

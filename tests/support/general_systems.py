@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
 
 
@@ -69,6 +71,14 @@ def random_system(seed: int) -> System | None:
     if np.any(run.impacts.kind != "impact"):
         return None
     return System(oscillator, omega, clearance, impacts_of(run))
+
+
+@functools.cache
+def with_orbit(seed: int) -> tuple[System, PeriodicOrbit]:
+    """Return a system of `random_system` that settles to a periodic motion, and the orbit of this motion."""
+    system = random_system(seed)
+    assert system is not None
+    return system, periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
 
 
 def mismatch(ours: np.ndarray, theirs: Any) -> float:

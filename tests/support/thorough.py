@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import pytest
@@ -13,9 +13,18 @@ KERNELS_FIRST = pytest.mark.thorough
 
 def every_fourth(values: Iterable[Any]) -> list[Any]:
     """Every fourth value, from the first one, is tested by `make test`."""
+    return _some(values, lambda place: place % 4 == 0)
+
+
+def the_first(count: int, values: Iterable[Any]) -> list[Any]:
+    """The first few values are tested by `make test`."""
+    return _some(values, lambda place: place < count)
+
+
+def _some(values: Iterable[Any], quick: Callable[[int], bool]) -> list[Any]:
     return [
         value
-        if k % 4 == 0
+        if quick(place)
         else pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.thorough)
-        for k, value in enumerate(values)
+        for place, value in enumerate(values)
     ]

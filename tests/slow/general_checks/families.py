@@ -13,7 +13,7 @@ from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
 from tests.oracles.fifty_digits import digits
-from tests.oracles.impact_orbit_oracle import solved
+from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points
 from tests.support.general_systems import mismatch, random_oscillator
 
@@ -59,16 +59,11 @@ def two_impact_orbits(seed: int) -> Orbits:
                 continue
             exact = solved(oscillator, omega, clearance, orbit.impacts)
             with digits():
-                late = [
-                    abs(float(t * exact.omega - p))
-                    for t, p in zip(exact.times, orbit.impacts.phases.tolist(), strict=True)
-                ]
-                speeds = zip(exact.velocities, orbit.impacts.velocities.tolist(), strict=True)
-                faster = [abs(float(v - w)) for v, w in speeds]
                 theirs = exact.multipliers()
+            late, faster = differences(exact, orbit.impacts)
             largest = max(abs(value) for value in theirs)
             away = mismatch(orbit.multipliers, theirs) / max(1.0, largest)
-            error = max(*late, max(faster) / float(np.max(np.abs(orbit.impacts.velocities))), away)
+            error = max(late, faster / float(np.max(np.abs(orbit.impacts.velocities))), away)
             compared, wrong, worst = compared + 1, wrong + (error > ACCURACY), max(worst, error)
             if error > ACCURACY:
                 print(

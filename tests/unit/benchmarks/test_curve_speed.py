@@ -9,9 +9,7 @@ import numpy as np
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.one_stop import grazing_curve
-from grazemap_core.model.oscillator import Oscillator
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 def least_seconds(*works: Callable[[], object], rounds: int = 5) -> list[float]:

@@ -15,10 +15,9 @@ from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adapt
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import INFERRED_SAMPLE
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PERIODIC, UNRESOLVED = KINDS.index("periodic"), KINDS.index("unresolved")
 # two wide regions, crooked borders between them, and mirror images that alternate
 OMEGA, CLEARANCE = np.linspace(0.272, 0.29, 41), np.linspace(1.84, 1.99, 60)

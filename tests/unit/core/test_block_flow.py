@@ -61,11 +61,7 @@ def test_a_strongly_overdamped_block_keeps_its_small_entries():
             assert ours[i, j] == pytest.approx(float(exact[i][j]), rel=1e-15)
 
 
-@given(
-    ratio=st.floats(0.0, 5.0),
-    first=st.floats(0.0, 20.0),
-    second=st.floats(0.0, 20.0),
-)
+@given(ratio=st.floats(0.0, 5.0), first=st.floats(0.0, 20.0), second=st.floats(0.0, 20.0))
 def test_the_flow_is_a_semigroup_and_never_gains_energy(ratio, first, second):
     def flow(time):
         return np.reshape(block_flow(ratio, (1 - ratio) * (1 + ratio), 1.0, time), (2, 2))

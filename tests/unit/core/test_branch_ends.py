@@ -7,8 +7,6 @@ import functools
 import numpy as np
 import pytest
 from flint import arb
-from test_branch_switching import orbit_of, parent, special
-from test_periodic_orbits import DEFAULT
 
 from grazemap_core.continuation.branch_switching import as_on_curve, starts_beyond
 from grazemap_core.continuation.branches import OrbitPoint, orbit_branch
@@ -17,10 +15,11 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.search import sequence_of_stops
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
-from tests.support.general_systems import random_system
+from tests.support.general_systems import with_orbit
+from tests.support.orbits import orbit_with
+from tests.support.thorough import every_fourth
 
 MASS = np.array([[0.84, 0.1323, 0.1237], [0.1323, 3.1989, 0.4166], [0.1237, 0.4166, 2.073]])
 DAMPING = np.array([[0.3485, 0.3693, 0.059], [-0.3271, 0.0281, 0.382], [-0.2735, -0.4549, 0.1959]])
@@ -41,9 +40,7 @@ ONCE = (1, -1, -1, 1)
 
 
 def orbit_at(omega, period):
-    guess = sequence_of_stops(SYSTEM, omega, CLEARANCE, period, ONCE * period)
-    assert guess is not None
-    return periodic_orbit(SYSTEM, omega, CLEARANCE, guess)
+    return orbit_with(SYSTEM, omega, CLEARANCE, period, ONCE * period)
 
 
 @functools.cache
@@ -53,7 +50,7 @@ def doublings():
     return sorted(point.omega for point in branch.special_points if point.type == "PD")
 
 
-@pytest.mark.parametrize("omega", [0.87, 0.8872727, 0.89, 0.9])
+@pytest.mark.parametrize("omega", every_fourth([0.8872727, 0.87, 0.89, 0.9]))
 def test_a_doubled_branch_ends_at_the_doublings_of_its_parent_wherever_it_begins(omega):
     branch = orbit_branch(SYSTEM, orbit_at(omega, 2), 0.7, 1.2, "omega")
     ends = sorted(branch.special_points, key=lambda point: point.omega)
@@ -64,23 +61,10 @@ def test_a_doubled_branch_ends_at_the_doublings_of_its_parent_wherever_it_begins
         assert np.min(np.abs(point.multipliers - 1.0)) < 1e-7
 
 
-@pytest.mark.parametrize("kind", ["PD", "SB"])
-def test_a_branch_from_a_special_point_ends_at_that_point_to_round_off(kind):
-    point = special(parent(kind), kind)
-    (beyond,) = starts_beyond(DEFAULT, point)
-    branch = orbit_branch(DEFAULT, orbit_of(beyond), 0.995 * point.clearance, 1.005 * point.clearance)
-    ends = [one for one in branch.special_points if one.type == kind and abs(one.clearance - point.clearance) < 1e-6]
-    assert [one.status for one in ends] == ["converged"]
-    assert ends[0].clearance == pytest.approx(point.clearance, rel=1e-13)
-    count = len(point.impacts.stops)
-    np.testing.assert_allclose(ends[0].impacts.velocities[:count], point.impacts.velocities, rtol=1e-9)
-
-
 @functools.cache
 def meeting_of_impacts():
     """A branch whose second and third impact, both on the left stop, come together; its oscillator."""
-    system = random_system(35)
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(35)
     return system, orbit_branch(system.oscillator, orbit, 0.745, 0.87, "omega")
 
 

@@ -3,56 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 
 import numpy as np
 import pytest
-from test_one_impact_orbits import mismatch
-from test_orbit_branches import start
-from test_periodic_orbits import DEFAULT, default_orbit
 
 from grazemap_core.continuation.branch_switching import merged, starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.tolerances import SWITCH_STEPS
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
-from tests.oracles.impact_orbit_oracle import solved
-
-FAMILIES = {"PD": (0.285, False), "SB": (0.27, True), "one-sided": (0.27, False)}
-
-
-@functools.cache
-def parent(kind):
-    """A branch of motions with one impact, by the closed form's own start, and its special points."""
-    omega, symmetric = FAMILIES[kind]
-    known = one_impact_branch(DEFAULT, omega, 1, symmetric)
-    return orbit_branch(DEFAULT, start(known, 1.3), 0.8 * known.amplitude, 1.05 * known.amplitude)
-
-
-def special(branch, kind, admissible=True, impact=None):
-    (point,) = [p for p in branch.special_points if (p.type, p.admissible, p.impact) == (kind, admissible, impact)]
-    return point
-
-
-def orbit_of(start):
-    """The orbit of a start beyond a special point."""
-    chain = dataclasses.replace(DEFAULT, restitution=start.restitution)
-    return periodic_orbit(chain, start.omega, start.clearance, start.impacts)
+from tests.oracles.impact_orbit_oracle import differences, solved
+from tests.support.orbits import from_impact, mismatch, orbit_of, parent, special, tangent_flow, two_impacts
+from tests.support.oscillators import DEFAULT
 
 
 def against_digits(orbit):
     """The largest difference from 50-digit shooting, phases and speeds, and that of the multipliers."""
     exact = solved(DEFAULT, orbit.omega, orbit.clearance, orbit.impacts)
     with digits():
-        phases = [float(t * exact.omega - float(p)) for t, p in zip(exact.times, orbit.impacts.phases, strict=True)]
-        speeds = [float(v - float(w)) for v, w in zip(exact.velocities, orbit.impacts.velocities, strict=True)]
         theirs = exact.multipliers()
     ours = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
-    return max(np.max(np.abs(phases)), np.max(np.abs(speeds))), mismatch(ours, theirs)
+    return max(differences(exact, orbit.impacts)), mismatch(ours, theirs)
 
 
 @pytest.mark.parametrize(("kind", "label"), [("PD", "2-2r-(-1)l"), ("SB", "1-1r-1l")])
@@ -66,10 +40,7 @@ def test_the_orbit_on_the_new_branch_differs_from_its_parent(kind, label):
     error, apart = against_digits(orbit)
     assert error <= orbit.radius
     assert apart < 1e-9
-    state = orbit.start
-    tangent = monodromy(
-        DEFAULT, orbit.omega, orbit.clearance, state.displacement, state.velocity, period=orbit.least_period
-    )
+    tangent = tangent_flow(DEFAULT, orbit)
     assert tangent.closing < 1e-12
     assert mismatch(orbit.multipliers, tangent.multipliers) < 1e-9
 
@@ -81,16 +52,8 @@ def test_the_simulation_settles_to_the_orbit_on_the_new_branch(kind):
     clearance = point.clearance + math.copysign(3e-4, beyond.clearance - point.clearance)
     orbit = periodic_orbit(DEFAULT, point.omega, clearance, beyond.impacts)
     assert orbit.stable
-    state = orbit.start
-    run = trajectory(
-        DEFAULT,
-        point.omega,
-        clearance,
-        state.displacement * (1.0 - 1e-4),
-        state.velocity,
-        periods=64,
-        transient_periods=1500,
-    )
+    beside = orbit.start.displacement * (1.0 - 1e-4), orbit.start.velocity
+    run = trajectory(DEFAULT, point.omega, clearance, *beside, periods=64, transient_periods=1500)
     assert (run.motion.kind, run.motion.period, run.motion.symmetric) == ("periodic", 2 if kind == "PD" else 1, False)
     speeds = np.sort(np.abs(run.impacts.velocity))
     halves = len(speeds) // 2
@@ -123,28 +86,28 @@ def test_a_new_branch_leads_back_to_its_parent(kind):
     low, high = 0.995 * point.clearance, 1.005 * point.clearance
     (beyond,) = starts_beyond(DEFAULT, point)
     branch = orbit_branch(DEFAULT, orbit_of(beyond), low, high)
-    (end,) = [p for p in branch.special_points if p.type == kind and merged(p.impacts) is not None]
-    assert end.clearance == pytest.approx(point.clearance, abs=1e-10)
+    (end,) = [p for p in branch.special_points if p.type == kind and abs(p.clearance - point.clearance) < 1e-6]
+    assert end.status == "converged"
+    assert end.clearance == pytest.approx(point.clearance, rel=1e-13)
+    assert merged(end.impacts) is not None
     (back,) = starts_beyond(DEFAULT, end)
     np.testing.assert_allclose(back.impacts.velocities, point.impacts.velocities, rtol=1e-8)
     assert (back.impacts.period, back.impacts.symmetric) == (point.impacts.period, point.impacts.symmetric)
     if kind == "SB":  # through the point to the mirror image of the first half
         here = branch.velocities[:, 0] + branch.velocities[:, 1]
         assert np.min(here) < -1e-3 < 1e-3 < np.max(here)
+        # an impact of the asymmetric motion vanishes where the one-impact motion meets the other stop
+        other = one_impact_branch(DEFAULT, point.omega).special_points[-1]
+        assert (other.type, other.stop) == ("GR", -1)
+        wide = orbit_branch(DEFAULT, orbit_of(beyond), low, 1.02 * point.clearance)
+        grazes = [p.clearance for p in wide.special_points if p.impact is not None]
+        assert grazes == pytest.approx([other.clearance] * 2, abs=1e-10)  # one for either of the pair
 
 
 def followed(point, beyond):
     """Whether the simulation from a proposed orbit has its impacts, and no others, over three periods."""
     orbit = orbit_of(beyond)
-    run = trajectory(
-        DEFAULT,
-        orbit.omega,
-        orbit.clearance,
-        orbit.displacement,
-        orbit.velocity,
-        orbit.phase,
-        periods=orbit.least_period,
-    )
+    run = from_impact(DEFAULT, orbit, periods=orbit.least_period)
     whole = orbit.impacts.whole
     turn = 2.0 * math.pi * orbit.least_period
     times = run.impacts.time * orbit.omega
@@ -159,7 +122,7 @@ def followed(point, beyond):
     [
         (lambda: parent("PD"), 1.88117, ["1-1r-1l"]),  # the other stop is touched
         (lambda: parent("SB"), 1.62527, ["1-2r-2l", "1-2r-1l"]),  # both are
-        (lambda: orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8), 1.62527, ["1-1r-1l", "1-1r-2l"]),
+        (two_impacts, 1.62527, ["1-1r-1l", "1-1r-2l"]),
         (lambda: parent("SB"), 1.85499, ["1-(-1)r-1l"]),  # both impacts vanish
         (lambda: parent("one-sided"), 1.85499, ["1-1r-1l"]),
         (lambda: parent("one-sided"), 1.84424, ["1-1r-1l"]),
@@ -205,7 +168,7 @@ def test_a_graze_solves_the_equations_of_the_orbit_beyond_it():
 
 
 def test_no_orbits_are_proposed_where_no_other_branch_passes():
-    branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8)
+    branch = two_impacts()
     for kind in ("SN", "NS"):
         assert starts_beyond(DEFAULT, next(p for p in branch.special_points if p.type == kind)) == ()
     doubled = orbit_branch(DEFAULT, orbit_of(starts_beyond(DEFAULT, special(parent("PD"), "PD"))[0]), 1.9, 1.95)

@@ -24,6 +24,7 @@ from grazemap_core.orbits.kernels.verification import verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.lines import line
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
 Floats = NDArray[np.float64]
@@ -49,7 +50,6 @@ SLOW = [
     ((0.279678436255464, 1.323553673257857), [1, 5, 7]),
 ]
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = {
     "default": (DEFAULT, (0.26, 0.30), (1.3, 2.0)),
     "low restitution": (

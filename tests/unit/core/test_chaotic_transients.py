@@ -28,9 +28,9 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, Motion
 from grazemap_core.simulation.start import State
 from tests.support.lines import line
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
 CHAOTIC, PERIODIC = KINDS.index("chaotic"), KINDS.index("periodic")
 

@@ -19,7 +19,7 @@ from grazemap_core.model.kernels.response_sums import IMPULSE
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import steady_amplitude, zeros_of
-from tests.support.random_chains import chain_of
+from tests.oracles.impact_orbit_oracle import chain_of
 
 MASSES, STIFFNESSES, FORCING = [1.0, 10.0, 10.0], [1.0, 5.0, 5.0], [1.0, 0.0, 0.0]
 DEFAULT = Oscillator.create(MASSES, STIFFNESSES, 0.05, FORCING, 0.8)
@@ -209,14 +209,7 @@ def test_a_point_at_an_end_of_the_interval_is_in_once(default_points):
 def test_two_merging_zeros_are_reported_as_near_double_and_not_lost():
     def zeros(stiffness):
         response = impulse_response(modal_model(Oscillator.create([1.0, 2.0], [1.0, stiffness], 0.01, [1.0, 0.0], 0.8)))
-        places, kinds, status = isolate(
-            IMPULSE,
-            response.blocks,
-            response.conditioning,
-            response.slowest,
-            0.5,
-            60.0,
-        )
+        places, kinds, status = isolate(IMPULSE, response.blocks, response.conditioning, response.slowest, 0.5, 60.0)
         assert status == COMPLETE
         return places, kinds
 

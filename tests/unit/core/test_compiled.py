@@ -164,26 +164,35 @@ def test_a_kernel_that_is_called_by_its_address_is_compiled_when_its_caller_runs
 
 ASSEMBLY = """
 import sys
-from grazemap_core.grazing.kernels.root_isolation import isolate
-from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.impulse_response import evaluate, impulse_response
+from grazemap_core.model.kernels.response_sums import response_sum
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.jit.quick_compiler import hurry
 if sys.argv[1] == "quick":
     hurry()
 response = impulse_response(modal_model(Oscillator.create([1.0, 10.0], [1.0, 5.0], 0.05, [1.0, 0.0], 0.8)))
-isolate(0, response.blocks, response.conditioning, response.slowest, 1.0, 2.0)
-(text,) = isolate.inspect_asm().values()
+evaluate(response, [1.0])
+(text,) = response_sum.inspect_asm().values()
 print(text)
 """
 
 
 def test_a_process_in_a_hurry_compiles_the_same_machine_code(tmp_path: Path) -> None:
     def assembly(how: str) -> str:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / how)}
         command = [sys.executable, "-c", ASSEMBLY, how]
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
     quick = assembly("quick")
     assert quick.count("\n") > 1000
     assert quick == assembly("unhurried")
+
+
+@pytest.mark.parametrize(("features", "lanes"), [("+avx512f", "8"), ("", "4")])
+def test_blocks_of_lanes_are_of_the_processor_that_code_is_generated_for(features: str, lanes: str) -> None:
+    """Whatever this one is: kernels for x86-64-v3 that are compiled on a processor with AVX-512 are those of others."""
+    code = "from grazemap_core.maps.kernels.lanes import VECTOR; print(VECTOR)"
+    environment = os.environ | {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": features}
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120)
+    assert said.stdout.decode().strip() == lanes

@@ -7,7 +7,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb
-from test_sticking import STICKING, random_case
 
 from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.model.oscillator import Oscillator
@@ -17,9 +16,10 @@ from grazemap_core.tolerances import EPSILON
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import random_point
+from tests.support.oscillators import DEFAULT
+from tests.support.random_chains import STICKING, sticking_case
 from tests.support.thorough import every_fourth
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PERIODS = 4
 CHANGE = 1e-12
 """Relative change of a state from which amplifications are read: far above round-off, too small to bend them."""
@@ -108,7 +108,7 @@ def test_random_chains_continue_from_where_they_ended(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", every_fourth(seed for seed in STICKING if seed not in (17, 38)))
 def test_motions_with_chatter_and_rest_continue_from_where_they_ended(seed: int) -> None:
-    oscillator, omega, clearance = random_case(seed)
+    oscillator, omega, clearance = sticking_case(seed)
     run = runs(oscillator, omega, clearance)
     moved, bound, _ = shift(run, omega, clearance)
     assert np.all(moved <= bound)
@@ -166,7 +166,7 @@ def test_an_impact_at_the_very_end_is_neither_lost_nor_doubled(restitution: floa
 
 @pytest.mark.parametrize("seed", [1, 5, 9, 12, 22])
 def test_the_end_is_that_of_50_digits(seed: int) -> None:
-    oscillator, omega, clearance = random_case(seed)
+    oscillator, omega, clearance = sticking_case(seed)
     size = oscillator.size
     for phase in (0.0, 2.7):
         run = runs(oscillator, omega, clearance, phase)
@@ -239,6 +239,7 @@ def test_a_trajectory_that_ended_before_its_record_has_no_end_in_it() -> None:
     x = np.array([0.1, 0.0])
     result = trajectory(oscillator, math.sqrt(2.0), 0.1, x, np.zeros(2), phase=math.pi / 2, periods=2)
     assert result.motion.kind == "unresolved"
+    assert "resonance" in (result.motion.reason or "")
     assert result.final is None
     assert len(result.time) == 0
     with pytest.raises(ValueError, match="times"):

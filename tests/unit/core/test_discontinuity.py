@@ -22,10 +22,10 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import digits
 from tests.oracles.graze_oracle import PRECISION, GrazeOracle
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_grazing_points
 from tests.support.random_systems import general_grazing_points
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OVERSHOOTS = 10.0 ** np.arange(-10.0, -3.5)
 
 

@@ -15,7 +15,7 @@ from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits import explicit_orbits, one_impact_branches
-from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, StopFamily
+from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, SpecialOrbit, StopFamily, StopMotions
 from grazemap_core.orbits.explicit_orbits import Harmonics, apart_on_circle, within_turn
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -25,8 +25,7 @@ from grazemap_core.orbits.window_curves import BOTH, CurvePiece, window_curves
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import OneImpact
 from tests.support.general_systems import random_oscillator
-
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.oscillators import DEFAULT
 
 
 @functools.cache
@@ -50,7 +49,7 @@ def test_curves_of_one_stop_of_a_dense_structure_are_orbits_with_a_multiplier_of
         middle = len(piece.omega) // 2
         with digits():
             known = OneImpact(dense(), arb(float(piece.omega[middle])), 2 * piece.period, stop=stop)
-            phase = known.special(1 if piece.type == "SN" else -1, phase_of(piece, middle, stop))
+            phase = known.special(1 if piece.type == "SN" else -1, nearest(dense(), piece, middle, stop)[1].phase)
             assert abs(known.gap(phase) - float(piece.value[middle])) < 1e-11
             assert abs(known.speed(phase) - float(piece.impact_velocity[middle])) < 1e-11
         compared[piece.type] += 1
@@ -58,13 +57,14 @@ def test_curves_of_one_stop_of_a_dense_structure_are_orbits_with_a_multiplier_of
     assert sum(compared.values()) >= 4
 
 
-def phase_of(piece: CurvePiece, place: int, stop: int) -> float:
-    """The phase of the impact, from all orbits with this gap."""
-    family = OrbitFamily.of(dense(), piece.period, False)
+def nearest(
+    oscillator: Oscillator, piece: CurvePiece, place: int, stop: int, other: SecondStop = ABSENT
+) -> tuple[StopMotions, SpecialOrbit]:
+    """Of all orbits at the frequency of a point of a piece, the special one with this speed."""
+    family = OrbitFamily.of(oscillator, piece.period, piece.symmetric)
     omega = float(piece.omega[place])
-    here = StopFamily(family, stop, ABSENT).at(omega, family.steady(omega))
-    special = here.special(piece.type)
-    return min(special, key=lambda one: abs(one.speed - piece.impact_velocity[place])).phase
+    here = StopFamily(family, stop, other).at(omega, family.steady(omega))
+    return here, min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[place]))
 
 
 def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
@@ -76,12 +76,9 @@ def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
         if piece.type not in ("SN", "PD") or piece.impacts_right != 1 or piece.period > 1:
             continue
         middle = len(piece.omega) // 2
-        family = OrbitFamily.of(dense(), 1, False)
-        omega = float(piece.omega[middle])
-        here = StopFamily(family, 1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[middle]))
+        here, special = nearest(dense(), piece, middle, 1)
         with digits():
-            reach = OneImpact(dense(), arb(omega), 2).reach(arb(special.phase))
+            reach = OneImpact(dense(), arb(float(piece.omega[middle])), 2).reach(arb(special.phase))
         assert here.reach(np.array([special.phase]))[0] - place == pytest.approx(reach, abs=1e-3)
         if abs(reach - other) > 2e-3:
             assert piece.admissible == (special.admissible and reach < other)
@@ -100,9 +97,7 @@ def test_lines_of_a_fixed_stop_are_its_curves_at_its_clearance() -> None:
             continue
         omega = float(piece.omega[0])
         assert np.all(piece.omega == omega)
-        family = OrbitFamily.of(dense(), piece.period, False)
-        here = StopFamily(family, -1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[0]))
+        here, special = nearest(dense(), piece, 0, -1)
         assert special.gap - place == pytest.approx(other, rel=1e-12)
         for share, clear in ((1.001, True), (0.999, False)):
             near = piece.value[0] * share
@@ -116,11 +111,11 @@ def test_lines_of_a_fixed_stop_are_its_curves_at_its_clearance() -> None:
 @pytest.mark.parametrize("alone", [True, False])
 def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: int, stop: int, alone: bool) -> None:
     """With one stop, and with two of equal gaps; the first contact too."""
-    family = OrbitFamily.of(CHAIN, multiple, False)
+    family = OrbitFamily.of(DEFAULT, multiple, False)
     of = StopFamily(family, stop, ABSENT if alone else SecondStop(0.0, 1.0))
     for omega in (0.262, 0.281, 0.2875, 0.3):
         here = of.at(omega, family.steady(omega))
-        for point in one_impact_branch(CHAIN, omega, multiple, stop=stop, alone=alone).special_points[1:]:
+        for point in one_impact_branch(DEFAULT, omega, multiple, stop=stop, alone=alone).special_points[1:]:
             near = [one for one in here.special(point.type) if abs(one.speed - point.impact_velocity) < 1e-10]
             assert [one.gap for one in near] == [pytest.approx(point.clearance, abs=1e-10)]
             assert near[0].admissible == point.admissible
@@ -130,19 +125,17 @@ def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: i
 
 def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_half_multipliers_of_1_or_minus_1() -> None:
     drive = [force(1, np.array([1.0, 0.0, 0.0])), force(3, np.array([0.2, 0.0, 0.0]))]
-    oscillator = Oscillator.of_structure(CHAIN.structure, CHAIN.contact, drive, 0.8)
+    oscillator = Oscillator.of_structure(DEFAULT.structure, DEFAULT.contact, drive, 0.8)
     found = window_curves(oscillator, (0.26, 0.3), (1.3, 2.05), 1, 40)
     kinds = {(piece.type, piece.symmetric) for piece in found}
     assert {("SN", True), ("SB", True), ("GR", True), ("SN", False), ("PD", False)} <= kinds
-    family = OrbitFamily.of(oscillator, 1, True)
     for piece in found:
         if not piece.symmetric:
             continue
         middle = len(piece.omega) // 2
-        omega = float(piece.omega[middle])
-        here = StopFamily(family, 1, SecondStop(0.0, 1.0)).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[middle]))
-        orbit = periodic_orbit(oscillator, omega, float(piece.value[middle]), here.orbits.impacts(special.phase))
+        omega, clearance = float(piece.omega[middle]), float(piece.value[middle])
+        here, special = nearest(oscillator, piece, middle, 1, SecondStop(0.0, 1.0))
+        orbit = periodic_orbit(oscillator, omega, clearance, here.orbits.impacts(special.phase))
         if piece.type == "GR":
             assert abs(orbit.excess) < 1e-10
             continue
@@ -153,8 +146,8 @@ def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_hal
 
 
 def test_grazing_curves_of_unlike_stops_are_pieces_and_virtual_ones_are_not_admissible() -> None:
-    biased = dataclasses.replace(CHAIN, bias=np.array([0.04, 0.0, 0.0]))
-    assert not [p for p in window_curves(CHAIN, (0.26, 0.3), (1.3, 2.05), 1, 20) if p.impacts_right == -1]
+    biased = dataclasses.replace(DEFAULT, bias=np.array([0.04, 0.0, 0.0]))
+    assert not [p for p in window_curves(DEFAULT, (0.26, 0.3), (1.3, 2.05), 1, 20) if p.impacts_right == -1]
     both = [p for p in window_curves(biased, (0.26, 0.3), (1.3, 2.05), 1, 20) if p.impacts_right == p.impacts_left]
     assert [(p.stop, p.admissible) for p in both] == [(1, True), (-1, False)]
     for piece in both:
@@ -162,13 +155,13 @@ def test_grazing_curves_of_unlike_stops_are_pieces_and_virtual_ones_are_not_admi
         np.testing.assert_array_equal(grazes.clearance, piece.value)
     fixed = [
         p
-        for p in window_curves(CHAIN, (0.26, 0.3), (1.3, 2.05), 1, 20, VariedStop(1, 1.9))
+        for p in window_curves(DEFAULT, (0.26, 0.3), (1.3, 2.05), 1, 20, VariedStop(1, 1.9))
         if not p.impact_velocity.any()
     ]
     lines = [p for p in fixed if p.stop == -1]
     assert [p.admissible for p in lines] == [False, True]
     omega = float(lines[0].omega[0])
-    amplitude = stop_grazes(CHAIN, [omega], VariedStop(-1)).clearance[0]
+    amplitude = stop_grazes(DEFAULT, [omega], VariedStop(-1)).clearance[0]
     assert amplitude == pytest.approx(1.9, rel=1e-13)
     assert lines[1].value[0] == pytest.approx(1.9, rel=1e-13)
     assert {p.admissible for p in fixed if p.stop == 1} == {True, False}
@@ -176,25 +169,23 @@ def test_grazing_curves_of_unlike_stops_are_pieces_and_virtual_ones_are_not_admi
 
 def test_a_preloaded_stop_has_curves_of_impacting_motions() -> None:
     """The equilibrium is beyond the right stop at the lower clearances: no graze there, and negative gaps."""
-    pushed = dataclasses.replace(CHAIN, bias=np.array([3.0, 0.0, 0.0]))
+    pushed = dataclasses.replace(DEFAULT, bias=np.array([3.0, 0.0, 0.0]))
     place = contact_equilibrium(pushed)
     found = window_curves(pushed, (0.26, 0.3), (0.2, place + 2.2), 1, 40, VariedStop(1))
     below = [p for p in found if np.all(p.value < place)]
     assert {p.type for p in below} >= {"SN", "PD"}
     for piece in below:
         omega, clearance = float(piece.omega[0]), float(piece.value[0])
-        family = OrbitFamily.of(pushed, piece.period, False)
-        here = StopFamily(family, 1, ABSENT).at(omega, family.steady(omega))
-        special = min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[0]))
+        here, special = nearest(pushed, piece, 0, 1)
         orbit = periodic_orbit(pushed, omega, (clearance, None), here.orbits.impacts(special.phase))
         assert orbit.converged
         assert special.gap < 0.0
 
 
 def test_both_stops_of_unlike_restitutions_have_their_own_curves() -> None:
-    unlike = dataclasses.replace(CHAIN, restitution_left=0.6)
+    unlike = dataclasses.replace(DEFAULT, restitution_left=0.6)
     found = window_curves(unlike, (0.26, 0.3), (1.3, 2.05), 1, 30, BOTH)
-    for stop, alike in ((1, CHAIN), (-1, dataclasses.replace(CHAIN, restitution=0.6))):
+    for stop, alike in ((1, DEFAULT), (-1, dataclasses.replace(DEFAULT, restitution=0.6))):
         known = [p for p in window_curves(alike, (0.26, 0.3), (1.3, 2.05), 1, 30) if p.type == "SN" and not p.symmetric]
         ours = [p for p in found if p.type == "SN" and (p.impacts_right if stop > 0 else p.impacts_left) == 1]
         assert len(ours) == len(known) == 1
@@ -232,14 +223,14 @@ def test_a_function_that_is_not_a_number_is_not_taken_as_one_without_zero() -> N
 def test_special_points_are_decided_where_round_off_hides_the_slow_orbits(symmetric: bool, monkeypatch) -> None:
     """Orbits of vanishing speed say nothing of the others, which are decided one by one."""
     omega = np.linspace(0.262, 0.298, 7)
-    known = one_impact_curves(CHAIN, omega, 1, symmetric)
+    known = one_impact_curves(DEFAULT, omega, 1, symmetric)
     decided = one_impact_branches.contact_angle
 
     def hidden(motion, half_periods, stop, meets):
         return (1.0, 0.0, np.nan, UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
 
     monkeypatch.setattr(one_impact_branches, "contact_angle", hidden)
-    found = one_impact_curves(CHAIN, omega, 1, symmetric)
+    found = one_impact_curves(DEFAULT, omega, 1, symmetric)
     some = 0
     for name in ("saddle_node", "doubling", "contact"):
         ours, theirs = getattr(found, name), getattr(known, name)

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 import pytest
-from test_bifurcation_curves import in_window
 
 from grazemap_core.continuation.bifurcation_curves import bifurcation_curve
 from grazemap_core.continuation.branch_switching import starts_beyond
@@ -19,26 +18,18 @@ from grazemap_core.continuation.parameters import PARAMETERS, Parameter, Paramet
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_stop import VariedStop
-from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
-from grazemap_core.orbits.search import sequence_of_stops
 from grazemap_core.orbits.window_curves import window_curves
-from tests.support.general_systems import random_oscillator, random_system
-
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def coco(amplitude: float = 1.0) -> Oscillator:
-    one = np.ones((1, 1))
-    drive = [force(1, np.array([amplitude]), np.array([0.5 * math.pi]))]
-    return Oscillator.of_structure(Matrices.create(one, one, 0.1 * one), [1.0], drive, 0.8)
+from tests.support.general_systems import random_oscillator, with_orbit
+from tests.support.orbits import in_window, orbit_with
+from tests.support.oscillators import COCO, DEFAULT
+from tests.support.refused import refused
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -72,12 +63,10 @@ def test_derivatives_with_respect_to_every_parameter(seed: int) -> None:
     assert checked == len(PARAMETERS) - (seed != 1) - (seed % 2 == 0)
 
 
-@functools.cache
 def of_two() -> tuple[Oscillator, PeriodicOrbit]:
     """A stable orbit of several impacts between unequal stops, under two harmonics and a bias."""
-    one = random_system(15)
-    assert one is not None
-    return one.oscillator, periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
+    system, orbit = with_orbit(15)
+    return system.oscillator, orbit
 
 
 @pytest.mark.parametrize(
@@ -115,7 +104,7 @@ def of_one(oscillator: Oscillator, omega: float, multiple: int, stop: int, angle
 
 @pytest.mark.parametrize(("omega", "multiple", "stop"), [(0.8, 1, 1), (0.8, 1, -1), (1.2, 1, 1), (0.75, 2, 1)])
 def test_special_points_over_one_clearance_are_those_of_the_closed_form(omega: float, multiple: int, stop: int) -> None:
-    oscillator = dataclasses.replace(coco(), bias=np.array([0.1]))
+    oscillator = dataclasses.replace(COCO, bias=np.array([0.1]))
     known = one_impact_branch(oscillator, omega, multiple, stop=stop, alone=True)
     orbit = of_one(oscillator, omega, multiple, stop)
     place = stop * contact_equilibrium(oscillator)
@@ -133,12 +122,12 @@ def test_special_points_over_one_clearance_are_those_of_the_closed_form(omega: f
 
 def test_the_factor_of_the_forces_is_a_change_of_the_clearance() -> None:
     """With no bias, the orbit under the force F and the clearance c is F times that of the force 1 and c/F."""
-    orbit = of_one(coco(), 0.8, 1, 1)
+    orbit = of_one(COCO, 0.8, 1, 1)
     assert isinstance(orbit.clearance, tuple)
     gap = orbit.clearance[0]
     assert gap is not None
-    over_force = orbit_branch(coco(), orbit, 0.5, 2.0, "forcing")
-    over_gap = orbit_branch(coco(), orbit, gap / 2.0, gap / 0.5, "clearance_right")
+    over_force = orbit_branch(COCO, orbit, 0.5, 2.0, "forcing")
+    over_gap = orbit_branch(COCO, orbit, gap / 2.0, gap / 0.5, "clearance_right")
     for kind in ("SN", "PD", "GR"):
         one = sorted(p.values.forcing for p in over_force.special_points if p.type == kind)
         other = sorted(gap / p.values.clearance_right for p in over_gap.special_points if p.type == kind)
@@ -149,12 +138,10 @@ def test_the_factor_of_the_forces_is_a_change_of_the_clearance() -> None:
 @functools.cache
 def symmetric_branch() -> tuple[OrbitBranch, PeriodicOrbit]:
     """The symmetric orbits 1-1r-1l at 0.27 with their SB, and the orbit from which they were followed."""
-    known = one_impact_branch(CHAIN, 0.27, 1, symmetric=True)
+    known = one_impact_branch(DEFAULT, 0.27, 1, symmetric=True)
     clearance = known.clearance(1.3)
-    guess = sequence_of_stops(CHAIN, 0.27, clearance, 1, [1, -1])
-    assert guess is not None
-    orbit = periodic_orbit(CHAIN, 0.27, clearance, guess)
-    return orbit_branch(CHAIN, orbit, 0.8 * known.amplitude, 1.05 * known.amplitude), orbit
+    orbit = orbit_with(DEFAULT, 0.27, clearance, 1, [1, -1])
+    return orbit_branch(DEFAULT, orbit, 0.8 * known.amplitude, 1.05 * known.amplitude), orbit
 
 
 @functools.cache
@@ -162,12 +149,12 @@ def beyond_the_pitchfork() -> tuple[ImpactSequence, float, float]:
     """Impacts of an orbit on the branch that leaves the SB, its clearance, and that of the SB."""
     branch, _ = symmetric_branch()
     (point,) = [p for p in branch.special_points if p.type == "SB" and p.impacts.velocities[0] > 0.0]
-    (start,) = starts_beyond(CHAIN, point)
+    (start,) = starts_beyond(DEFAULT, point)
     assert not start.impacts.symmetric
     assert isinstance(point.clearance, float)
     assert isinstance(start.clearance, float)
-    orbit = periodic_orbit(CHAIN, 0.27, start.clearance, start.impacts)
-    branch = orbit_branch(CHAIN, orbit, 0.9 * point.clearance, 1.02 * point.clearance)
+    orbit = periodic_orbit(DEFAULT, 0.27, start.clearance, start.impacts)
+    branch = orbit_branch(DEFAULT, orbit, 0.9 * point.clearance, 1.02 * point.clearance)
     assert "SB" in {p.type for p in branch.special_points}
     physical = np.all(branch.velocities * branch.stops > 0.0, axis=1)
     place = int(np.argmin(np.where(physical, np.abs(branch.clearance - 1.002 * point.clearance), np.inf)))
@@ -178,8 +165,8 @@ def beyond_the_pitchfork() -> tuple[ImpactSequence, float, float]:
 def unfolded(offset: float) -> tuple[Oscillator, list[OrbitBranch]]:
     """The branches of the orbit and of its mirror image, with the equilibrium moved by `offset`."""
     impacts, clearance, place = beyond_the_pitchfork()
-    push = np.array([offset, 0.0, 0.0]) / np.linalg.inv(CHAIN.stiffness_matrix)[0, 0]
-    oscillator = dataclasses.replace(CHAIN, bias=push)
+    push = np.array([offset, 0.0, 0.0]) / np.linalg.inv(DEFAULT.stiffness_matrix)[0, 0]
+    oscillator = dataclasses.replace(DEFAULT, bias=push)
     mirror = ImpactSequence.create(1, -impacts.stops, impacts.phases + math.pi, -impacts.velocities)
     branches = []
     for guess in (impacts, mirror):
@@ -247,21 +234,21 @@ def test_the_unfolded_saddle_node_is_a_curve_over_one_clearance() -> None:
 
 def test_a_curve_of_one_stop_in_the_plane_of_frequency_and_clearance() -> None:
     """PD and SN of one stop alone, against the closed forms at the curve's frequencies."""
-    orbit = of_one(coco(), 0.8, 1, 1)
-    curves = motion_curves(coco(), orbit, (0.78, 0.82), (1.0, 3.0), max_points=30, plane=("omega", "clearance_right"))
+    orbit = of_one(COCO, 0.8, 1, 1)
+    curves = motion_curves(COCO, orbit, (0.78, 0.82), (1.0, 3.0), max_points=30, plane=("omega", "clearance_right"))
     assert {"PD", "GR"} <= {curve.type for curve in curves}
     (curve,) = [curve for curve in curves if curve.type == "PD"]
     for place in range(0, len(curve.horizontal), 5):
-        known = one_impact_branch(coco(), float(curve.horizontal[place]), 1, alone=True)
+        known = one_impact_branch(COCO, float(curve.horizontal[place]), 1, alone=True)
         (point,) = [p for p in known.special_points if p.type == "PD"]
         assert curve.vertical[place] == pytest.approx(point.clearance, rel=1e-10)
-    found = in_window(coco(), (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
+    found = in_window(COCO, (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
     assert found is not None
     assert found.clearance == (2.0, None)
 
 
 @pytest.mark.parametrize(
-    ("name", "bounds", "refused"),
+    ("name", "bounds", "wrong"),
     [
         ("clearance", (0.1, 9.0), "parameter"),
         ("clearance_left", (0.1, 9.0), "parameter"),
@@ -272,22 +259,21 @@ def test_a_curve_of_one_stop_in_the_plane_of_frequency_and_clearance() -> None:
         ("clearance_right", (9.0, 10.0), "start"),
     ],
 )
-def test_parameters_that_do_not_exist_are_refused(name: str, bounds: tuple[float, float], refused: str) -> None:
-    orbit = of_one(coco(), 0.8, 1, 1)
-    with pytest.raises(ParameterError) as error:
-        orbit_branch(coco(), orbit, *bounds, name)  # type: ignore[arg-type]
-    assert error.value.name == refused
+def test_parameters_that_do_not_exist_are_refused(name: str, bounds: tuple[float, float], wrong: str) -> None:
+    orbit = of_one(COCO, 0.8, 1, 1)
+    with refused(wrong):
+        orbit_branch(COCO, orbit, *bounds, name)  # type: ignore[arg-type]
 
 
 def test_beyond_a_graze_of_one_stop_there_is_no_motion_on_the_other() -> None:
-    orbit = of_one(coco(), 0.8, 1, 1)
-    branch = orbit_branch(coco(), orbit, 1.0, 3.0, "clearance_right")
+    orbit = of_one(COCO, 0.8, 1, 1)
+    branch = orbit_branch(COCO, orbit, 1.0, 3.0, "clearance_right")
     grazes = [p for p in branch.special_points if p.type == "GR" and p.impact is not None]
     assert grazes
     for point in grazes:
-        assert starts_beyond(coco(), point, "clearance_right") == ()
+        assert starts_beyond(COCO, point, "clearance_right") == ()
     for point in (p for p in branch.special_points if p.type == "PD" and p.status == "converged"):
-        (start,) = starts_beyond(coco(), point, "clearance_right")
+        (start,) = starts_beyond(COCO, point, "clearance_right")
         assert start.impacts.period == 2
         assert start.values.clearance_left == math.inf
 
@@ -295,19 +281,19 @@ def test_beyond_a_graze_of_one_stop_there_is_no_motion_on_the_other() -> None:
 def test_curves_of_one_stop_alone_in_a_window() -> None:
     """With a bias the window moves with the equilibrium; pieces are those of the stop that is there."""
     push = np.array([0.05, 0.0, 0.0])
-    biased = dataclasses.replace(CHAIN, bias=push)
+    biased = dataclasses.replace(DEFAULT, bias=push)
     place = contact_equilibrium(biased)
     for stop in (1, -1):
-        gaps = window_curves(CHAIN, (0.26, 0.3), (1.5, 2.0), 2, 40, VariedStop(stop))
+        gaps = window_curves(DEFAULT, (0.26, 0.3), (1.5, 2.0), 2, 40, VariedStop(stop))
         window = 1.5 + stop * place, 2.0 + stop * place
         moved = window_curves(biased, (0.26, 0.3), window, 2, 40, VariedStop(stop))
         assert {"SN", "PD", "GR"} == {piece.type for piece in gaps}
         assert {(p.impacts_right, p.impacts_left) for p in gaps} == {(1, -1) if stop > 0 else (-1, 1), (-1, -1)}
         for one, other in zip(gaps, moved, strict=True):
             np.testing.assert_allclose(other.value - stop * place, one.value, rtol=0.0, atol=1e-14)
-    found = window_curves(CHAIN, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
+    found = window_curves(DEFAULT, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
     (recorded,) = [p for p in found if p.type == "SN"]
-    known = one_impact_branch(CHAIN, 0.27, 1, alone=True)
+    known = one_impact_branch(DEFAULT, 0.27, 1, alone=True)
     (point,) = [p for p in known.special_points if p.type == "SN"]
     assert recorded.value[recorded.omega == 0.27] == pytest.approx(point.clearance, rel=1e-13)
 
@@ -316,17 +302,13 @@ def test_the_search_finds_orbits_of_any_stops_from_trajectories() -> None:
     """A sequence that is not explicit is that of a trajectory, between stops that are not alike."""
     oscillator, orbit = of_two()
     stops = orbit.impacts.stops.tolist()
-    guess = sequence_of_stops(oscillator, orbit.omega, orbit.clearance, orbit.impacts.period, stops)
-    assert guess is not None
-    found = periodic_orbit(oscillator, orbit.omega, orbit.clearance, guess)
+    found = orbit_with(oscillator, orbit.omega, orbit.clearance, orbit.impacts.period, stops)
     assert np.sort(found.impacts.velocities) == pytest.approx(np.sort(orbit.impacts.velocities), rel=1e-9)
 
 
 def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_steps() -> None:
     """A pair leaves the unit circle before the graze, where a multiplier is infinite, and comes back after it."""
-    system = random_system(55)
-    assert system is not None
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(55)
 
     def places(longest: float) -> list[tuple[str, float]]:
         branch = orbit_branch(system.oscillator, orbit, 0.74, 1.0, "forcing", longest_step=longest)
@@ -341,9 +323,7 @@ def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_ste
 
 def test_the_direction_of_a_curve_does_not_depend_on_the_signs_of_singular_vectors(monkeypatch) -> None:
     """Along this GR curve a velocity and a phase are constant, so that round-off decides these signs."""
-    system = random_system(92)
-    assert system is not None
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(92)
     branch = orbit_branch(system.oscillator, orbit, 0.87 * orbit.omega, 1.01 * orbit.omega, "omega")
     point = next(one for one in branch.special_points if one.impact is not None)
     (low, high), left = (0.99 * point.omega, 1.01 * point.omega), point.values.clearance_left

@@ -106,6 +106,7 @@ def test_branches_from_two_starts_have_the_same_special_points(monkeypatch: pyte
     assert not max(wrong.errors) < branches.ACCURACY
 
 
+@pytest.mark.thorough
 def test_a_complex_pair_is_found_beside_a_real_one_of_product_one() -> None:
     """On the branch of this system both pass the unit circle within a step, so the test function has one sign."""
     found = branches.compare(11, False)

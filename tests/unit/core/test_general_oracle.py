@@ -24,8 +24,8 @@ from tests.support.general_figures import (
     decimal_mass,
     number,
 )
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 T = [[2, 1, -1], [1, 3, 0], [-1, 1, 2]]  # an invertible matrix with exact numbers
 
 

@@ -94,7 +94,7 @@ def test_energy_and_momentum_balance(seed: int, restitution: tuple[float, float]
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_mirror_image_moves_as_the_mirror_image(seed: int) -> None:
+def test_mirror_images_and_twice_the_contact_row_and_gaps_change_no_time(seed: int) -> None:
     run = random_system(seed, (0.2, 0.7))
     mirrored = replace(
         run,
@@ -103,30 +103,18 @@ def test_the_mirror_image_moves_as_the_mirror_image(seed: int) -> None:
         restitution=run.restitution[::-1],
         gaps=run.gaps[::-1],
     )
-    for one in (run, mirrored):
+    doubled = replace(run, contact=[2 * h for h in run.contact], gaps=tuple(2 * gap for gap in run.gaps))
+    for one in (run, mirrored, doubled):
         one.run(60, 30.0)
     assert len(run.times) > 8
-    assert mirrored.stops == [-stop for stop in run.stops]
-    assert mirrored.held_on == [-stop for stop in run.held_on]
-    for name in ("times", "rests", "releases"):
-        assert_equal_to(getattr(mirrored, name), getattr(run, name), 1e-40)
-    with digits(60):
-        expected = [-speed for speed in run.speeds]
-    assert_equal_to(mirrored.speeds, expected, 1e-40)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_contact_row_and_gaps_that_are_doubled_change_no_time(seed: int) -> None:
-    run = random_system(seed, (0.2, 0.7))
-    doubled = replace(run, contact=[2 * h for h in run.contact], gaps=tuple(2 * gap for gap in run.gaps))
-    for one in (run, doubled):
-        one.run(60, 30.0)
-    assert doubled.stops == run.stops
-    for name in ("times", "rests", "releases"):
-        assert_equal_to(getattr(doubled, name), getattr(run, name), 1e-40)
-    with digits(60):
-        expected = [2 * speed for speed in run.speeds]
-    assert_equal_to(doubled.speeds, expected, 1e-40)
+    for image, side, speeds in ((mirrored, -1, -1), (doubled, 1, 2)):
+        assert image.stops == [side * stop for stop in run.stops]
+        assert image.held_on == [side * stop for stop in run.held_on]
+        for name in ("times", "rests", "releases"):
+            assert_equal_to(getattr(image, name), getattr(run, name), 1e-40)
+        with digits(60):
+            expected = [speeds * speed for speed in run.speeds]
+        assert_equal_to(image.speeds, expected, 1e-40)
 
 
 def free_mass(gap: Any, velocity: float, **other: Any) -> GeneralOracle:

@@ -12,10 +12,11 @@ from grazemap_core.model.chain import Chain as ModelChain
 from grazemap_core.model.kernels import tridiagonal
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from tests.oracles.fifty_digits import Chain, digits, impulse, steady_amplitude
+from tests.oracles.fifty_digits import digits, impulse, steady_amplitude
+from tests.oracles.impact_orbit_oracle import chain_of
 from tests.oracles.steady_displacements import forced_response, steady_response
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = 10_000
 
 
@@ -27,7 +28,7 @@ def relative_error(response, exact):
 
 
 def random_system(random):
-    """Return an oscillator, the oracle's chain and a frequency, at a resonance in a third of the cases."""
+    """Return an oscillator and a frequency, at a resonance in a third of the cases."""
     count = int(random.integers(1, 7))
     masses, stiffnesses = 10 ** random.uniform(-2, 2, (2, count))
     forcing = random.normal(size=count) * (random.random(count) < 0.7)
@@ -37,8 +38,7 @@ def random_system(random):
     damping = 10 ** random.uniform(-3, 2, count)
     omega = float(10 ** random.uniform(-2, 1.5))
     if per_link:
-        oscillator = Oscillator.create(masses, stiffnesses, damping, forcing, 0.8)
-        return oscillator, Chain(masses, stiffnesses, oscillator.link_damping, forcing), omega
+        return Oscillator.create(masses, stiffnesses, damping, forcing, 0.8), omega
     frequencies = np.sqrt(modal_model(Oscillator.create(masses, stiffnesses, 0.0, forcing, 0.8)).frequency_squared)
     gamma = float(damping[0] / frequencies[0])
     what = random.integers(6)
@@ -47,16 +47,16 @@ def random_system(random):
     elif what <= 2:
         gamma = float(1e-3 / frequencies[-1])
         omega = float(random.choice(frequencies))
-    oscillator = Oscillator.create(masses, stiffnesses, gamma, forcing, 0.8)
-    return oscillator, Chain.proportional(masses, stiffnesses, gamma, forcing), omega
+    return Oscillator.create(masses, stiffnesses, gamma, forcing, 0.8), omega
 
 
 def largest_error_of_random_systems(count):
     random = np.random.default_rng(7)
     worst = 0.0
     for _ in range(count):
-        oscillator, chain, omega = random_system(random)
-        worst = max(worst, relative_error(steady_response(oscillator, [omega])[0, 0], steady_amplitude(chain, omega)))
+        oscillator, omega = random_system(random)
+        exact = steady_amplitude(chain_of(oscillator), omega)
+        worst = max(worst, relative_error(steady_response(oscillator, [omega])[0, 0], exact))
     return worst
 
 
@@ -86,7 +86,7 @@ def test_plain_double_precision_fails_the_same_comparison(monkeypatch):
 @pytest.mark.parametrize("gamma", [1e-6, 1e-9, 1e-12])
 def test_a_sharp_resonance_is_right_to_the_last_digits(gamma):
     oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], gamma, [1.0, 0.0, 0.0], 0.8)
-    chain = Chain.proportional(oscillator.masses, oscillator.stiffnesses, gamma, oscillator.forcing)
+    chain = chain_of(oscillator)
     for omega in np.sqrt(modal_model(oscillator).frequency_squared):
         response = steady_response(oscillator, [omega])[0, 0]
         assert relative_error(response, steady_amplitude(chain, omega)) < 1e-15
@@ -95,9 +95,8 @@ def test_a_sharp_resonance_is_right_to_the_last_digits(gamma):
 def test_a_part_of_the_chain_that_resonates_by_itself_is_solved_correctly():
     # masses 2 and 3 held at mass 1 resonate at this frequency: the pivot of the last two rows nearly vanishes
     oscillator = Oscillator.create([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], 1e-13, [1.0, 0.0, 0.0], 0.8)
-    chain = Chain.proportional(oscillator.masses, oscillator.stiffnesses, 1e-13, oscillator.forcing)
-    omega = 1.0
-    assert relative_error(steady_response(oscillator, [omega])[0, 0], steady_amplitude(chain, omega)) < 1e-15
+    exact = steady_amplitude(chain_of(oscillator), 1.0)
+    assert relative_error(steady_response(oscillator, [1.0])[0, 0], exact) < 1e-15
 
 
 def test_the_phase_puts_the_contact_at_time_zero():
@@ -125,11 +124,7 @@ def test_the_phase_is_that_of_equation_16():
 @pytest.mark.parametrize("damping", [0.05, [0.05, 0.05, 0.05], [0.3, 0.0, 2.0]])
 def test_the_first_recurrence_follows_the_sign_rule_in_50_digits(damping):
     oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], damping, [1.0, 0.0, 0.0], 0.8)
-    chain = (
-        Chain.proportional(oscillator.masses, oscillator.stiffnesses, damping, oscillator.forcing)
-        if isinstance(damping, float)
-        else Chain(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing)
-    )
+    chain = chain_of(oscillator)
     omega = np.linspace(0.05, 2.5, 60)
     curve = grazing_curve(oscillator, omega, max_order=8)
     for w, order, stop in zip(omega, curve.first_recurrence, curve.recurrence_stop, strict=True):

@@ -26,8 +26,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.response_bounds import second_derivative_bound
 from tests.oracles.fifty_digits import digits
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+from tests.support.thorough import the_first
 
 
 def chain(*parts: tuple[int, float, float], restitution: float = 0.8, gamma: float = 0.05) -> Oscillator:
@@ -37,7 +36,7 @@ def chain(*parts: tuple[int, float, float], restitution: float = 0.8, gamma: flo
     return Oscillator.of_structure(plain.structure, plain.contact, drive, restitution)
 
 
-@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(8, 60))])
+@pytest.mark.parametrize("seed", the_first(8, range(60)))
 def test_maxima_phases_and_slopes_agree_with_fifty_digits(seed: int) -> None:
     oscillator, oracle = random_system(seed)
     omega = np.random.default_rng(seed).uniform(0.1, 2.5, 4)
@@ -123,7 +122,7 @@ def phase_jumps(oscillator: Oscillator, stop: int, start: float, end: float) -> 
     return np.stack([omega[jumps], omega[jumps + 1]], axis=1)
 
 
-@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(6, 40))])
+@pytest.mark.parametrize("seed", the_first(2, range(40)))
 def test_every_corner_is_found_where_it_is_in_fifty_digits(seed: int) -> None:
     oscillator, oracle = random_system(seed)
     for stop in (1, -1):
@@ -168,7 +167,7 @@ def test_two_corners_that_merge_are_near_double_and_not_lost() -> None:
     assert one.error < 1e-6
 
 
-@pytest.mark.parametrize("stop", [1, -1])
+@pytest.mark.parametrize("stop", the_first(1, [1, -1]))
 def test_every_double_graze_is_on_both_curves_in_fifty_digits(stop: int) -> None:
     for seed, orders in ((0, (1, 2)), (2, (2, 3))):
         oscillator, oracle = random_system(seed, orders)
@@ -253,10 +252,7 @@ def test_impacts_recur_at_either_maximum_of_a_corner(
     for corner, point in ((point.corner, point) for point in points if point.kind == "corner"):
         assert corner is not None
         phases = [corner.phase_before, corner.phase_after]
-        for graze, other, number in (
-            (*phases, corner.recurrence_before),
-            (*phases[::-1], corner.recurrence_after),
-        ):
+        for graze, other, number in ((*phases, corner.recurrence_before), (*phases[::-1], corner.recurrence_after)):
             away = (other - graze) % (2.0 * np.pi)
             contacts = [(2.0 * np.pi, 1), (away, 1)]
             if varied is None:
@@ -270,7 +266,7 @@ def test_impacts_recur_at_either_maximum_of_a_corner(
     assert seen >= numbers
 
 
-@pytest.mark.parametrize("seed", [*range(5), *(pytest.param(s, marks=pytest.mark.thorough) for s in range(5, 30))])
+@pytest.mark.parametrize("seed", the_first(3, range(30)))
 def test_curves_leave_resonant_points_as_exact_motions_do(seed: int) -> None:
     oscillator, oracle = random_system(seed)
     points = unfolded_points(oscillator)

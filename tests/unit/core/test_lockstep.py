@@ -22,7 +22,8 @@ from tests.oracles.impact_accuracy import (
     lockstep_amplification,
     plane_points,
 )
-from tests.oracles.steady_displacements import forced_response
+from tests.oracles.steady_displacements import contact_amplitude
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
 pytestmark = KERNELS_FIRST
@@ -31,14 +32,6 @@ Floats = NDArray[np.float64]
 
 FIRST = 20
 NUDGE = 1e-9
-
-
-def default() -> Oscillator:
-    return Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def amplitude(oscillator: Oscillator, omega: float) -> float:
-    return float(abs(forced_response(oscillator, np.array([omega]))[0, 0]))
 
 
 def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> list[Floats]:
@@ -90,11 +83,10 @@ def compare(oscillator: Oscillator, omega: float, clearances: Floats, periods: i
 
 def test_random_points_of_the_plane_equal_the_scalar_kernel() -> None:
     rng = np.random.default_rng(0)
-    oscillator = default()
     worst = []
     for omega in rng.uniform(0.2, 1.5, size=16):
-        clearances = rng.uniform(0.3, 1.2, size=125) * amplitude(oscillator, omega)
-        worst.append(compare(oscillator, omega, clearances, 60))
+        clearances = rng.uniform(0.3, 1.2, size=125) * contact_amplitude(DEFAULT, omega)
+        worst.append(compare(DEFAULT, omega, clearances, 60))
     assert max(worst) < 250.0  # clearances down to 0.3 A: round-off is relative to A, the nudge to the clearance
 
 
@@ -110,7 +102,7 @@ def test_random_chains_equal_the_scalar_kernel(masses: int) -> None:
             float(rng.choice([0.0, 0.3, 0.6, 0.8, 0.95])),
         )
         omega = rng.uniform(0.2, 2.0)
-        clearances = rng.uniform(0.3, 1.2, size=20) * amplitude(oscillator, omega)
+        clearances = rng.uniform(0.3, 1.2, size=20) * contact_amplitude(oscillator, omega)
         assert compare(oscillator, omega, clearances, 40) < 1000.0, case
 
 
@@ -121,33 +113,31 @@ def same(one: Ensemble, other: Ensemble) -> None:
 
 @pytest.mark.parametrize("omega", [0.22, 0.29, 0.5])
 def test_the_bytes_of_a_lane_do_not_depend_on_the_other_lanes(omega: float) -> None:
-    oscillator = default()
     rng = np.random.default_rng(1)
-    clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * amplitude(oscillator, omega)
-    whole = first_impacts(oscillator, omega, clearances, 30, 60)
+    clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * contact_amplitude(DEFAULT, omega)
+    whole = first_impacts(DEFAULT, omega, clearances, 30, 60)
     order = rng.permutation(len(clearances))
-    shuffled = first_impacts(oscillator, omega, clearances[order], 30, 60)
+    shuffled = first_impacts(DEFAULT, omega, clearances[order], 30, 60)
     same(Ensemble(*(value[order] for value in whole)), shuffled)
     few = order[:3]
-    same(Ensemble(*(value[few] for value in whole)), first_impacts(oscillator, omega, clearances[few], 30, 60))
+    same(Ensemble(*(value[few] for value in whole)), first_impacts(DEFAULT, omega, clearances[few], 30, 60))
 
 
 def test_a_map_counts_the_periods_that_it_computed() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
     codes, _ = PlaneSettler(
-        Plane.of(default(), np.array([0.28]), clearances), Settling(30, 8, early=False, linearised=False)
+        Plane.of(DEFAULT, np.array([0.28]), clearances), Settling(30, 8, early=False, linearised=False)
     ).grid()
     assert (codes[lane_state.HALVES_RUN] == 60).all()
-    ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
+    ensemble = first_impacts(DEFAULT, 0.28, clearances, 30, 0)
     np.testing.assert_array_equal(codes[lane_state.IMPACTS, :, 0, 0], ensemble.impacts)
 
 
 def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_roundings_of_the_inputs() -> None:
-    oscillator = default()
     points = 0
-    for omega, clearances in plane_points(oscillator, 20, 10):
-        amplification = lockstep_amplification(oscillator, omega, clearances)
-        for found in compare_lockstep(oscillator, omega, clearances, amplification):
+    for omega, clearances in plane_points(DEFAULT, 20, 10):
+        amplification = lockstep_amplification(DEFAULT, omega, clearances)
+        for found in compare_lockstep(DEFAULT, omega, clearances, amplification):
             assert found.complete
             assert found.worst < 1e-15, found.error / found.amplification
             points += 1
@@ -155,25 +145,23 @@ def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_round
 
 
 def test_the_rounding_estimate_of_these_points_agrees_with_48_digits() -> None:
-    oscillator = default()
-    omega, clearances = plane_points(oscillator, 1, 2)[0]
-    quick = lockstep_amplification(oscillator, omega, clearances)
-    for lane, found in enumerate(compare_lockstep(oscillator, omega, clearances)):
+    omega, clearances = plane_points(DEFAULT, 1, 2)[0]
+    quick = lockstep_amplification(DEFAULT, omega, clearances)
+    for lane, found in enumerate(compare_lockstep(DEFAULT, omega, clearances)):
         assert len(found.amplification) == FIRST
         np.testing.assert_allclose(quick[lane], found.amplification, rtol=1e-3)
 
 
 def test_the_comparison_sees_a_missing_an_additional_and_a_late_impact() -> None:
-    oscillator = default()
-    omega, clearances = plane_points(oscillator, 1, 1)[0]
-    right = first_impacts(oscillator, omega, clearances, LOCKSTEP_PERIODS, FIRST + 1)
+    omega, clearances = plane_points(DEFAULT, 1, 1)[0]
+    right = first_impacts(DEFAULT, omega, clearances, LOCKSTEP_PERIODS, FIRST + 1)
     few = np.flatnonzero(right.half[0] < 6)
     late = right.time.copy()
     late[0, 3] += 1e-12
 
     def planted(found: Ensemble, columns: object) -> list[Accuracy]:
         parts = {name: getattr(found, name)[:, columns] for name in ("half", "time", "stop", "velocity", "kind")}
-        return compare_lockstep(oscillator, omega, clearances, np.ones((1, FIRST)), found._replace(**parts))
+        return compare_lockstep(DEFAULT, omega, clearances, np.ones((1, FIRST)), found._replace(**parts))
 
     assert planted(right, slice(FIRST))[0].complete
     assert not planted(right, np.delete(np.arange(FIRST + 1), 5))[0].complete

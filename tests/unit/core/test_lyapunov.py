@@ -17,9 +17,9 @@ from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.tolerances import EXPONENT_STUDENT, EXPONENT_WINDOWS, SHORTEST_WINDOW
 from tests.oracles.chaos_oracle import ChaosOracle
 from tests.oracles.exponents import lyapunov_exponents
+from tests.support.oscillators import DEFAULT
 from tests.support.tori import TORI
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
 CHAOS = (0.9545, 6.2047)
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_periodic_orbits import DEFAULT
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
@@ -17,13 +16,14 @@ from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, MapBor
 from grazemap_core.maps.borders.motion_grid import Grid, Name
 from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.tolerances import BORDER_REACH
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
+from tests.support.borders import count, explained_steps, planted
+from tests.support.oscillators import DEFAULT
 
 OMEGA, CLEARANCE = np.linspace(0.275, 0.29, 48), np.linspace(1.8, 2.0, 48)
 """Round the codimension-two point of order 2."""
@@ -42,37 +42,23 @@ def calm(rows: int = 4, columns: int = 4) -> tuple[np.ndarray, np.ndarray, dict[
     return omega, clearance, unfolding_map_tile(Plane.of(DEFAULT, omega, clearance))
 
 
-def count(found: MapBorders, explanation: str, regular: bool = True) -> int:
-    """How many pairs have an explanation."""
-    chosen = (found.explanation == EXPLANATIONS.index(explanation)) & (found.regular == regular)
-    return int(np.count_nonzero(chosen))
-
-
-def planted(arrays: dict[str, Any], place: tuple[int, int], **values: Any) -> dict[str, Any]:
-    changed = {name: array.copy() for name, array in arrays.items()}
-    for name, value in values.items():
-        changed[name][place] = value
-    return changed
+def without_orbit() -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """Return `calm` with a point whose motion does not exist."""
+    omega, clearance, arrays = calm()
+    motion = {"period": 2, "impacts_right": 1, "impacts_left": 1, "least_impact_velocity": 0.1, "symmetric": False}
+    return omega, clearance, planted(arrays, (1, 2), **motion)
 
 
 def test_every_border_near_the_codimension_two_point_is_explained():
     arrays, found = near_the_point()
-    periodic = arrays["kind"] == KINDS.index("periodic")
     many, few = (choose(arrays["impacts_right"], arrays["impacts_left"]) for choose in (np.maximum, np.minimum))
     codes = np.stack([arrays["period"], many, few, arrays["symmetric"]], axis=-1)
-    steps = 0
-    for both, motions in ((periodic, codes), (periodic.T, codes.transpose(1, 0, 2))):
-        differ = np.any(motions[1:] != motions[:-1], axis=-1)
-        steps += int(np.count_nonzero(both[1:] & both[:-1] & differ))
-    assert np.count_nonzero(found.regular) >= steps > 200
-    assert count(found, "unexplained") == 0
+    steps = explained_steps(arrays, codes, found)
+    assert steps > 200
     assert count(found, "curve") > 0.9 * steps
     assert count(found, "coexistence") > 0
-    assert not found.without_orbit.any()
-    on_curve = found.curve >= 0
-    assert np.nanmax(found.distance[on_curve]) <= BORDER_REACH
     assert {curve.type for curve in found.curves} == {"SN", "PD", "SB", "NS", "GR"}
-    np.testing.assert_array_equal(on_curve, found.explanation == EXPLANATIONS.index("curve"))
+    np.testing.assert_array_equal(found.curve >= 0, found.explanation == EXPLANATIONS.index("curve"))
 
 
 def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
@@ -151,9 +137,7 @@ def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
 
 
 def test_a_motion_that_is_not_found_leaves_its_borders_unexplained():
-    omega, clearance, arrays = calm()
-    wrong = planted(arrays, (1, 2), period=2, impacts_right=1, impacts_left=1, least_impact_velocity=0.1)
-    wrong["symmetric"][1, 2] = False
+    omega, clearance, wrong = without_orbit()
     found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
     assert len(found.row) == count(found, "unexplained") == 4
     assert {REASONS[reason] for reason in found.reason} == {REASONS[1]}
@@ -225,9 +209,7 @@ def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
 
 
 def test_searches_among_random_states_are_bounded(monkeypatch):
-    omega, clearance, arrays = calm()
-    wrong = planted(arrays, (1, 2), period=2, impacts_right=1, impacts_left=1, least_impact_velocity=0.1)
-    wrong["symmetric"][1, 2] = False
+    omega, clearance, wrong = without_orbit()
     monkeypatch.setattr("grazemap_core.maps.borders.region_orbits.BORDER_SEARCH_PERIODS", 0)
     monkeypatch.setattr(Regions, "_starts", property(lambda self: pytest.fail("looked for")))
     assert count(map_borders(Plane.of(DEFAULT, omega, clearance), wrong), "unexplained") == 4

@@ -5,7 +5,6 @@ import pytest
 
 from grazemap_core.codes import NOT_CLOSED
 from grazemap_core.errors import LinearisationError
-from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane, PlaneSettler
 from grazemap_core.maps.settling import Settling
@@ -15,10 +14,11 @@ from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.exponents import lyapunov_exponents
+from tests.oracles.steady_displacements import contact_amplitude
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 from tests.support.tori import TORI
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 4.0, 2.0], [1.0, 2.0, 3.0], [0.08, 0.03, 0.05], [1.0, 0.2, 0.0], 0.6)
 STICKY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
 PERIODIC, QUASI_PERIODIC, CHAOTIC, UNRESOLVED = (
@@ -26,13 +26,9 @@ PERIODIC, QUASI_PERIODIC, CHAOTIC, UNRESOLVED = (
 )
 
 
-def amplitude(oscillator: Oscillator, omega: float) -> float:
-    return float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
-
-
 @pytest.mark.parametrize(("oscillator", "omega"), [(DEFAULT, 0.28), (DEFAULT, 0.45), (PER_LINK, 0.6), (STICKY, 0.3)])
 def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: float) -> None:
-    clearances = np.linspace(0.5, 1.05, 36) * amplitude(oscillator, omega)
+    clearances = np.linspace(0.5, 1.05, 36) * contact_amplitude(oscillator, omega)
     found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), clearances))
     compared = 0
     for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
@@ -55,7 +51,7 @@ def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: floa
 
 def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
     for oscillator, omega in ((DEFAULT, 0.29), (PER_LINK, 0.6)):
-        clearance = 3.0 * amplitude(oscillator, omega)
+        clearance = 3.0 * contact_amplitude(oscillator, omega)
         found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
         assert found["impacts_right"][0, 0] == -1
         expected = monodromy(oscillator, omega, clearance, period=1)
@@ -242,10 +238,7 @@ def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
             )
             motions.append((whole.motion.period, *sorted([whole.motion.impacts_right, whole.motion.impacts_left])))
         counts = {motion: motions.count(motion) for motion in motions}
-        here = (
-            found["period"][i, 0],
-            *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]),
-        )
+        here = (found["period"][i, 0], *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]))
         assert found["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
         assert found["motions_found"][i, 0] == len(counts)
     assert (found["motions_found"] > 1).any()

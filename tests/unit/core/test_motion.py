@@ -12,10 +12,8 @@ from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.motion import KINDS, REASONS
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
-from tests.oracles.steady_displacements import steady_response
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]
@@ -110,21 +108,6 @@ def test_map_agrees_with_single_trajectories_and_with_any_tiling() -> None:
             assert motion.period == whole["period"][i, j]
             assert motion.impacts_right == whole["impacts_right"][i, j]
             assert motion.impacts_left == whole["impacts_left"][i, j]
-
-
-def test_free_motion_is_certified_above_the_grazing_curve() -> None:
-    amplitude = abs(steady_response(DEFAULT, np.array([0.29]))[0, 0])
-    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([amplitude * 3])))
-    assert (result["period"][0, 0], result["impacts_right"][0, 0], result["impacts_left"][0, 0]) == (1, -1, -1)
-    assert np.isnan(result["least_impact_velocity"][0, 0])
-
-
-def test_one_sided_motion_exists_in_the_range_of_its_closed_form() -> None:
-    # theory: at omega = 0.27 the motion 1-1r-(-1)l lives from b = 1.844237331 to 1.868341055
-    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.27]), np.array([1.85])))
-    assert result["period"][0, 0] == 1
-    assert sorted([result["impacts_right"][0, 0], result["impacts_left"][0, 0]]) == [-1, 1]
-    assert not result["symmetric"][0, 0]
 
 
 def test_unresolved_points_have_a_reason_and_no_numbers() -> None:

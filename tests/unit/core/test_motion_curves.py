@@ -7,9 +7,6 @@ import functools
 
 import numpy as np
 import pytest
-from test_bifurcation_curves import in_window, orbit_on
-from test_branch_switching import orbit_of, parent, special
-from test_periodic_orbits import DEFAULT
 
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
@@ -20,7 +17,9 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences
-from grazemap_core.simulation.monodromy import monodromy
+from tests.support.orbits import in_window, orbit_of, orbit_on, parent, special, tangent_flow
+from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 
 WINDOW = ((0.265, 0.295), (1.5, 2.0))
 
@@ -93,10 +92,7 @@ def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
         assert len(near) == 1
         assert near[0] < 0.02  # points of a curve are as far apart
     (turning,) = [c for c in curves if c.type == "NS" and np.all(c.admissible)]
-    orbit = orbit_on(DEFAULT, turning, len(turning.omega) // 2)
-    run = monodromy(
-        DEFAULT, orbit.omega, orbit.clearance, orbit.start.displacement, orbit.start.velocity, 0.0, period=1
-    )
+    run = tangent_flow(DEFAULT, orbit_on(DEFAULT, turning, len(turning.omega) // 2))
     assert abs(abs(run.multipliers[0]) - 1.0) < 1e-7
 
 
@@ -123,9 +119,8 @@ def test_a_motion_that_does_not_exist_in_a_window_is_not_found():
 def test_windows_that_do_not_contain_the_orbit_are_refused():
     orbit = orbit_of_stops(1)
     for name, window in (("omega", ((0.3, 0.4), WINDOW[1])), ("clearance", (WINDOW[0], (0.1, 0.2)))):
-        with pytest.raises(ParameterError) as refused:
+        with refused(name):
             motion_curves(DEFAULT, orbit, *window)
-        assert refused.value.name == name
     with pytest.raises(ParameterError, match="converged"):
         motion_curves(DEFAULT, dataclasses.replace(orbit, converged=False), *WINDOW)
 

@@ -11,8 +11,7 @@ import scipy.linalg
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.errors import ConditioningError
 from grazemap_core.orbits import states
-from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from tests.support.general_systems import random_system
+from tests.support.general_systems import with_orbit
 
 
 def pencil() -> tuple[np.ndarray, np.ndarray]:
@@ -58,9 +57,7 @@ def test_what_cannot_be_computed_is_an_error_that_says_so(monkeypatch: pytest.Mo
 @pytest.mark.parametrize("seed", [7, 11, 55])
 def test_the_order_of_multipliers_does_not_depend_on_round_off(seed: int) -> None:
     """Of a complex pair the one with the positive imaginary part is the first, and both have one modulus."""
-    system = random_system(seed)
-    assert system is not None
-    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
+    system, orbit = with_orbit(seed)
     branch = orbit_branch(system.oscillator, orbit, 0.95, 1.05, "forcing", max_points=8)
     pairs = 0
     for multipliers in branch.multipliers:

@@ -25,9 +25,9 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.balances import NAMES, TOLERANCE, balances, missing, observables, power_of_forces
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
+from tests.support.oscillators import DEFAULT
 from tests.support.random_systems import random_system
 
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 NOTHING = np.zeros(3)
 OUTPUTS = (
     Output("second", np.array([0.0, 1.0, 0.0]), NOTHING),
@@ -50,13 +50,13 @@ def test_momentum_and_energy_are_in_balance() -> None:
 
 @pytest.mark.parametrize("wrong", range(3))
 def test_a_planted_error_breaks_a_balance(wrong: int) -> None:
-    run = trajectory(CHAIN, 0.29, 1.6, periods=1, transient_periods=600, samples_per_period=1)
-    wanted = observables(CHAIN)
-    figures = of_record(run.record, forced_oscillator(CHAIN, 0.29, 1.6).models, wanted, 1)
-    power = power_of_forces(CHAIN, 0.29, run, 1)
-    assert max(missing(CHAIN, 0.29, figures, power)) < TOLERANCE
+    run = trajectory(DEFAULT, 0.29, 1.6, periods=1, transient_periods=600, samples_per_period=1)
+    wanted = observables(DEFAULT)
+    figures = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).models, wanted, 1)
+    power = power_of_forces(DEFAULT, 0.29, run, 1)
+    assert max(missing(DEFAULT, 0.29, figures, power)) < TOLERANCE
     figures[wrong] *= 1.0 + 1e-8
-    assert max(missing(CHAIN, 0.29, figures, power)) > TOLERANCE
+    assert max(missing(DEFAULT, 0.29, figures, power)) > TOLERANCE
 
 
 class Sampled:
@@ -144,10 +144,10 @@ def test_the_impulse_of_a_rest_is_the_momentum_that_the_stop_takes() -> None:
 
 
 def test_an_orbit_and_the_trajectory_along_it_have_the_same_values() -> None:
-    run = trajectory(CHAIN, 0.29, 1.6, periods=4, transient_periods=400, samples_per_period=1)
-    orbit = periodic_orbit(CHAIN, 0.29, 1.6, impacts_of(run))
-    figures = OrbitObserver(CHAIN, WANTED).figures(CHAIN, 0.29, 1.6, orbit.impacts)
-    recorded = of_record(run.record, forced_oscillator(CHAIN, 0.29, 1.6).models, WANTED, 4)
+    run = trajectory(DEFAULT, 0.29, 1.6, periods=4, transient_periods=400, samples_per_period=1)
+    orbit = periodic_orbit(DEFAULT, 0.29, 1.6, impacts_of(run))
+    figures = OrbitObserver(DEFAULT, WANTED).figures(DEFAULT, 0.29, 1.6, orbit.impacts)
+    recorded = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).models, WANTED, 4)
     np.testing.assert_allclose(figures, recorded, rtol=0.0, atol=1e-12)
     values = named(WANTED, figures)
     assert values["impact_rate"] == 4.0
@@ -160,8 +160,8 @@ def test_an_orbit_and_the_trajectory_along_it_have_the_same_values() -> None:
 def test_a_map_has_the_values_of_its_motions() -> None:
     """And its other arrays to the byte as without them."""
     omega, clearance = np.array([0.27, 0.2872]), np.array([1.35, 1.6, 1.85, 2.4])
-    dense = dataclasses.replace(CHAIN, restitution_left=0.6)
-    for oscillator in (CHAIN, dense):
+    dense = dataclasses.replace(DEFAULT, restitution_left=0.6)
+    for oscillator in (DEFAULT, dense):
         plain = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400)
         tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400, observed=WANTED)
         figures = tile.pop("figures")
@@ -183,7 +183,7 @@ def test_a_map_has_the_values_of_its_motions() -> None:
 
 def test_motions_with_rests_are_followed_until_they_close() -> None:
     """Of two points of a map whose contact rests, the balances hold."""
-    oscillator = dataclasses.replace(CHAIN, restitution=0.2)
+    oscillator = dataclasses.replace(DEFAULT, restitution=0.2)
     omega, clearance = np.array([0.12, 0.2]), np.array([0.5, 1.0])
     wanted = observables(oscillator)
     tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400, observed=wanted)
@@ -201,8 +201,8 @@ def test_names_and_figures() -> None:
         Observables(("impulse", "peak_force"))
     assert WANTED.count == len(OBSERVABLES) + 2 * len(MEANS)
     assert set(NAMES) <= set(OBSERVABLES)
-    quiet = trajectory(CHAIN, 0.29, 5.0, periods=1, transient_periods=400, samples_per_period=1)
-    figures = of_record(quiet.record, forced_oscillator(CHAIN, 0.29, 5.0).models, WANTED, 1)
+    quiet = trajectory(DEFAULT, 0.29, 5.0, periods=1, transient_periods=400, samples_per_period=1)
+    figures = of_record(quiet.record, forced_oscillator(DEFAULT, 0.29, 5.0).models, WANTED, 1)
     values = named(WANTED, figures)
     assert values["impact_rate"] == values["impulse"] == values["dissipated_power"] == 0.0
     assert math.isnan(values["peak_impact_speed"])

@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.one_impact_orbits import orbits_at_clearance
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA = 0.27
 
 

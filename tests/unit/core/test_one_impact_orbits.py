@@ -20,29 +20,8 @@ from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import OneImpact
 from tests.oracles.one_impact_orbits import orbit_at, orbits_at_clearance
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def random_chain(rng, count, per_link, restitution):
-    """A chain whose every mode is clearly damped, every mass forced."""
-    damping = rng.uniform(0.05, 0.5, count) if per_link else float(rng.uniform(0.02, 0.2))
-    return Oscillator.create(
-        rng.uniform(0.5, 3.0, count),
-        rng.uniform(0.5, 3.0, count),
-        damping,
-        np.concatenate(([1.0], rng.uniform(-0.5, 0.5, count - 1))),
-        restitution,
-    )
-
-
-def random_families(seed):
-    """Chains of 1..4 masses with both dampings, R from 0 to 0.9, patterns of n = 1..4: without end."""
-    rng = np.random.default_rng(seed)
-    for number in itertools.count():
-        oscillator = random_chain(rng, 1 + number % 4, bool(number // 4 % 2), float(rng.choice([0.0, 0.4, 0.8, 0.9])))
-        multiple, symmetric = [(1, False), (1, True), (2, False), (3, True), (3, False), (4, False)][number % 6]
-        yield oscillator, one_impact_branch(oscillator, float(rng.uniform(0.2, 2.5)), multiple, symmetric), rng
+from tests.support.orbits import mismatch, random_families
+from tests.support.oscillators import DEFAULT, first_order
 
 
 def admissible_range(branch):
@@ -123,17 +102,6 @@ def test_multipliers_are_those_of_the_tangent_flow():
     assert worst < 1e-9
 
 
-def mismatch(ours, theirs):
-    """Largest difference of two sets of eigenvalues, matched one by one; equal ones differ by the root of round-off."""
-    theirs = list(theirs)
-    worst = 0.0
-    for value in ours:
-        nearest = min(theirs, key=lambda other: abs(other - value))
-        theirs.remove(nearest)
-        worst = max(worst, abs(nearest - value) / max(1.0, abs(value)))
-    return worst
-
-
 def test_multipliers_are_those_of_50_digit_flow_and_saltation_matrices():
     worst = 0.0
     for number, (oscillator, branch, rng) in zip(range(60), random_families(6), strict=False):
@@ -166,13 +134,7 @@ def test_multipliers_are_the_zeros_of_the_reduced_function():
     # det(mu I - M) = det(mu I - e^(A tau)) chi(mu)/v with sums of the impulse response at mu
     for oscillator, branch, rng in itertools.islice(random_families(7), 12):
         orbit = orbit_at(branch, float(rng.uniform(branch.lowest, 0.5 * math.pi)))
-        count, rebound, mass = oscillator.size, 1.0 + oscillator.restitution, oscillator.masses[:, None]
-        matrix = np.block(
-            [
-                [np.zeros((count, count)), np.eye(count)],
-                [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
-            ]
-        )
+        count, rebound, matrix = oscillator.size, 1.0 + oscillator.restitution, first_order(oscillator)
         flow = expm(matrix * branch.pattern.spacing(branch.omega)) * (-1.0 if orbit.symmetric else 1.0)
         unit, one = np.eye(2 * count)[count], np.eye(2 * count)
 
@@ -214,22 +176,21 @@ def test_special_points_have_the_multipliers_that_name_them():
     assert kinds == {"SN", "PD", "SB"}
 
 
-def beyond_the_stops(oscillator, branch, angle, samples=6000):
-    """By how much the motion at an angle exceeds a stop between its impacts, in units of A, from samples."""
-    count, tau = oscillator.size, branch.pattern.spacing(branch.omega)
-    orbit = orbit_at(branch, angle)
-    mass = oscillator.masses[:, None]
-    matrix = np.block(
-        [
-            [np.zeros((count, count)), np.eye(count)],
-            [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
-        ]
-    )
-    times = np.linspace(0.0, tau, samples + 1)
+def after_impact(oscillator, branch, orbit):
+    """Just after an impact: the amplitudes of the forced part, and the free part of the state."""
     forced = branch.steady * np.exp(1j * orbit.phase)
     free = np.concatenate([orbit.displacement - forced.imag, orbit.velocity - orbit.omega * forced.real])
-    free[count] -= (1.0 + oscillator.restitution) * orbit.velocity[0]
-    step = expm(matrix * (tau / samples))
+    free[oscillator.size] -= (1.0 + oscillator.restitution) * orbit.velocity[0]
+    return forced, free
+
+
+def beyond_the_stops(oscillator, branch, angle, samples=6000):
+    """By how much the motion at an angle exceeds a stop between its impacts, in units of A, from samples."""
+    tau = branch.pattern.spacing(branch.omega)
+    orbit = orbit_at(branch, angle)
+    times = np.linspace(0.0, tau, samples + 1)
+    forced, free = after_impact(oscillator, branch, orbit)
+    step = expm(first_order(oscillator) * (tau / samples))
     path = np.empty(samples + 1)
     for k in range(samples + 1):
         path[k] = free[0]
@@ -310,20 +271,11 @@ def test_a_graze_is_located_to_round_off():
             if point.type != "GR" or point.time == 0.0:
                 continue
             orbit = orbit_at(branch, point.angle)
-            count, mass = oscillator.size, oscillator.masses[:, None]
-            matrix = np.block(
-                [
-                    [np.zeros((count, count)), np.eye(count)],
-                    [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
-                ]
-            )
-            forced = branch.steady * np.exp(1j * orbit.phase)
-            free = np.concatenate([orbit.displacement - forced.imag, orbit.velocity - orbit.omega * forced.real])
-            free[count] -= (1.0 + oscillator.restitution) * orbit.velocity[0]
-            free = expm(matrix * point.time) @ free
+            forced, free = after_impact(oscillator, branch, orbit)
+            free = expm(first_order(oscillator) * point.time) @ free
             forced = forced * np.exp(1j * orbit.omega * point.time)
             assert free[0] + forced[0].imag == pytest.approx(point.stop * point.clearance, abs=1e-12 * branch.amplitude)
-            assert abs(free[count] + orbit.omega * forced[0].real) < 1e-6 * branch.amplitude * orbit.omega
+            assert abs(free[oscillator.size] + orbit.omega * forced[0].real) < 1e-6 * branch.amplitude * orbit.omega
 
 
 def test_orbits_of_a_clearance_lie_on_their_branch():
@@ -362,17 +314,6 @@ def test_curves_are_those_of_their_branches():
                 else:
                     assert np.isnan(curve.clearance[i])
                     assert not curve.admissible[i]
-
-
-def test_units_do_not_matter():
-    scale = math.sqrt(5.2e4 / 3.7)
-    si = Oscillator.create(DEFAULT.masses * 3.7, DEFAULT.stiffnesses * 5.2e4, 0.05 / scale, [120.0, 0, 0], 0.8, "SI")
-    length = 120.0 / 5.2e4
-    ours, theirs = one_impact_branch(DEFAULT, 0.27), one_impact_branch(si, 0.27 * scale)
-    for one, other in zip(ours.special_points, theirs.special_points, strict=True):
-        assert one.type == other.type
-        assert other.clearance == pytest.approx(one.clearance * length, rel=1e-12)
-        assert other.impact_velocity == pytest.approx(one.impact_velocity * length * scale, rel=1e-11)
 
 
 def test_motions_of_other_kinds_are_refused():

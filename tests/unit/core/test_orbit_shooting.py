@@ -18,10 +18,12 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_oscillator
+from tests.support.thorough import KERNELS_FIRST
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PLACES = 7
+pytestmark = KERNELS_FIRST
 
 
 @functools.cache

@@ -7,11 +7,11 @@ import functools
 
 import numpy as np
 import pytest
-from test_branch_switching import parent
-from test_periodic_orbits import DEFAULT, default_orbit
 
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from tests.support.orbits import default_orbit, parent
+from tests.support.oscillators import DEFAULT
 
 ROUNDINGS = 24
 """Sequences beside each special point: its own, with every number one rounding away to either side at random."""

@@ -10,7 +10,6 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from test_one_impact_orbits import mismatch, random_families
 
 from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
@@ -27,25 +26,14 @@ from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
-from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits
-from tests.oracles.impact_orbit_oracle import solved
+from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.oracles.one_impact_orbits import orbit_at
+from tests.support.orbits import default_orbit, from_impact, guess_of, mismatch, random_families, settled, tangent_flow
+from tests.support.oscillators import DEFAULT, first_order
 from tests.support.random_chains import random_oscillator
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-SETTLED = {"5-8r-8l": 1.626, "3-4r-4l": 1.642, "1-2r-2l": 1.55, "1-3r-3l": 1.4}
-"""Clearances at omega = 0.27 at which the default system settles to these motions from rest."""
-
-
-def settled(oscillator, omega, clearance, transient=1500):
-    return trajectory(oscillator, omega, clearance, periods=32, transient_periods=transient, samples_per_period=1)
-
-
-@functools.cache
-def default_orbit(label):
-    return periodic_orbit(DEFAULT, 0.27, SETTLED[label], impacts_of(settled(DEFAULT, 0.27, SETTLED[label], 2500)))
+from tests.support.refused import refused
 
 
 @functools.cache
@@ -73,12 +61,6 @@ def random_orbits():
 
 def impacts(run):
     return max(run.motion.impacts_right, 0) + max(run.motion.impacts_left, 0)
-
-
-def guess_of(branch, orbit, shift=0.0):
-    phase = orbit.phase % (2.0 * math.pi) + shift
-    speed = orbit.stop * orbit.impact_velocity * (1.0 + shift)
-    return ImpactSequence.create(orbit.multiple, [orbit.stop], [phase], [speed], branch.pattern.symmetric)
 
 
 def test_orbits_with_one_impact_are_those_of_the_closed_form():
@@ -121,11 +103,10 @@ def test_orbits_and_multipliers_are_those_of_50_digit_shooting():
         assert orbit.isolated
         exact = solved(oscillator, orbit.omega, orbit.clearance, orbit.impacts)
         with digits():
-            phases = [float(t * exact.omega - float(p)) for t, p in zip(exact.times, orbit.impacts.phases, strict=True)]
-            speeds = [float(v - float(w)) for v, w in zip(exact.velocities, orbit.impacts.velocities, strict=True)]
             theirs = exact.multipliers()
+        phase, speed = differences(exact, orbit.impacts)
         scale = orbit.omega * max(orbit.clearance, grazing_curve(oscillator, [orbit.omega]).clearance[0])
-        error = max(np.max(np.abs(phases)), np.max(np.abs(speeds)) / scale)
+        error = max(phase, speed / scale)
         assert error <= orbit.radius
         closest = max(closest, error / orbit.radius)
         worst = max(worst, error)
@@ -151,12 +132,10 @@ def test_an_orbit_of_sixteen_impacts_is_the_motion_that_the_simulation_settles_t
     assert len(orbit.impacts.whole.stops) == 16
     assert orbit.residual <= 1e-12
     assert (orbit.converged, orbit.isolated, orbit.admissible, orbit.symmetric, orbit.stable) == (True,) * 5
-    run = monodromy(
-        DEFAULT, 0.27, orbit.clearance, orbit.start.displacement, orbit.start.velocity, 0.0, period=orbit.impacts.period
-    )
+    run = tangent_flow(DEFAULT, orbit)
     assert run.closing < 1e-13
     assert mismatch(orbit.multipliers, run.multipliers) < 1e-9
-    follow = trajectory(DEFAULT, 0.27, orbit.clearance, orbit.displacement, orbit.velocity, orbit.phase, periods=5)
+    follow = from_impact(DEFAULT, orbit, periods=5)
     shifted = orbit.impacts.whole.phases - orbit.impacts.phases[0]
     np.testing.assert_allclose(follow.impacts.time[:16] * 0.27, shifted, rtol=0, atol=1e-11)
     np.testing.assert_allclose(follow.impacts.velocity[:16], orbit.impacts.whole.velocities, rtol=0, atol=1e-11)
@@ -173,16 +152,7 @@ def test_settled_trajectories_of_random_chains_are_orbits_with_the_tangent_flow_
         assert orbit.converged, orbit.reason
         assert orbit.admissible
         assert (orbit.least_period, orbit.symmetric) == (run.motion.period, run.motion.symmetric)
-        start = orbit.start
-        tangent = monodromy(
-            oscillator,
-            orbit.omega,
-            orbit.clearance,
-            start.displacement,
-            start.velocity,
-            0.0,
-            period=orbit.impacts.period,
-        )
+        tangent = tangent_flow(oscillator, orbit)
         assert tangent.closing < 1e-11
         assert mismatch(orbit.multipliers, tangent.multipliers) < 1e-9
 
@@ -196,15 +166,7 @@ def test_admissible_orbits_are_followed_by_the_simulation_and_others_are_not(fam
         orbit = periodic_orbit(oscillator, branch.omega, known.clearance, guess_of(branch, known))
         if oscillator.restitution == 0.0 or abs(orbit.excess) < 1e-6:
             continue
-        run = trajectory(
-            oscillator,
-            branch.omega,
-            orbit.clearance,
-            orbit.displacement,
-            orbit.velocity,
-            orbit.phase,
-            periods=orbit.impacts.period,
-        )
+        run = from_impact(oscillator, orbit, periods=orbit.impacts.period)
         end = branch.pattern.half_periods * math.pi / branch.omega
         between = np.sum((run.impacts.time > 1e-9 * end) & (run.impacts.time < (1.0 - 1e-9) * end))
         assert orbit.admissible == (between == 0)
@@ -270,15 +232,7 @@ def test_the_test_functions_are_those_of_the_monodromy_matrix():
         path = ContinuationProblem(family, orbit.impacts.stops, ("clearance",), values)
         unknowns = path.unknowns(orbit.impacts, values)
         count, sign = len(orbit.impacts.stops), -1.0 if orbit.impacts.symmetric else 1.0
-        mass = oscillator.masses[:, None]
-        size = oscillator.size
-        generator = np.block(
-            [
-                [np.zeros((size, size)), np.eye(size)],
-                [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
-            ]
-        )
-        free = sign * np.linalg.eigvals(expm(generator * family.pattern.spacing(orbit.omega)))
+        free = sign * np.linalg.eigvals(expm(first_order(oscillator) * family.pattern.spacing(orbit.omega)))
         impacting = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
         point = path.evaluate(unknowns)
         for ours, mu in ((point.fold_test, 1.0), (point.doubling_test, -1.0)):
@@ -352,9 +306,8 @@ def test_a_virtual_orbit_solves_the_equations_and_is_no_motion():
 )
 def test_invalid_sequences_are_refused(name, change):
     numbers = {"period": 1, "stops": [1, -1], "phases": [0.0, 3.0], "velocities": [0.1, -0.1]} | change
-    with pytest.raises(ParameterError) as refused:
+    with refused(name):
         ImpactSequence.create(**numbers)
-    assert refused.value.name == name
 
 
 def test_without_an_orbit_the_result_has_a_reason():
@@ -382,10 +335,10 @@ def test_without_an_orbit_the_result_has_a_reason():
 )
 def test_systems_without_such_orbits_are_refused(name, oscillator, omega, clearance):
     guess = ImpactSequence.create(1, [1], [1.0], [0.1])
-    with pytest.raises(ParameterError) as refused:
+    with pytest.raises(ParameterError) as caught:
         periodic_orbit(oscillator, omega, clearance, guess)
-    assert refused.value.name == name
-    assert isinstance(refused.value, SteadyMotionError) == (name == "damping")
+    assert caught.value.name == name
+    assert isinstance(caught.value, SteadyMotionError) == (name == "damping")
 
 
 def test_trajectories_that_are_no_sequence_of_impacts_are_refused():

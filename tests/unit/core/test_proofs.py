@@ -17,8 +17,8 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.certificates import exact_oscillator
 from grazemap_core.proofs.prove import prove
 from tests.oracles.general_oracle import GeneralOracle
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 REST = {"displacement": ["0.0"] * 3, "velocity": ["0.0"] * 3, "phase": "0.0"}
 ORBIT = {"kind": "orbit", "omega": "0.29", "clearance": "1.6", "period": 1, "stops": [1, 1, -1, -1], "stable": True}
 ATTRACTION = {"kind": "attraction", "omega": "0.29", "clearance": "1.6", **REST}

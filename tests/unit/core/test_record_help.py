@@ -6,15 +6,9 @@ import importlib
 import inspect
 import pickle
 import pkgutil
-import pydoc
 from dataclasses import fields, is_dataclass
 
-import pytest
-
 import grazemap_core
-from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.continuation.special_points import SpecialPoint
-from grazemap_core.model.chain import Chain
 from grazemap_core.records import NamedTuple, dataclass
 
 
@@ -63,13 +57,6 @@ def records() -> list[type]:
     return [one for one in classes if vars(one).keys() & {"__dataclass_fields__", "_fields"}]
 
 
-@pytest.mark.parametrize("record", [Pair, Derived, Stops, Chain, SpecialPoint])
-def test_help_lists_the_fields_with_their_texts(record):
-    shown = pydoc.render_doc(record, renderer=pydoc.plaintext)
-    for name in names_of(record):
-        assert f" {name} : " in shown
-
-
 def test_texts_stand_below_their_fields():
     lines = ["Two numbers.", "", "Attributes", "----------", "first : int", "    The first", "    number."]
     assert inspect.getdoc(Pair) == "\n".join([*lines, "second : float", "    The second number."])
@@ -77,10 +64,13 @@ def test_texts_stand_below_their_fields():
 
 
 def test_all_records_list_their_fields():
-    every = records()
-    assert len(every) > 150
+    helps = {record: record.__doc__ or "" for record in [*records(), Derived]}  # made from the source at every access
+    assert len(helps) > 150
     lacking = [
-        (record.__name__, name) for record in every for name in names_of(record) if f"\n{name} : " not in record.__doc__
+        (record.__name__, name)
+        for record, text in helps.items()
+        for name in names_of(record)
+        if f"\n{name} : " not in text
     ]
     assert lacking == []
 

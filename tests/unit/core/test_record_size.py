@@ -16,8 +16,8 @@ from grazemap_core.simulation.record import EVENT_BYTES
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import Trajectory, trajectories, trajectory
 from tests.support.lines import line
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ELASTIC = dataclasses.replace(DEFAULT, restitution=1.0)
 # thousands of impacts a period, for ever
 CLOSE = (ELASTIC, 0.29, 1e-4)

@@ -18,10 +18,10 @@ from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.next_contacts import simulated_contact
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_oscillator
 from tests.support.random_systems import general_grazing_points
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DISTANCE = 1e-11
 UNDECIDABLE = 1e-3
 """Share of the threshold within which nothing is predicted at that distance. The rounding of the amplitude moves the

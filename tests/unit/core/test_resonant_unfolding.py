@@ -18,8 +18,8 @@ from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
 from tests.oracles.fifty_digits import digits, polynomial
 from tests.oracles.impact_orbit_oracle import OneImpact
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 3.0], [1.0, 2.0], [0.05, 0.2], [1.0, 0.5], 0.6)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
 NODES = 5

@@ -7,19 +7,16 @@ import math
 
 import numpy as np
 import pytest
-from test_branch_switching import orbit_of
-from test_one_impact_orbits import mismatch
-from test_orbit_branches import start
-from test_periodic_orbits import DEFAULT, default_orbit
 
 from grazemap_core.continuation.bifurcation_curves import bifurcation_curve
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.errors import ParameterError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.simulation.monodromy import monodromy
 from tests.oracles.one_impact_orbits import orbit_at
+from tests.support.orbits import default_orbit, mismatch, orbit_of, start, tangent_flow
+from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 
 
 def chain(restitution):
@@ -80,8 +77,7 @@ def test_an_orbit_with_four_impacts_is_that_of_the_simulation_at_every_restituti
         assert here.steps <= 1
         if not here.admissible:
             continue
-        state = here.start
-        run = monodromy(oscillator, orbit.omega, orbit.clearance, state.displacement, state.velocity, period=1)
+        run = tangent_flow(oscillator, here)
         assert run.closing < 1e-12
         assert mismatch(branch.multipliers[index], run.multipliers) < 1e-9
         compared += 1
@@ -112,6 +108,5 @@ def test_what_is_beyond_a_special_point_has_its_restitution():
 
 @pytest.mark.parametrize(("low", "high"), [(-0.1, 0.9), (0.5, 1.1), (0.9, 0.5), (0.1, 0.2), (0.85, 0.9)])
 def test_invalid_ranges_of_restitution_are_refused(low, high):
-    with pytest.raises(ParameterError) as refused:
+    with refused("start"):
         orbit_branch(DEFAULT, default_orbit("1-2r-2l"), low, high, "restitution")
-    assert refused.value.name == "start"

@@ -9,28 +9,17 @@ from flint import arb
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, exact_mapping, leading_mapping
 from grazemap_core.grazing.one_stop import grazing_curve
-from grazemap_core.grazing.poincare_map import (
-    compare_returns,
-    mapped_return,
-    mapped_returns,
-    simulated_returns,
-)
+from grazemap_core.grazing.poincare_map import compare_returns, mapped_return, mapped_returns, simulated_returns
 from grazemap_core.grazing.point import grazing_point
-from grazemap_core.grazing.return_maps import (
-    flow_jacobian,
-    return_jacobian,
-    return_map,
-    surface_projection,
-)
+from grazemap_core.grazing.return_maps import flow_jacobian, return_jacobian, return_map, surface_projection
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.fifty_digits import digits
 from tests.oracles.graze_oracle import PRECISION, GrazeOracle
+from tests.support.oscillators import DEFAULT
 from tests.support.random_chains import random_grazing_points
 from tests.support.random_systems import general_grazing_points
-
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def mirrored(deviation):

@@ -20,11 +20,11 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
+from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
 PERIODS = 6
 SHORT = Settling(PERIODS, 2, early=False, linearised=False)
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
 PRELOADED = (-0.2, 1.0)
 
@@ -46,7 +46,7 @@ def about_middle(forced: ForcedOscillator, starts):
 
 @pytest.mark.parametrize(
     ("oscillator", "omega"),
-    [(CHAIN, 0.29), pytest.param(ONE_MASS, 0.7, marks=KERNELS_FIRST)],
+    [(DEFAULT, 0.29), pytest.param(ONE_MASS, 0.7, marks=KERNELS_FIRST)],
     ids=["chain", "one mass"],
 )
 @pytest.mark.parametrize("clearance", [PRELOADED, (1.0, -0.2), (0.3, 1.0), (0.0, 1.0)])
@@ -64,11 +64,9 @@ def test_the_states_of_an_ensemble_begin_where_they_are(oscillator, omega: float
 @pytest.mark.parametrize(
     ("oscillator", "omega", "clearance"),
     [
-        (ONE_MASS, 0.7, PRELOADED),
-        (ONE_MASS, 0.7, (0.0, 1.0)),
-        (ONE_MASS, 0.7, (0.4, 1.0)),
-        (CHAIN, 0.29, (0.0, 1.0)),
-        (CHAIN, 0.29, PRELOADED),
+        *(pytest.param(ONE_MASS, 0.7, both, marks=KERNELS_FIRST) for both in (PRELOADED, (0.0, 1.0), (0.4, 1.0))),
+        (DEFAULT, 0.29, (0.0, 1.0)),
+        (DEFAULT, 0.29, PRELOADED),
     ],
 )
 def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, clearance: Clearance):
@@ -83,13 +81,14 @@ def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, cle
 
 
 def test_random_states_of_fractions_begin_where_they_are_with_a_bias_that_preloads_a_stop():
-    structure = Matrices.create([[2.0, 0.0], [0.0, 1.0]], [[3.0, -1.0], [-1.0, 1.0]], damping=[[0.2, 0.0], [0.0, 0.2]])
-    forces = [force(1, np.array([1.0, 0.0]))]
-    pressed = Oscillator.of_structure(structure, [1.0, -1.0], forces, 0.7, [-0.5, 1.0], 0.5)
+    stiffness = [[3.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 5.0]]
+    structure = Matrices.create(np.diag([2.0, 1.0, 1.0]), stiffness, damping=0.2 * np.eye(3))
+    forces = [force(1, np.array([1.0, 0.0, 0.0]))]
+    pressed = Oscillator.of_structure(structure, [1.0, -1.0, 0.0], forces, 0.7, [-0.5, 1.0, 0.0], 0.5)
     forced = forced_oscillator(pressed, 2.5, (0.4, 0.3))
     assert forced.stops.left < 0.0
     rng = np.random.default_rng(2)
-    states = rng.uniform(-0.3, 0.3, (10, 2, 2))
+    states = rng.uniform(-0.3, 0.3, (10, 2, 3))
     states = states[np.abs(states[:, 0] @ pressed.contact) < 0.29]
     codes, _ = run_states(Settler(pressed, SHORT), forced, *from_rest(forced, states), 0.0)
     assert codes[:, IMPACTS].tolist() == [impacts(forced, *state) for state in states]
@@ -103,23 +102,24 @@ def test_a_sensitive_point_of_an_ensemble_is_decided_from_the_state_of_the_map(m
         return Resolution("not asked", 0, np.zeros(CODES, dtype=np.int64), np.zeros(FIGURES))
 
     monkeypatch.setattr(Resolver, "resolve", kept)
-    starts, clearance = random_starts(CHAIN, 3, 1), (1.9, 0.4)
-    plane = Plane.of(CHAIN, np.array([0.29]), np.array([clearance]))
+    starts, clearance = random_starts(DEFAULT, 3, 1), (1.9, 0.4)
+    plane = Plane.of(DEFAULT, np.array([0.29]), np.array([clearance]))
     codes, figures = np.zeros((CODES, 1, 1, 3), dtype=np.int64), np.zeros((FIGURES, 1, 1, 3))
     codes[UNVERIFIED] = ROUNDING_DECIDES
     resolve_grid(plane, SHORT._replace(starts=starts), codes[UNVERIFIED] == ROUNDING_DECIDES, codes, figures)
-    expected = about_middle(forced_oscillator(CHAIN, 0.29, clearance), starts)
+    expected = about_middle(forced_oscillator(DEFAULT, 0.29, clearance), starts)
     np.testing.assert_allclose(np.stack(seen), expected, rtol=1e-12)
 
 
 def at_resonance() -> Oscillator:
-    """Two masses, of which the second one is at an undamped resonance while the first one is held, at omega 1.
+    """Three masses, of which the second one is at an undamped resonance while the first one is held, at omega 1.
 
     At phase 0 the force pulls the contact off its preloaded right stop.
     """
-    structure = Matrices.create([[1.0, 0.0], [0.0, 1.0]], [[2.0, -0.5], [-0.5, 1.0]], damping=[[0.2, 0.0], [0.0, 0.0]])
-    drive = [force(1, np.array([1.0, 0.3]), np.array([-np.pi / 2, 0.0]))]
-    return Oscillator.of_structure(structure, [1.0, 0.0], drive, 0.8, [0.0, 0.0], 0.8)
+    stiffness = [[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]]
+    structure = Matrices.create(np.eye(3), stiffness, damping=np.diag([0.2, 0.0, 0.1]))
+    drive = [force(1, np.array([1.0, 0.3, 0.0]), np.array([-np.pi / 2, 0.0, 0.0]))]
+    return Oscillator.of_structure(structure, [1.0, 0.0, 0.0], drive, 0.8, np.zeros(3), 0.8)
 
 
 @pytest.mark.parametrize("by_kernels", [True, False])
@@ -138,8 +138,8 @@ def test_a_sweep_starts_from_rest_on_a_preloaded_stop_after_a_trajectory_that_en
 
 
 def test_nothing_is_handed_on_before_a_run():
-    settler = Settler(CHAIN, SHORT._replace(follow=True))
-    conditions = Plane.of(CHAIN, np.array([0.29]), np.array([1.0])).conditions(np.array([0]), np.array([0]))
+    settler = Settler(DEFAULT, SHORT._replace(follow=True))
+    conditions = Plane.of(DEFAULT, np.array([0.29]), np.array([1.0])).conditions(np.array([0]), np.array([0]))
     assert settler.final_state(0.29, settler.steady(np.array([0.29]))[0], conditions) is None
 
 
@@ -147,7 +147,7 @@ def test_nothing_is_handed_on_before_a_run():
 def test_a_sweep_that_goes_on_later_is_the_one_that_was_not_left(by_kernels, monkeypatch):
     """Also where it was left for other runs, and a trajectory begins with the error of the one before."""
     monkeypatch.setattr(Plane, "is_swept_by_kernels", by_kernels)
-    plane = Plane.of(CHAIN, np.array([0.28]), np.array([1.383333, 1.390909, 1.398485, 1.45]))
+    plane = Plane.of(DEFAULT, np.array([0.28]), np.array([1.383333, 1.390909, 1.398485, 1.45]))
     task, down = Settling(300, 8, follow=True), np.array([3, 2, 1, 0])
     whole, whole_figures, _ = PlaneSettler(plane, task).sweep(down, 0)
     settler = PlaneSettler(plane, task)

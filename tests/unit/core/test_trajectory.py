@@ -1,6 +1,7 @@
 """Trajectories against an independent 40-digit simulation, and limiting cases that must have a defined result."""
 
 import math
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -10,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grazemap_core.codes import TOO_MANY_IMPACTS
-from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
@@ -18,10 +18,11 @@ from grazemap_core.tolerances import EPSILON
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import compare, random_point
+from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 from tests.support.thorough import every_fourth
 
 oracle = GeneralOracle.between
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
 def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> None:
@@ -62,27 +63,6 @@ def test_samples_are_exact_between_and_after_impacts() -> None:
         x, v, _ = exact.at(time)
         np.testing.assert_allclose(result.displacement[:, index], [float(a) for a in x], rtol=0, atol=2e-13)
         np.testing.assert_allclose(result.velocity[:, index], [float(a) for a in v], rtol=0, atol=2e-13)
-
-
-def test_mirror_image_of_the_start_gives_the_mirror_image_of_the_trajectory() -> None:
-    x, v = np.array([0.3, -0.2, 0.1]), np.array([0.5, 0.1, -0.4])
-    one = trajectory(DEFAULT, 0.27, 1.5, x, v, 0.4, periods=20)
-    other = trajectory(DEFAULT, 0.27, 1.5, -x, -v, 0.4 - math.pi, periods=20)
-    np.testing.assert_array_equal(one.impacts.stop, -other.impacts.stop)
-    np.testing.assert_allclose(one.impacts.time, other.impacts.time, rtol=1e-11)
-
-
-def test_si_and_nondimensional_descriptions_agree() -> None:
-    m1, k1, force = 3.7, 5.2e4, 120.0
-    scale = math.sqrt(k1 / m1)
-    si = Oscillator.create(
-        DEFAULT.masses * m1, DEFAULT.stiffnesses * k1, 0.05 / scale, DEFAULT.forcing * force, 0.8, "SI"
-    )
-    a = trajectory(DEFAULT, 0.29, 1.6, periods=20)
-    b = trajectory(si, 0.29 * scale, 1.6 * force / k1, periods=20)
-    assert len(a.impacts.time) == len(b.impacts.time)
-    np.testing.assert_allclose(b.impacts.time * scale, a.impacts.time, rtol=1e-12)
-    np.testing.assert_allclose(b.displacement * k1 / force, a.displacement, atol=1e-11)
 
 
 def energy(oscillator: Oscillator, result: Trajectory) -> np.ndarray:
@@ -147,41 +127,6 @@ def test_ten_thousand_elastic_impacts_keep_the_energy(
         assert np.abs(level / level[0] - 1.0).max() < 1e-12
 
 
-def test_starting_on_a_stop_and_moving_into_it_is_an_impact_at_time_zero() -> None:
-    result = trajectory(DEFAULT, 0.29, 1.6, np.array([1.6, 0, 0]), np.array([0.5, 0, 0]), periods=1)
-    assert result.impacts.time[0] == 0.0
-    assert result.impacts.velocity[0] == 0.5
-    assert result.velocity[0, 0] == pytest.approx(-0.4, abs=1e-14)
-
-
-def test_starting_on_a_stop_and_leaving_it_is_no_impact() -> None:
-    result = trajectory(DEFAULT, 0.29, 1.6, np.array([-1.6, 0, 0]), np.array([0.5, 0, 0]), periods=1)
-    assert not np.any(result.impacts.time < 0.1)
-
-
-def test_starting_outside_the_stops_is_refused() -> None:
-    with pytest.raises(ParameterError, match="displacement"):
-        trajectory(DEFAULT, 0.29, 1.6, np.array([1.7, 0, 0]), periods=1)
-
-
-def test_elastic_impacts_of_a_free_undamped_mass_repeat() -> None:
-    free = Oscillator.create([1.0], [1.0], 0.0, [0.0], 1.0)
-    # x = sin t between stops at sin(1): impacts of speed cos(1), 2 time units apart
-    result = trajectory(free, 1.0, math.sin(1.0), velocity=np.array([1.0]), periods=50, samples_per_period=1)
-    expected = 1.0 + 2.0 * np.arange(len(result.impacts.time))
-    np.testing.assert_allclose(result.impacts.time, expected, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(np.abs(result.impacts.velocity), math.cos(1.0), rtol=0, atol=1e-10)
-
-
-def test_the_record_after_a_transient_continues_the_one_before() -> None:
-    whole = trajectory(DEFAULT, 0.27, 1.5, periods=60)
-    tail = trajectory(DEFAULT, 0.27, 1.5, periods=20, transient_periods=40)
-    period = 2 * math.pi / 0.27
-    late = whole.impacts.time[whole.impacts.time >= 40 * period] - 40 * period
-    np.testing.assert_allclose(tail.impacts.time, late, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(tail.displacement, whole.displacement[:, 40 * 200 :], rtol=0, atol=1e-10)
-
-
 def test_a_large_phase_is_the_phase_that_it_is_modulo_a_turn() -> None:
     for phase in (1e3, 1e9, 1e15):
         with mp.workdps(40):
@@ -191,22 +136,16 @@ def test_a_large_phase_is_the_phase_that_it_is_modulo_a_turn() -> None:
         np.testing.assert_allclose(one.impacts.time, other.impacts.time, rtol=0, atol=1e-12)
 
 
-def test_a_phase_that_is_no_number_is_refused() -> None:
-    with pytest.raises(ParameterError, match="phase"):
-        trajectory(DEFAULT, 0.29, 1.6, phase=math.nan, periods=1)
-
-
-@pytest.mark.parametrize("size", [1e-70, 1e-250, 1e70, 1e250])
-def test_numbers_beyond_computing_are_refused_by_name(size: float) -> None:
-    with pytest.raises(ParameterError, match="stiffnesses"):
-        Oscillator.create([1.0], [size], 0.05, [1.0], 0.8)
-    with pytest.raises(ParameterError, match="omega"):
-        trajectory(DEFAULT, size, 1.6, periods=1)
-    with pytest.raises(ParameterError, match="clearance"):
-        trajectory(DEFAULT, 0.29, size, periods=1)
-
-
-def test_a_chain_too_stiff_for_its_frequency_is_refused() -> None:
-    stiff = Oscillator.create([1.0, 1e-9], [1.0, 1e9], 0.05, [1.0, 0.0], 0.8)
-    with pytest.raises(ParameterError, match="omega"):
-        trajectory(stiff, 0.29, 1.6, periods=1)
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("displacement", {"displacement": np.array([1.7, 0.0, 0.0])}),
+        ("phase", {"phase": math.nan}),
+        # too stiff for the frequency
+        ("omega", {"oscillator": Oscillator.create([1.0, 1e-9], [1.0, 1e9], 0.05, [1.0, 0.0], 0.8)}),
+        *((name, {name: size}) for name in ("omega", "clearance") for size in (1e-70, 1e-250, 1e70, 1e250)),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused_by_name(name: str, changes: dict[str, Any]) -> None:
+    with refused(name):
+        trajectory(**({"oscillator": DEFAULT, "omega": 0.29, "clearance": 1.6, "periods": 1} | changes))

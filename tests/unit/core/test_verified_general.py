@@ -22,8 +22,8 @@ from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.lines import column
+from tests.support.oscillators import DEFAULT
 
-CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PUSHED = np.array([0.04, 0.0, 0.0])
 
 
@@ -47,8 +47,8 @@ def beside_others() -> Oscillator:
 @pytest.mark.parametrize(
     ("oscillator", "omega", "clearances"),
     [
-        (dataclasses.replace(CHAIN, restitution_left=0.6), 0.27, np.linspace(1.35, 1.85, 6)),
-        (dataclasses.replace(CHAIN, bias=PUSHED), 0.285, np.linspace(1.4, 1.9, 6)),
+        (dataclasses.replace(DEFAULT, restitution_left=0.6), 0.27, np.linspace(1.35, 1.85, 6)),
+        (dataclasses.replace(DEFAULT, bias=PUSHED), 0.285, np.linspace(1.4, 1.9, 6)),
         (dense(), 0.9, np.linspace(0.2, 0.5, 6)),
         (beside_others(), 1.25, np.linspace(0.6, 1.2, 6)),
     ],
@@ -81,7 +81,7 @@ def test_a_stop_out_of_reach_changes_nothing(side: int) -> None:
 
     def tile(other: float) -> dict[str, np.ndarray]:
         clearances = np.column_stack([nearer, np.full_like(nearer, other)])
-        return unfolding_map_tile(Plane.of(CHAIN, omegas, clearances[:, ::-1] if side else clearances))
+        return unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances[:, ::-1] if side else clearances))
 
     alone, beyond = tile(math.inf), tile(1e6)
     both = alone["verified"] & beyond["verified"]

@@ -152,6 +152,7 @@ def test_motions_without_impacts_are_verified_only_clear_of_the_stops() -> None:
     assert found["verified"].all()
     assert (found["impacts_right"] == -1).all()
     assert (found["impacts_left"] == -1).all()
+    assert np.isnan(found["least_impact_velocity"]).all()
 
 
 def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:

@@ -4,20 +4,17 @@ import numpy as np
 import pytest
 
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
-from grazemap_core.orbits.search import sequence_of_stops
+from tests.support.orbits import orbit_with
+from tests.support.oscillators import DEFAULT
 
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCE = 0.27, 1.85
 FIELDS = ("isolated", "admissible", "stable", "verified")
 
 
 def known() -> PeriodicOrbit:
-    guess = sequence_of_stops(DEFAULT, OMEGA, CLEARANCE, 1, [1])
-    assert guess is not None
-    return periodic_orbit(DEFAULT, OMEGA, CLEARANCE, guess)
+    return orbit_with(DEFAULT, OMEGA, CLEARANCE, 1, [1])
 
 
 @pytest.fixture(scope="module")
