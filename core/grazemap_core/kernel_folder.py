@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-import numba
 from numba.core import caching, config, dispatcher
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
@@ -52,15 +51,16 @@ def folder_name() -> str:
     return f"kernels-{hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]}"
 
 
+@cache
 def folder() -> Path:
-    """Return the folder for this process's kernels."""
-    return Path(numba.config.CACHE_DIR)  # type: ignore[attr-defined]  # set when numba is imported
+    """Return the folder for this process's kernels, also after numba has read its settings again."""
+    below = config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
+    return Path(below) / folder_name()
 
 
 def choose_folder() -> None:
     """Set the cache of all functions of the core that are decorated afterwards."""
-    below = numba.config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # as above
-    numba.config.CACHE_DIR = str(Path(below) / folder_name())  # type: ignore[attr-defined]  # as above
+    config.CACHE_DIR = str(folder())  # type: ignore[attr-defined]  # as above
     dispatcher.FunctionCache = _cache_of  # type: ignore[attr-defined]  # numba asks it for every cached function
 
 

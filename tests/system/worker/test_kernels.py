@@ -10,7 +10,6 @@ import sys
 import time
 from pathlib import Path
 
-import numba
 import pytest
 
 from grazemap.wire import parse_request
@@ -34,7 +33,7 @@ def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
     popen = subprocess.Popen
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernel_folder, "folder", lambda: tmp_path)
     monkeypatch.setattr(kernel_folder, "_used", set())
     monkeypatch.setattr(warmup, "load", found.append)
     monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))

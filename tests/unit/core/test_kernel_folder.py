@@ -9,10 +9,10 @@ import sys
 import time
 from pathlib import Path
 
-import numba
 import pytest
 
 import grazemap_core
+from grazemap_core import kernel_folder
 from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, TARGET, has_level_3, made_from
 from grazemap_core.kernel_folder import folder_name, holds
 
@@ -45,6 +45,10 @@ for name in sys.argv[2:]:
         if sys.argv[1] == "late":  # the kernels are defined before the folder is chosen
             module = sys.modules["grazemap_core"] = type(sys)("grazemap_core")
             module.__path__ = [os.environ["CORE"]]
+        if sys.argv[1] == "read again":  # numba reads its settings after the folder is chosen
+            import grazemap_core
+            os.environ["NUMBA_FULL_TRACEBACKS"] = "1"
+            numba.config.reload_config()
         print(json.dumps({name: folders(importlib.import_module(name))}), flush=True)
         os._exit(0)
     assert os.waitpid(child, 0)[1] == 0, name
@@ -90,6 +94,12 @@ def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path
     late = cache_folders([module], tmp_path, "late")
     kernels = "eliminate", "multiply", "_add_row", "add_transposed_product", "cholesky"
     assert outside(late, tmp_path) == [f"{module}.{name}" for name in kernels]
+
+
+def test_the_folder_stays_when_numba_reads_its_settings_again(tmp_path: Path) -> None:
+    found = cache_folders(["grazemap_core.numerics.kernels.dense"], tmp_path, "read again")
+    assert any(found.values())
+    assert outside(found, tmp_path) == []
 
 
 # Calls two kernels that compile quickly, each for a type of its own, and prints what was compiled.
@@ -167,7 +177,7 @@ def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernel
 
 
 def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / folder_name()))
+    monkeypatch.setattr(kernel_folder, "folder", lambda: tmp_path / folder_name())
     assert not holds("step")
     compiled(tmp_path)
     assert holds("step")

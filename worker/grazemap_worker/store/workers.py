@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, fields
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
 from grazemap_worker.store.records import WorkerInfo
 
+_FIELDS = {field.name for field in fields(WorkerInfo)} - {"name"}
 _STARTING = f"{PREFIX}starting"
 # What is said of workers and kernels is of now.
 _SAID_SECONDS = 5
@@ -50,8 +51,10 @@ class Workers:
         found = []
         for name, text in self._scripts.run("workers"):
             described = json.loads(text)
-            kernels = frozenset(described.pop("kernels"))
-            found.append(WorkerInfo(name.decode(), **described, kernels=kernels))
+            # a later release may store more
+            described = {field: value for field, value in described.items() if field in _FIELDS}
+            described["kernels"] = frozenset(described.get("kernels", ()))
+            found.append(WorkerInfo(name.decode(), **described))
         return sorted(found, key=lambda worker: worker.name)
 
     def say_starting(self, text: str) -> None:
