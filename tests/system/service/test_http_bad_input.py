@@ -357,7 +357,7 @@ WORK: list[tuple[str, Any, str, str]] = [
     ("bifurcation-curves", {**FOLLOWED, **STIFF}, "seconds", "/oscillator"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "points": 10**12}}, "points", "/range/points"),
     ("bifurcation-diagrams", {**DIAGRAM, "periods": 10**400}, "samples", "/periods"),
-    ("bifurcation-diagrams", {**DIAGRAM, "transient_periods": 10**9}, "periods", "/periods"),
+    ("bifurcation-diagrams", {**DIAGRAM, "transient_periods": 10**9}, "periods", "/transient_periods"),
     ("bifurcation-diagrams", {**DIAGRAM, "omega": 1e-59}, "seconds", "/oscillator"),
 ]  # fmt: skip
 

@@ -45,10 +45,11 @@ def _seconds(request: BifurcationDiagramsRequest) -> float:
 
 def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
     values, each = grid_points(request.range), request.transient_periods + request.periods
+    most = "/transient_periods" if request.transient_periods > request.periods else "/periods"
     return [
         Count(of_points("range", request.range), "points", values, limits.points),
         Count("/periods", "samples", values * request.periods, limits.points),
-        Count("/periods", "periods", values * each, limits.tile_periods),
+        Count(most, "periods", values * each, limits.tile_periods),
     ]
 
 
