@@ -28,6 +28,8 @@ from grazemap.results.observables import variables_of
 from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
 from grazemap_core import warmup
+from grazemap_core.errors import LinearisationError
+from grazemap_core.orbits import simulated_orbits
 from grazemap_core.simulation import observables as core
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import PROCESSES, kernels_of
@@ -151,16 +153,22 @@ def test_a_map_has_arrays_of_the_plane(tmp_path: Path, capsys: pytest.CaptureFix
     assert "dissipated_power" in capsys.readouterr().err
 
 
-def test_an_orbit_that_rests_and_one_that_is_not_found() -> None:
+def test_an_orbit_that_rests_and_one_that_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
     resting = {"oscillator": {"restitution": 0.2}, "omega": 0.12, "clearance": 0.5, **ASKED}
     _, found = computed("periodic-orbits", resting)
     assert isinstance(found, PeriodicOrbit)
     assert found.found_by == "simulation"
     assert found.impulse > 0.0
     lost = {**POINT, "motion": {"period": 1, "stops": [1] * 40}, **ASKED}
-    _, none = computed("periodic-orbits", lost)
-    assert isinstance(none, PeriodicOrbit)
-    assert np.isnan([none.impulse, none.output("rate").peak]).all()
+
+    def not_closed(*arguments: object) -> None:
+        raise LinearisationError("it did not close")
+
+    monkeypatch.setattr(simulated_orbits, "simulated_orbit", not_closed)
+    for request in (lost, resting):
+        _, none = computed("periodic-orbits", request)
+        assert isinstance(none, PeriodicOrbit)
+        assert np.isnan([none.impulse, none.output("rate").peak]).all()
 
 
 def identity(process: str, request: ProcessRequest) -> str:

@@ -69,7 +69,7 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
             clearance = core_clearance(request.clearance)
             found = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
         except LinearisationError as error:
-            return _no_orbit(request, str(error), {})
+            return _no_orbit(request, str(error), _observed(request, str(error)))
         return _simulated(found, _observed(request, found))
     orbit = orbit_asked_for(oscillator, request, run)
     observed = _observed(request, orbit)
