@@ -132,6 +132,7 @@ def nearly_symmetric(offset):
     return dataclasses.replace(DEFAULT, bias=push)
 
 
+@pytest.mark.thorough
 def test_the_pitchfork_that_unfolds_is_found_on_both_sides():
     """From an orbit of either branch: of that which goes on, and of that which turns at a saddle-node.
 
