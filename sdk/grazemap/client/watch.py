@@ -116,17 +116,18 @@ class Follower:
                 kind = response.headers.get("content-type", "")
                 if response.status_code != 200 or not kind.startswith("text/event-stream"):
                     return
-                async for line in lines_of(response):
-                    event = decoder.feed(line)
-                    if event is not None:
-                        self._seen += event.id != self._last_id  # one without an id may come on every connection
-                        self._last_id = event.id
-                        self._done = event.name == "done"
-                        if event.name == "waiting":
-                            self._waiting_for = event.data.get("waiting_for")
-                        yield event
-                    if self._done or self._near_deadline():
-                        return
+                async with aclosing(lines_of(response)) as lines:
+                    async for line in lines:
+                        event = decoder.feed(line)
+                        if event is not None:
+                            self._seen += event.id != self._last_id  # one without an id may come on every connection
+                            self._last_id = event.id
+                            self._done = event.name == "done"
+                            if event.name == "waiting":
+                                self._waiting_for = event.data.get("waiting_for")
+                            yield event
+                        if self._done or self._near_deadline():
+                            return
         except (httpx2.RequestError, ProtocolError):
             # No error: the caller requests the job itself, opens another stream, and finally polls.
             pass

@@ -83,8 +83,16 @@ def make_client(request: pytest.FixtureRequest, service: FakeService, monkeypatc
     yield make
     for client in made:
         client.close()
+    loop.run_until_complete(_settled())
     loop.run_until_complete(loop.shutdown_asyncgens())
     loop.close()
+
+
+async def _settled() -> None:
+    """Wait for the ends of asynchronous generators that were left, which the loop has been asked to close."""
+    await asyncio.sleep(0.0)
+    while others := asyncio.all_tasks() - {asyncio.current_task()}:
+        await asyncio.wait(others)
 
 
 @pytest.fixture
