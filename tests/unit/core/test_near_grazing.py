@@ -35,12 +35,13 @@ def phases_of(oscillator: Oscillator, omegas: np.ndarray, overshoots: tuple[floa
     ([1.0], [1.0], 0.1),
     ([1.0, 0.6, 2.0, 1.3], [1.0, 2.0, 0.7, 1.1], [0.05, 0.3, 0.02, 0.1]),
 ])  # fmt: skip
+@pytest.mark.parametrize("frequencies", [300, pytest.param(1000, marks=pytest.mark.thorough)])
 def test_no_near_grazing_impact_is_missed_and_no_false_one_is_found(
-    masses: list[float], stiffnesses: list[float], damping: float | list[float]
+    masses: list[float], stiffnesses: list[float], damping: float | list[float], frequencies: int
 ) -> None:
     count = len(masses)
     oscillator = Oscillator.create(masses, stiffnesses, damping, [1.0, *[0.0] * (count - 1)], 0.8)
-    omegas = np.random.default_rng(7).uniform(0.2, 1.5, 300)
+    omegas = np.random.default_rng(7).uniform(0.2, 1.5, frequencies)
     above = phases_of(oscillator, omegas, tuple(-overshoot for overshoot in OVERSHOOTS))
     assert np.all(np.isnan(above))
     below = phases_of(oscillator, omegas, OVERSHOOTS)
@@ -50,7 +51,7 @@ def test_no_near_grazing_impact_is_missed_and_no_false_one_is_found(
     assert np.all(np.abs(below - expected) < 1e-15 / np.sqrt(2.0 * np.array(OVERSHOOTS)))
     # the amplitude that all of this is measured from, to far less than the smallest overshoot
     chain = Chain(masses, stiffnesses, oscillator.link_damping.tolist(), oscillator.forcing.tolist())
-    for omega in omegas[::30]:
+    for omega in omegas[:: frequencies // 10]:
         with digits():
             exact = abs(steady_amplitude(chain, float(omega)))
             assert abs(float(abs(steady_response(oscillator, np.array([omega]))[0, 0]) / exact - 1)) < 1e-15

@@ -112,8 +112,15 @@ def test_hardly_any_point_of_the_papers_map_is_sensitive():
     assert (np.isfinite(found["transient_growth"]) == captured).all()
 
 
-@pytest.mark.parametrize("policy", ["rest", pytest.param("ensemble", marks=pytest.mark.thorough)])
-def test_where_the_next_double_has_another_motion_neither_is_verified(policy):
+@pytest.mark.parametrize(
+    ("policy", "borders"),
+    [
+        ("rest", 4),
+        pytest.param("rest", 8, marks=pytest.mark.thorough),
+        pytest.param("ensemble", 8, marks=pytest.mark.thorough),
+    ],
+)
+def test_where_the_next_double_has_another_motion_neither_is_verified(policy: str, borders: int) -> None:
     """Between two motions there is a clearance where round-off decides: bisection finds the two doubles beside it."""
     oscillator, omega = DEFAULT, 0.275
 
@@ -128,7 +135,7 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy):
 
     grid, checked = np.linspace(1.3, 2.0, 40), 0
     coarse = at(*grid)
-    for k in [k for k in range(39) if label(coarse, k) != label(coarse, k + 1)][:4]:
+    for k in [k for k in range(39) if label(coarse, k) != label(coarse, k + 1)][:borders]:
         low, high = float(grid[k]), float(grid[k + 1])
         while np.nextafter(low, high) < high:
             middle = 0.5 * (low + high)
