@@ -336,7 +336,7 @@ ANY_SAYING: list[Change] = [
 ]
 SAYING = dict.fromkeys(KEEPING, ANY_SAYING)
 # a trajectory from a slightly changed oscillator mostly settles on the same type of motion
-SAYING["attraction"] = [*ANY_SAYING, other_type, other_type, other_type]
+SAYING["attraction"] = [*ANY_SAYING, *[other_type] * 4, *[turned_truth] * 2]
 
 
 # changes of the form
