@@ -38,8 +38,10 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
     repeat; `hint`, a name that may be meant; and `allowed`. Those of a validator, and of the model of a part, stay.
     """
     kind = error["type"]
-    # the names of union branches, such as "[range]", are not in the body
-    place = [part for part in error["loc"] if not (isinstance(part, str) and part.startswith("["))]
+    # the names of union branches, such as "[range]", are not in the body; an unknown field may have any name
+    known = error["loc"][:-1] if kind == "extra_forbidden" else error["loc"]
+    place = [part for part in known if not (isinstance(part, str) and part.startswith("["))]
+    place += error["loc"][len(known) :]
     said = {"value": "", "hint": "", **error.get("ctx", {})}
     if "detail" not in said:
         schema = schema_of(model)

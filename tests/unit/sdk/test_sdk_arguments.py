@@ -202,6 +202,8 @@ def test_bad_values_are_refused_before_anything_is_sent(changes, pointer, allowe
     ("wrong", "pointer", "told"),
     [
         ({"": 1}, "", 'Unknown field ""'),
+        ({"[": 1}, "", 'Unknown field "["'),
+        ({"oscillator": {"[range]": 1}}, "/oscillator", 'Unknown field "[range]"'),
         ({"omga": 1}, "", 'Unknown field "omga"; did you mean omega'),
         ({"wobble": 1}, "", 'Unknown field "wobble"'),
         ({"oscillator": {"mases": [1]}}, "/oscillator", 'Unknown field "mases"; did you mean masses'),
