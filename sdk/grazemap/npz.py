@@ -29,6 +29,8 @@ _UTF8 = 0x800
 _ENCRYPTED = 1
 # version to extract, flags, method, time, date, checksum, packed and whole size, length of the name, extra length
 _MEMBER = struct.Struct("<HHHHHLLLHH")
+# signature, two numbers of disks, members twice, size and place of the directory, length of a comment
+_END = struct.Struct("<4s4H2LH")
 _HEADER_LENGTH = struct.Struct("<H")
 # No result takes more memory than this, and deflate makes its input at most 1032 times as long.
 _MOST_UNPACKED = 2 << 30
@@ -64,9 +66,7 @@ def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
         position += _NAME + len(path) + len(content)
     listed = b"".join(directory)
     count = len(directory)
-    return b"".join(
-        [*members, listed, struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(listed), position, 0)]
-    )
+    return b"".join([*members, listed, _END.pack(b"PK\5\6", 0, 0, count, count, len(listed), position, 0)])
 
 
 def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
@@ -79,6 +79,10 @@ def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = archive.infolist()
+    # a damaged directory may hide its last members; a file with a comment, which `packed` never writes, ends otherwise
+    end = data[-_END.size :]
+    if end.startswith(b"PK\5\6") and _END.unpack(end)[4] != len(members):
+        raise ValueError("the directory has another number of members than the file says")
     if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
         raise ValueError("the members are too many, or several have one name")
     # members that overlap would be unpacked from the same bytes

@@ -206,6 +206,18 @@ def test_a_damaged_file_is_the_same_result_or_refused(process, ending, tmp_path)
     assert refused > 40
 
 
+def test_a_directory_that_hides_members_is_refused():
+    """As where the last member, a field that may be absent, is the comment of the one before it."""
+    content = sample("grazing-curves of one stop")
+    whole = bytearray(content)
+    last, before = whole.rfind(b"PK\1\2"), whole.rfind(b"PK\1\2", 0, whole.rfind(b"PK\1\2"))
+    whole[before + 32 : before + 34] = (whole.rfind(b"PK\5\6") - last).to_bytes(2, "little")
+    with zipfile.ZipFile(io.BytesIO(whole)) as archive:
+        assert archive.namelist() == zipfile.ZipFile(io.BytesIO(content)).namelist()[:-1]
+    with pytest.raises(ResultFormatError):
+        decode_result(bytes(whole))
+
+
 def test_npz_whose_structure_is_wrong_is_refused():
     document = {"points": [{"kind": "recurrence", "families": [{"case": 1, "n": 2}]}, {"kind": "resonant"}]}
     with np.load(io.BytesIO(encode_npz(document, {}))) as archive:
