@@ -59,7 +59,7 @@ def _finish(store: Store, job_id: str, process: str) -> bool:
 
 def main() -> int:
     """Run schemathesis; return its status."""
-    program, examples = sys.argv[1:]
+    program, examples = Path(sys.argv[1]).absolute(), sys.argv[2]
     with (
         tempfile.TemporaryDirectory() as folder,
         RedisServer(Path(folder)) as server,
@@ -70,7 +70,7 @@ def main() -> int:
         played = threading.Thread(target=play, args=(store, stop))
         played.start()
         try:
-            line = [program, "run", f"http://{address}/openapi.json", "--max-examples", examples, "--seed", "1"]
+            line = [str(program), "run", f"http://{address}/openapi.json", "--max-examples", examples, "--seed", "1"]
             line += ["--exclude-checks", _LEFT_OUT, "--continue-on-failure", "--output-truncate", "false"]
             environment = {**os.environ, "SCHEMATHESIS_HOOKS": _CHECKS.stem, "PYTHONPATH": str(_CHECKS.parent)}
             return subprocess.run(line, cwd=folder, env=environment, check=False).returncode
