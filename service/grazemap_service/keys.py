@@ -152,7 +152,7 @@ class Keys:
         self._next_look = time.monotonic() + _LOOK_SECONDS
 
     def find(self, text: bytes) -> Key | None:
-        """Return what a key grants; None: it is unknown. It is compared with all keys, with each in constant time."""
+        """Return what a key grants; None if it is unknown. It is compared with every key in constant time."""
         self._look()
         sought = digest_of(text)
         keyring = {**self._setting_keys, **self._file_keys}

@@ -1,7 +1,7 @@
 """The representations of a result: content negotiation, ETags, and a cache of recently used representations.
 
-The store holds npz; the codec makes JSON from it. The ETag of a representation is that of the npz with the name of the
-form. It is a strong ETag, because the same npz always gives the same JSON.
+The store holds npz; the codec makes JSON from it. The ETag of a representation is the entity tag of the npz with
+the name of the form. It is a strong ETag, because the same npz always gives the same JSON.
 
 JSON is many times as large as its npz. Therefore only a few renderings run at a time, equal requests share a rendering,
 and large JSON is made while it is sent, so that it is never complete in memory.

@@ -78,7 +78,7 @@ class RunningStack:
         found = []
         for worker in living(self.child("grazemap_worker").children()):
             with contextlib.suppress(psutil.NoSuchProcess):
-                found += [(worker, horse) for horse in living(worker.children())]
+                found += [(worker, process) for process in living(worker.children())]
         return found
 
     def a_busy_worker(self) -> tuple[psutil.Process, psutil.Process]:

@@ -70,9 +70,9 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack, undi
 
     until(a_horse_is_killed)
 
-    worker, horse = stack.a_busy_worker()
+    worker, process = stack.a_busy_worker()
     worker.kill()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
 
     until(lambda: stack.job(identity)["progress"]["done"] > 0)
     assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"

@@ -92,10 +92,10 @@ def descendants(pid: int | None) -> list[psutil.Process]:
 
 
 def submit(store: Store, plan: Plan = SIX) -> Job:
-    job, bell = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
-    assert bell is not None
-    if bell.fingerprint:
-        wake_ups.wake_worker(store.redis, bell.fingerprint, small=bell.small)
+    job, queue = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
+    assert queue is not None
+    if queue.fingerprint:
+        wake_ups.wake_worker(store.redis, queue.fingerprint, small=queue.small)
     return job
 
 
@@ -139,10 +139,10 @@ def test_a_tile_that_takes_longer_than_a_lease_is_computed_at_the_first_attempt(
 def a_compute_process(supervisor: psutil.Process) -> tuple[psutil.Process, psutil.Process]:
     """A process that computes a tile, as soon as there is one, and its worker."""
     until(lambda: compute_processes(supervisor))
-    horse = compute_processes(supervisor)[0]
-    worker = horse.parent()
+    process = compute_processes(supervisor)[0]
+    worker = process.parent()
     assert worker is not None
-    return horse, worker
+    return process, worker
 
 
 def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) -> None:
@@ -155,9 +155,9 @@ def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) 
 def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
-    horse, worker = a_compute_process(supervisor)
+    process, worker = a_compute_process(supervisor)
     worker.kill()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
     until(lambda: len(supervisor.children()) == 4)
     assert_whole(store, job.id)
 
@@ -212,14 +212,14 @@ def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_n
 ) -> None:
     supervisor = start("slow")
     job = submit(store)
-    pair = horse, _ = a_compute_process(supervisor)
+    pair = process, _ = a_compute_process(supervisor)
     for process in pair:
         process.suspend()
     until(lambda: store.counts().events == {"failures:lost": 1})
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count)
     for process in pair:
         process.resume()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
     assert_whole(store, job.id)
 
 
@@ -235,19 +235,19 @@ def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(star
     assert store.tiles.waiting("planted") <= {("short", "maps-3")}
 
 
-def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, bell: bool = True) -> Job:
+def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, wake: bool = True) -> Job:
     """A job of a client whose tiles each compute for so long in the mode "asked"."""
     request = REQUEST.model_copy(update={"max_periods": milliseconds})
     requester = Requester(f"client:{name}")
     job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, requester)
-    if bell:
+    if wake:
         wake_ups.wake_worker(store.redis, "planted", small=plan.lane == "small")
     return job
 
 
 def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(start: Start, store: Store) -> None:
-    unfair = [asked(store, "unfair", 60_000 + k, SMALL, bell=False) for k in range(3)]
-    innocent = [asked(store, "unfair", 1 + k, SMALL, bell=False) for k in range(3)]
+    unfair = [asked(store, "unfair", 60_000 + k, SMALL, wake=False) for k in range(3)]
+    innocent = [asked(store, "unfair", 1 + k, SMALL, wake=False) for k in range(3)]
     start("asked", workers=2, limits={"supervision.supervisor.SMALL_TILE_PROCESSOR_SECONDS": 0.5})
     until(lambda: store.counts().jobs["running"] > 0)
     others = [asked(store, "fair", 10 + k, SMALL) for k in range(3)]
@@ -264,13 +264,13 @@ def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(sta
 def test_one_worker_stops_a_long_tile_for_a_short_job_and_continues_it(start: Start, store: Store) -> None:
     supervisor = start("asked", workers=1, limits={"tasks.STOPPED_AFTER_SECONDS": 0.5})
     long = asked(store, "first", 600_000, MINUTES)
-    horse, _ = a_compute_process(supervisor)
+    process, _ = a_compute_process(supervisor)
     short = asked(store, "other", 100, SIX)
-    until(lambda: horse.status() == psutil.STATUS_STOPPED)
+    until(lambda: process.status() == psutil.STATUS_STOPPED)
     until(lambda: status(store, short.id) == "successful")
-    until(lambda: horse.status() != psutil.STATUS_STOPPED)
+    until(lambda: process.status() != psutil.STATUS_STOPPED)
     assert status(store, long.id) == "running"
-    assert compute_processes(supervisor) == [horse]
+    assert compute_processes(supervisor) == [process]
     store.jobs.dismiss(long.id, everyone=True)
     assert store.counts().events == {}
 

@@ -169,9 +169,9 @@ BRANCH_IMPACTS = 16.0
 BRANCH_STRUCTURES = 12.0
 BRANCH_MODES_SECONDS = 1.0e-3
 # Number of points of a branch: BRANCH_POINTS of a short one, and BRANCH_POINTS_A_STEP for each step of BRANCH_STEP
-# times the unit of the parameter. In a wide range these further points are at most one for each step and
-# BRANCH_POINTS_TURNING. The special points of a branch cost as much as BRANCH_SPECIAL_POINTS points. In a window, the
-# number of points of two branches, and of all curves of a motion together.
+# times the unit of the parameter. In a wide range these further points are at most BRANCH_POINTS_TURNING plus one for
+# each step. The special points of a branch cost as much as BRANCH_SPECIAL_POINTS points. In a window, the number of
+# points of two branches, and of all curves of a motion together.
 BRANCH_POINTS = 60
 BRANCH_STEP = 0.05
 BRANCH_POINTS_A_STEP = 8

@@ -73,7 +73,7 @@ def _general(described: Oscillator) -> CoreOscillator:
         damping = described.matrices.damping
         kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
         structure = CoreMatrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
-    orders = described.orders  # these leave out harmonics whose amplitudes add up to zero, which rounding may hide
+    orders = described.orders  # without harmonics whose amplitudes cancel exactly; rounded sums need not be zero
     parts = [
         force(
             forcing.harmonic,

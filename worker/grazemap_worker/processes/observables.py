@@ -1,4 +1,4 @@
-"""Observables and outputs: converts those of a request for the core, and the core's figures into a document."""
+"""Observables and outputs: conversion of a request for the core, and of the core's figures into a document."""
 
 from __future__ import annotations
 

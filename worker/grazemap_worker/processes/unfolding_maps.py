@@ -149,8 +149,8 @@ _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed"
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: the values of the parameters, and the arrays [vertical, horizontal] of the core.
 
-    The values are slices of those of the whole grid. Therefore the bytes of a map that is not adaptive do not depend on
-    how it is cut into tiles. The tiles of a sweep are as tall as the map. Raises CoreError.
+    The values are slices of the values of the whole grid. Therefore the bytes of a map that is not adaptive do not
+    depend on how it is cut into tiles. The tiles of a sweep are as tall as the map. Raises CoreError.
     """
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile

@@ -32,7 +32,7 @@ _LOOK_SECONDS = 0.5
 _NEAR_LIMIT = 0.7
 # Bytes in the unit of ru_maxrss: kilobytes, on macOS bytes.
 _PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
-# Exit status of a process that its worker killed, and of one that could not store its tile because the store is full.
+# Exit status of a process that its worker killed, and of a process that found the store full.
 _KILLED = -signal.SIGKILL
 STORE_FULL_STATUS = 3
 
@@ -82,7 +82,7 @@ class SharedState:
         self._FORM.pack_into(self._memory, 0, activity.job_id.encode(), *activity[1:])
 
     def read(self) -> Activity:
-        """Return the activity. While the process writes, some fields may still be those of the activity before."""
+        """Return the activity. While the process writes, some fields may still be those of the previous activity."""
         job_id, *numbers = self._FORM.unpack_from(self._memory)
         return Activity(job_id.rstrip(b"\0").decode(), *numbers)
 

@@ -163,5 +163,5 @@ def import_core() -> None:
 
 def _label(name: str) -> str:
     masses = warmup.masses_of(name)
-    of_masses = f" of {masses} mass{'' if masses == 1 else 'es'}" if masses else ""
-    return f"kernels for {name.partition('-')[0].replace('_', ' ')}{of_masses}"
+    masses_text = f" of {masses} mass{'' if masses == 1 else 'es'}" if masses else ""
+    return f"kernels for {name.partition('-')[0].replace('_', ' ')}{masses_text}"

@@ -194,9 +194,9 @@ class Supervisor:
                 self._count("ended:worker")
 
     def _blame(self, slot: _Slot) -> bool:
-        """Count a failure of the small tile that an ended worker computed; return whether there was one.
+        """Count a failure of the small tile that an ended worker computed; return whether a failure was counted.
 
-        If there was, the worker's other claims are given back without counting a failure.
+        If so, the other claims of the worker are given back without counting a failure.
         """
         if not slot.watched.computing:
             return False
