@@ -107,7 +107,7 @@ def supervise(
         assert hasattr(import_module(f"grazemap_worker.{module}"), name)
         setattr(import_module(f"grazemap_worker.{module}"), name, value)
     logs.configure("INFO")
-    tasks.PROCESSES = {"unfolding-maps": planted(mode)}
+    tasks.IMPLEMENTATIONS = {"unfolding-maps": planted(mode)}
     settings = WorkerSettings(redis_url=redis_url, workers=workers, result_bytes=1 << 20)
     kernels = Kernels(())
     kernels.ready |= INFO.kernels

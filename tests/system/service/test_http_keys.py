@@ -64,8 +64,8 @@ def test_with_keys_only_open_paths_need_none(serve: Any, worker: Any, store: Sto
 @pytest.mark.parametrize("count", [16, 24])
 def test_random_keys_of_128_bits_are_strong(count: int) -> None:
     for _ in range(200):
-        assert keys.strong(secrets.token_urlsafe(count))
-        assert keys.strong(secrets.token_hex(count))
+        assert keys.is_strong(secrets.token_urlsafe(count))
+        assert keys.is_strong(secrets.token_hex(count))
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_random_keys_of_128_bits_are_strong(count: int) -> None:
     ],
 )
 def test_weak_keys_are_refused_and_not_repeated(key: str) -> None:
-    assert not keys.strong(key)
+    assert not keys.is_strong(key)
     with pytest.raises(ValidationError, match=r"too weak: a key has 22") as caught:
         ServiceSettings(api_keys=(f"named={key}",))
     assert "api_keys" in str(caught.value)

@@ -342,7 +342,7 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
                 answer.read(1)
                 child.look()
                 largest = max(largest, log.stat().st_size)
-        until(lambda: "the end" in child.last_words(), 30)
+        until(lambda: "the end" in child.log_tail(), 30)
     finally:
         child.end(0)
     assert 0 < largest < 150_000
@@ -357,7 +357,7 @@ def test_the_log_of_redis_is_bounded_while_it_runs(
     assert own_redis_server.log.stat().st_size == 0
     connect(own_redis_server.url).config_set("maxmemory", 1)  # it warns of this
     assert b"\0" not in own_redis_server.log.read_bytes()
-    assert "maxmemory" in own_redis_server.last_words()
+    assert "maxmemory" in own_redis_server.log_tail()
 
 
 def test_the_memory_of_an_embedded_redis_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
