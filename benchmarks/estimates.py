@@ -31,7 +31,7 @@ from benchmarks.random_requests import KINDS, MAP_MASSES, drawn
 from grazemap.wire import ProcessRequest, parse_request
 from grazemap_core import warmup
 from grazemap_core.errors import CoreError
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 
 REQUESTS = 5
 LEAST_SECONDS = 0.05
@@ -99,7 +99,7 @@ def short(value: Any) -> str:
 
 def compute(process: str, request: ProcessRequest) -> None:
     """Compute a request as a worker does, tile by tile. Raises CoreError."""
-    planned, how = PROCESSES[process].plan(request), PROCESSES[process]
+    planned, how = IMPLEMENTATIONS[process].plan(request), IMPLEMENTATIONS[process]
     if how.whole is not None:
         how.whole(request, silent)
     elif how.tile is not None and how.assembled is not None:
@@ -144,7 +144,7 @@ def sized(process: str, seed: int, pipe: int) -> None:
             seconds_of(process, body)  # loads the kernels, or compiles them
             end_after(GIVEN_UP_SECONDS)
         took = seconds_of(process, body)
-        if took > WITHIN[1] * PROCESSES[process].plan(parse_request(process, body)).estimate.seconds:
+        if took > WITHIN[1] * IMPLEMENTATIONS[process].plan(parse_request(process, body)).estimate.seconds:
             took = min(took, seconds_of(process, body))  # a larger size may be the first that needs some kernels
         os.write(pipe, f"{json.dumps([body, took])}\n".encode())
         if took > 0.5 * GOAL_SECONDS:
@@ -178,7 +178,7 @@ def measured(process: str, seed: int) -> Measured | None:
     spent = seconds if whole else float(GIVEN_UP_SECONDS)
     if spent < LEAST_SECONDS:
         return None
-    estimate = PROCESSES[process].plan(parse_request(process, body)).estimate.seconds
+    estimate = IMPLEMENTATIONS[process].plan(parse_request(process, body)).estimate.seconds
     # one that was given up, and was estimated to take so long or longer, is too large to be compared
     return Measured(process, body, spent, estimate, whole) if whole or spent > WITHIN[1] * estimate else None
 

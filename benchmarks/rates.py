@@ -22,8 +22,8 @@ from grazemap.wire import Oscillator, parse_request  # noqa: E402
 from grazemap_core import warmup  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
 from grazemap_worker.planning.costs import Points, fastest_exponent, period_impacts  # noqa: E402
-from grazemap_worker.planning.rates import LEAST_CELLS  # noqa: E402
-from grazemap_worker.processes import PROCESSES  # noqa: E402
+from grazemap_worker.planning.rates import MIN_CELLS  # noqa: E402
+from grazemap_worker.processes import IMPLEMENTATIONS  # noqa: E402
 
 TRAJECTORIES = 60
 PERIODS = 50
@@ -43,7 +43,7 @@ RATES = (
 
 def timed(body: dict[str, Any]) -> tuple[float, Any]:
     """Return the processor time of a trajectory, the less of two, and its document. Raises CoreError."""
-    request, whole = parse_request("trajectories", body), PROCESSES["trajectories"].whole
+    request, whole = parse_request("trajectories", body), IMPLEMENTATIONS["trajectories"].whole
     assert whole is not None
     times = []
     for _ in range(2):
@@ -61,7 +61,7 @@ def row(seed: int) -> tuple[list[float], float, float]:
     periods = min(20_000, round(PERIODS * max(1.0, LEAST_SECONDS / seconds)))
     seconds, document = timed({**body, "periods": periods})
     oscillator, size = Oscillator(**draw.chain), len(draw.chain["masses"])
-    cells = periods * size * max(LEAST_CELLS, fastest_exponent(oscillator) * 2.0 * np.pi / draw.omega)
+    cells = periods * size * max(MIN_CELLS, fastest_exponent(oscillator) * 2.0 * np.pi / draw.omega)
     impacts, samples = len(document["impacts"]["time"]), len(document["time"]) * size
     rests = len(document["sticking"]["start"]) > periods
     works = [
@@ -75,7 +75,7 @@ def row(seed: int) -> tuple[list[float], float, float]:
         samples,
         samples * size,
     ]
-    expected = periods * float(period_impacts(oscillator, Points.of([(draw.omega, draw.clearance)]))[0])
+    expected = periods * float(period_impacts(oscillator, Points.create([(draw.omega, draw.clearance)]))[0])
     return [float(work) for work in works], seconds, (impacts + periods) / (expected + periods)
 
 

@@ -16,11 +16,11 @@ from grazemap_service import jobs
 from grazemap_service.app import create_app
 from grazemap_service.context import Context
 from grazemap_service.redis_server import RedisServer
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker import tasks
 from grazemap_worker.numerics import numerics
 from grazemap_worker.planning import LANE_WEIGHTS
-from grazemap_worker.store import Bell, Store, WorkerInfo, connect, core_version
+from grazemap_worker.store import Store, WorkerInfo, WorkerQueue, connect, core_version
 from grazemap_worker.store.ledger import LANES
 
 
@@ -33,11 +33,11 @@ async def client() -> AsyncIterator[AsyncClient]:
         worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(STEPS), small=True)
         store.workers.renew(worker, 600)
 
-        def drain(_context: Context, _bell: Bell) -> None:
+        def compute_tiles(_context: Context, _queue: WorkerQueue) -> None:
             """Compute what a worker would be woken for, as if all of it were small."""
-            tasks.drain(tasks.Context(store, worker, ours))
+            tasks.compute_waiting_tiles(tasks.WorkerContext(store, worker, ours))
 
-        transport = httpx2.ASGITransport(create_app(Settings(redis_url=server.url, allowed_hosts=("here",))))
-        with patch.object(jobs, "ring", drain), patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
+        transport = httpx2.ASGITransport(create_app(ServiceSettings(redis_url=server.url, allowed_hosts=("here",))))
+        with patch.object(jobs, "wake_worker", compute_tiles), patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
             async with AsyncClient("http://here", transport=transport, timeout=600.0) as made:
                 yield made

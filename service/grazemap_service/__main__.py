@@ -1,7 +1,8 @@
 """``python -m grazemap_service``: the HTTP service alone, configured by the environment (see `settings`).
 
 It listens on GRAZEMAP_HOST and GRAZEMAP_PORT, or on a socket that its parent opened (GRAZEMAP_FD), so that a
-restart keeps the address. Without keys it refuses to be reached from other machines: see `Settings.check_exposed`.
+restart keeps the address. Without keys it refuses to be reached from other machines; see
+`ServiceSettings.check_exposed`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pydantic import ValidationError
 
 from grazemap_service.app import create_app
 from grazemap_service.connections import bounded_server
-from grazemap_service.settings import Settings, SettingsError
+from grazemap_service.settings import ServiceSettings, SettingsError
 from grazemap_worker.logs import configure
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 
@@ -22,7 +23,7 @@ from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 def main() -> int:
     """Serve until SIGINT or SIGTERM; return the exit status."""
     try:
-        settings = Settings()
+        settings = ServiceSettings()
         listener = _listener(settings)
     except (SettingsError, ValidationError) as error:
         text = refusal_text(error) if isinstance(error, ValidationError) else str(error)
@@ -38,17 +39,18 @@ def main() -> int:
     return 0 if server.started else 1
 
 
-def _listener(settings: Settings) -> socket.socket:
+def _listener(settings: ServiceSettings) -> socket.socket:
     """Return the listening socket. Raises SettingsError when it is exposed and there are no keys."""
     if settings.fd is not None:
         listener = socket.socket(fileno=settings.fd)
-        # a unix socket is of this machine
+        # only this machine can reach a unix socket
         settings.check_exposed("localhost" if listener.family == socket.AF_UNIX else listener.getsockname()[0])
         return listener
     settings.check_exposed(settings.host)
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.create_server((settings.host.strip("[]"), settings.port), family=family)
-    # create_server names no protocol, so asyncio does not see that connections are TCP; they inherit this option
+    # asyncio does not recognise these connections as TCP, because create_server names no protocol; they inherit this
+    # option from the listener
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return listener
 

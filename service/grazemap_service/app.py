@@ -14,30 +14,30 @@ from grazemap_service.context import Context
 from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import Renderings
-from grazemap_service.request_log import Observe
+from grazemap_service.request_log import RequestLog
 from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
 
-# Seconds; short, so that clients learn that Redis does not respond before all threads wait for it.
+# Timeout of a command in seconds. It is short, so that clients get an answer before all threads wait for Redis.
 STORE_SECONDS = 1.0
 _ROUTERS = (processes, batches, jobs, events, results, root, health)
 
 
-def create_app(settings: Settings | None = None) -> FastAPI:
+def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     """Return the service.
 
     Parameters
     ----------
-    settings : Settings, optional
+    settings : ServiceSettings, optional
         Read from the environment when left out.
 
     Notes
     -----
-    Redis is not contacted before the first request, and may be unavailable at times.
+    Redis is not contacted before the first request, and may be unavailable for a time.
     """
-    settings = settings or Settings()
+    settings = settings or ServiceSettings()
     connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
     renderings = Renderings(settings.hot_bytes, settings.sent_bytes)
@@ -56,7 +56,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)
-    app.add_middleware(Observe, metrics=context.metrics)
+    app.add_middleware(RequestLog, metrics=context.metrics)
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
@@ -65,7 +65,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
 
 async def _beat() -> None:
-    """Say for ever that the event loop goes on."""
+    """Send signs of life of the event loop for ever."""
     while True:
         watchdog.beat()
         await asyncio.sleep(watchdog.INTERVAL_SECONDS)

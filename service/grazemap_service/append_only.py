@@ -1,8 +1,9 @@
 """The append-only file of a Redis server: its parts, and the repair of a damaged end.
 
-From Redis 7 on it has several parts, which a manifest lists; before, it was one file. A power cut can leave a part with
-a tail of zeros, of garbage or of half a command; the server itself mends the last of these alone. Its check says how
-much of a part is intact. Whatever follows is cut off, later parts included: the data are those of an earlier moment.
+From Redis 7 on the file has several parts, which a manifest lists; before, it was one file. After a power cut, a part
+may end with zeros, with garbage or with half a command. The server itself repairs only half a command. Its check
+reports how many bytes of a part are intact. The repair cuts off everything that follows, including later parts. The
+data are then those of an earlier moment.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from typing import NamedTuple
 MANIFEST = "appendonlydir/appendonly.aof.manifest"
 SINGLE_FILE = "appendonly.aof"
 SNAPSHOTS = (b"REDIS", b"VALKEY")
-"""What a snapshot begins with, which the server's check of an append-only file does not always know."""
+"""The first bytes of a snapshot. The server's check of an append-only file does not recognise every snapshot."""
 KEPT = "damaged"
-"""The folder, beside the file, of the originals of damaged parts."""
-MOST_KEPT = 3
+"""The folder, beside the file, for copies of damaged parts."""
+MAX_KEPT = 3
 
 
 class StorageError(RuntimeError):
@@ -29,14 +30,14 @@ class StorageError(RuntimeError):
 
 
 class Repair(NamedTuple):
-    """What was cut off a damaged append-only file."""
+    """A repair of a damaged append-only file."""
 
     file: Path
     """The first damaged part."""
     lost_bytes: int
-    """How many bytes were cut off."""
+    """Number of bytes that were cut off."""
     original: Path
-    """The folder with the originals."""
+    """The folder with copies of the damaged parts."""
 
 
 def parts(folder: Path) -> list[Path]:
@@ -47,7 +48,7 @@ def parts(folder: Path) -> list[Path]:
     manifest, paths = folder / MANIFEST, [folder / SINGLE_FILE]
     if manifest.is_file():
         lines = [line.split() for line in manifest.read_text("utf-8", "replace").splitlines()]
-        # of type h: history, which is not read
+        # files of type h, for history, are not read
         paths = [manifest.with_name(words[1]) for words in lines if words[:1] == ["file"] and words[-1] != "h"]
         if not paths:
             raise StorageError(f"{manifest} is damaged, as it lists no file: restore a backup")
@@ -55,10 +56,10 @@ def parts(folder: Path) -> list[Path]:
 
 
 def repair(folder: Path, program: Path) -> Repair | None:
-    """Cut off the damaged end of the append-only file in a folder, after copying it; None: nothing is damaged.
+    """Copy the damaged parts of the append-only file in a folder, and cut off the damaged end; None: no damage.
 
-    `program` is the server, which is also the tool that checks. Raises StorageError where the file cannot be checked or
-    copied, for example on a full disk; then nothing is cut off.
+    `program` is the server, which also checks the file. Raises StorageError if the file cannot be checked or copied,
+    for example on a full disk; then nothing is cut off.
     """
     intact: dict[Path, int] = {}
     for part in parts(folder):
@@ -70,7 +71,7 @@ def repair(folder: Path, program: Path) -> Repair | None:
     kept = folder / KEPT / f"{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}"
     try:
         kept.mkdir(parents=True)
-        for old in sorted(kept.parent.iterdir())[:-MOST_KEPT]:
+        for old in sorted(kept.parent.iterdir())[:-MAX_KEPT]:
             shutil.rmtree(old)
         for part in intact:
             shutil.copy2(part, kept)
@@ -83,14 +84,14 @@ def repair(folder: Path, program: Path) -> Repair | None:
 
 
 def _intact(part: Path, program: Path) -> int:
-    """Return how many of the first bytes of a part the server can read."""
+    """Return the number of intact bytes at the beginning of a part, which the server can read."""
     size = part.stat().st_size
     if not size:
-        return 0  # as of a new folder; checks of some versions refuse it
+        return 0  # as in a new folder; some versions refuse to check an empty file
     with part.open("rb") as stream:
         if stream.read(6).startswith(SNAPSHOTS):
             raise StorageError(f"{part} is a snapshot, of which no end can be cut off")
-    # a server is the check when it is called by this name, Valkey too
+    # the server program, also of Valkey, checks the file if it is called by this name
     command = ["redis-check-aof", str(part)]
     done = subprocess.run(command, executable=program, capture_output=True, text=True, errors="replace", check=False)
     analyzed = re.search(r"\bok_up_to=(\d+)", done.stdout)

@@ -21,26 +21,27 @@ from grazemap_worker.parent_death import tied
 from grazemap_worker.restarts import Restarts
 from grazemap_worker.watchdog import WatchdogSocket
 
-# After the first message of a child, so many seconds without one. Children send one every two seconds, and wait for
-# Redis five seconds at most.
+# Maximum seconds between two signs of life of a child. Children send one every two seconds, and wait for Redis for five
+# seconds at most.
 SILENT_SECONDS = 20.0
-MOST_LOG_BYTES = 10_000_000
+MAX_LOG_BYTES = 10_000_000
 _TAIL_BYTES = 4000
 
 
 class Child(ABC):
-    """A process that the stack watches.
+    """A child process that the stack watches.
 
     Parameters
     ----------
     name : str
-        What it is called in logs.
+        Its name in logs.
     log : Path
-        The file to which it appends what it says; it has at most about `MOST_LOG_BYTES`, and `.1` what was before.
+        The file to which it appends its log. Over about `MAX_LOG_BYTES` the log is moved to a file with suffix `.1`.
     inherited : sequence of int
-        Open file descriptors that it keeps.
+        Open file descriptors that the process inherits.
     silent_seconds, first_seconds : float
-        How long it may give no sign of life, after the first one and before. A start may take long.
+        Maximum seconds between two signs of life, and maximum seconds until the first one, because a start may take
+        long.
     """
 
     _process: subprocess.Popen[bytes] | None = None
@@ -75,7 +76,7 @@ class Child(ABC):
         return self._process.returncode if self._process else None
 
     def start(self) -> None:
-        """Start it; does not wait."""
+        """Start the process, without waiting for it."""
         self._up = True
         self.restarts.started()
         self._process = self._spawned()
@@ -84,8 +85,8 @@ class Child(ABC):
         )
 
     def look(self) -> bool:
-        """Start it again if it ended and its pause is over. Returns whether this call noticed its end."""
-        bound_log(self.log)
+        """Kill a hung process; start an ended one again after a pause. Returns whether this call noticed an end."""
+        rotate_log(self.log)
         self.end_if_hung()
         if self.running:
             return False
@@ -103,7 +104,7 @@ class Child(ABC):
             self._process.terminate()
 
     def end(self, deadline: float) -> None:
-        """Wait for its end until `deadline` (monotonic seconds), then kill it."""
+        """Wait for the end of the process until `deadline` (monotonic seconds), then kill it."""
         if self._process is None:
             return
         try:
@@ -113,7 +114,7 @@ class Child(ABC):
             self._process.wait()
 
     def end_if_hung(self) -> None:
-        """Kill it if it lives but no longer responds; what it has started ends with it."""
+        """Kill the process if it hangs; its own children end with it."""
         if self._process is None or self._liveness is None or not self.running:
             return
         if reason := self._liveness.hangs(heard=self.heard()):
@@ -122,11 +123,11 @@ class Child(ABC):
 
     @abstractmethod
     def heard(self) -> bool:
-        """Return whether it gave a sign of life since the last call; called several times a second while it runs."""
+        """Return whether the process gave a sign of life since the last call; called several times a second."""
 
     @abstractmethod
-    def last_words(self) -> str:
-        """Return the end of its log."""
+    def log_tail(self) -> str:
+        """Return the end of the log."""
 
     @abstractmethod
     def _spawned(self) -> subprocess.Popen[bytes]:
@@ -139,9 +140,9 @@ class Child(ABC):
         at_death: signal.Signals,
         environment: Mapping[str, str] | None = None,
     ) -> subprocess.Popen[bytes]:
-        """Return a process that gets the signal `at_death` when the stack ends.
+        """Start a process that gets the signal `at_death` when the stack ends.
 
-        It has a session of its own, so that an interrupt from the terminal reaches the stack alone.
+        The process has its own session, so that an interrupt from the terminal reaches only the stack.
         """
         return subprocess.Popen(
             command,
@@ -156,18 +157,18 @@ class Child(ABC):
 
 
 class PythonChild(Child):
-    """A module of grazemap, run by this interpreter; its log is appended to a file.
+    """A child that runs a module of grazemap with this Python interpreter.
 
     Parameters
     ----------
     name, log, inherited
-        As `Child`; stdout and stderr are appended to the log.
+        See `Child`; stdout and stderr are appended to the log.
     command : sequence of str
         The program and its arguments.
     environment : mapping
         The whole environment of the child.
     watchdog : WatchdogSocket
-        Where the child says that it goes on.
+        The socket to which the child sends signs of life.
     """
 
     def __init__(
@@ -185,7 +186,7 @@ class PythonChild(Child):
         self._watchdog = watchdog
 
     def heard(self) -> bool:
-        """As `Child.heard`: it has said that it goes on."""
+        """Return whether the child has sent a sign of life since the last call."""
         return self._watchdog.heard()
 
     def end(self, deadline: float) -> None:
@@ -193,26 +194,26 @@ class PythonChild(Child):
         super().end(deadline)
         self._watchdog.close()
 
-    def last_words(self) -> str:
+    def log_tail(self) -> str:
         """Return the end of its log."""
         return tail(self.log, 15)
 
     def _spawned(self) -> subprocess.Popen[bytes]:
-        self._watchdog.heard()  # of one that was there before
+        self._watchdog.heard()  # discard signs of life of a previous process
         with self.log.open("ab") as output:
             return self._popen(self._command, output, signal.SIGKILL, self._environment)
 
 
-def bound_log(log: Path) -> None:
-    """Move what a log has over `MOST_LOG_BYTES` to `.1`; the process that appends to it goes on with the same file."""
-    if log.is_file() and log.stat().st_size > MOST_LOG_BYTES:
+def rotate_log(log: Path) -> None:
+    """Copy a log over `MAX_LOG_BYTES` to a file with suffix `.1`, and empty it; its process keeps it open."""
+    if log.is_file() and log.stat().st_size > MAX_LOG_BYTES:
         with suppress(OSError):  # on a full disk the log is emptied all the same
             shutil.copyfile(log, log.with_suffix(".log.1"))
         os.truncate(log, 0)
 
 
 def tail(log: Path, lines: int) -> str:
-    """Return the last lines of a log; empty where there is none."""
+    """Return the last lines of a log; an empty text if there is no log."""
     if not log.is_file():
         return ""
     with log.open("rb") as stream:

@@ -1,7 +1,7 @@
-"""The server and its bounds on connections, so that clients that neither send nor read do not keep others out.
+"""The HTTP server and its limits on connections: clients that neither send nor read must not keep others out.
 
-The bounds are options of uvicorn and of the kernel; `request_body` has the time in which a body arrives. What only a
-proxy can bound, connections on which no whole request head arrives, is left to one: see docs/nginx.conf.
+The limits are options of uvicorn and of the kernel; `request_body` limits the time in which a body arrives. Only a
+proxy can limit connections on which no complete request head arrives: see docs/nginx.conf.
 """
 
 from __future__ import annotations
@@ -12,33 +12,33 @@ import socket
 import uvicorn
 from starlette.types import ASGIApp
 
-# Seconds in which a client must take what waits for it: an answer is written in small pieces.
+# Seconds in which a client must read data that was sent; an answer is sent in small chunks.
 SEND_SECONDS = 30.0
-# Seconds between requests: more than clients and proxies wait, of whom most close a connection after 5 to 60. One that
-# both sides close at the same time costs the client a request.
+# Seconds after which an idle connection is closed. Most clients and proxies close it after 5 to 60 seconds. The server
+# waits longer, because a client may lose a request when both sides close the connection at the same time.
 IDLE_SECONDS = 75
-# Seconds for answers in progress when asked to stop; event streams do not end by themselves.
+# Seconds in which answers may finish when the server is to stop; event streams do not end by themselves.
 GRACE_SECONDS = 2
-# File descriptors that are not for clients: Redis, the listening socket, files of the pages.
+# File descriptors that are reserved for Redis, the listening socket and files of the pages.
 _RESERVED = 64
-_FEWEST = 16
+_MIN_CONNECTIONS = 16
 
 
 def bounded_server(
-    app: ASGIApp, listener: socket.socket, send_seconds: float = SEND_SECONDS, most_connections: int | None = None
+    app: ASGIApp, listener: socket.socket, send_seconds: float = SEND_SECONDS, max_connections: int | None = None
 ) -> uvicorn.Server:
-    """Return a server for an app, which listens when it is run with the listener.
+    """Return a server for an app; run it with the listener.
 
     Parameters
     ----------
     app : ASGI application
-        What is served.
+        The app to serve.
     listener : socket
-        The options that it is given here are those of its connections too.
+        The listening socket; its connections inherit the options that are set here.
     send_seconds : float
-        How long what was sent waits for a client that does not read; then the kernel closes the connection (Linux).
-    most_connections : int, optional
-        As many connections, and further requests are answered with 503. By the limit of file descriptors when left out.
+        Time after which the kernel closes a connection whose client does not read data that was sent (Linux).
+    max_connections : int, optional
+        Number of connections above which requests are answered with 503. Left out: from the limit of file descriptors.
     """
     if hasattr(socket, "TCP_USER_TIMEOUT") and listener.family != socket.AF_UNIX:
         listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(1000 * send_seconds))
@@ -49,14 +49,14 @@ def bounded_server(
             log_config=None,
             access_log=False,
             server_header=False,
-            limit_concurrency=most_connections if most_connections is not None else _by_descriptors(),
+            limit_concurrency=max_connections if max_connections is not None else _descriptor_limit(),
             timeout_keep_alive=IDLE_SECONDS,
             timeout_graceful_shutdown=GRACE_SECONDS,
         )
     )
 
 
-def _by_descriptors() -> int | None:
-    """Return how many connections this process takes, by its limit of file descriptors; None: any number."""
+def _descriptor_limit() -> int | None:
+    """Return the maximum number of connections, from the limit of file descriptors; None: no limit."""
     limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return max(_FEWEST, limit - _RESERVED) if limit != resource.RLIM_INFINITY else None
+    return max(_MIN_CONNECTIONS, limit - _RESERVED) if limit != resource.RLIM_INFINITY else None

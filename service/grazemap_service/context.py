@@ -12,7 +12,7 @@ from grazemap_service.hub import Hub
 from grazemap_service.keys import Key
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import Renderings
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 
 _STORE_THREADS = 40
@@ -22,21 +22,21 @@ _STORE_THREADS = 40
 class Context:
     """The objects of one app."""
 
-    settings: Settings
+    settings: ServiceSettings
     """The settings."""
     core_version: str
-    """Version of the core whose results are asked for."""
+    """Version of the core whose results are served."""
     store: Store
     """The store."""
     metrics: Metrics
-    """What is counted for Prometheus."""
+    """Metrics for Prometheus."""
     renderings: Renderings
-    """Results in other representations."""
+    """Results rendered as JSON or npz."""
     hub: Hub
-    """Spreads the events of jobs to those who follow them."""
+    """Distributes the events of jobs to the requests that follow them."""
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
-    """Limits the threads in which routes call the store. They are not the framework's threads, so that a Redis that
-    does not respond does not delay other pages."""
+    """Limits the number of threads in which routes call the store. These are not the threads of the framework, so
+    other pages are not delayed when Redis does not respond."""
 
 
 async def get_context(request: Request) -> Context:
@@ -49,7 +49,7 @@ CurrentContext = Annotated[Context, Depends(get_context)]
 
 
 async def get_key(request: Request) -> Key | None:
-    """Return the key that a request was sent with; None where the service needs none."""
+    """Return the key of a request; None if the service needs no keys."""
     key: Key | None = getattr(request.state, "key", None)
     return key
 

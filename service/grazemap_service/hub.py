@@ -1,7 +1,7 @@
-"""What happens to jobs, as it happens: one reader of Redis' channel of events, on the event loop, for all requests.
+"""Distributes the events of jobs: one reader of the event channel in Redis, on the event loop, serves all requests.
 
-A listener that is too slow misses events, and so does a reader that was disconnected: the listener then gets None, and
-reads what the store has kept.
+A listener misses events if it is too slow, or if the reader is disconnected from Redis. It then gets None, and reads
+the events that the store has kept.
 """
 
 from __future__ import annotations
@@ -20,42 +20,44 @@ import structlog
 
 from grazemap.wire import Status
 from grazemap_worker.store.keys import EVENTS_CHANNEL
-from grazemap_worker.store.records import Event
+from grazemap_worker.store.records import JobEvent
 
 T = TypeVar("T")
 
-_MOST_WAITING = 1000
-_MOST_ENDED = 10_000
-# Seconds to wait for the first connection.
+# Maximum number of events that wait for a listener.
+_MAX_WAITING = 1000
+# Maximum number of ended jobs that are remembered, or that wait for a listener of `ends`.
+_MAX_ENDED = 10_000
+# Seconds for which a request waits for the first connection to Redis.
 _PATIENCE_SECONDS = 2.0
-# Seconds between attempts while Redis is unavailable.
+# Seconds between attempts to connect while Redis is unavailable.
 _AWAY_SECONDS = 0.5
-# Seconds for which an answer of the store is shared.
+# Seconds for which requests share an answer of the store.
 _SHARED_SECONDS = 1.0
-# Seconds between requests to stop reading.
+# Seconds between attempts to cancel the reader.
 _CANCEL_SECONDS = 0.2
 
 
-class Listener:
+class EventListener:
     """The events of one job from now on."""
 
     def __init__(self) -> None:
-        self._events: asyncio.Queue[Event | None] = asyncio.Queue(_MOST_WAITING)
+        self._events: asyncio.Queue[JobEvent | None] = asyncio.Queue(_MAX_WAITING)
 
-    async def next(self, seconds: float) -> list[Event | None]:
-        """Return the next events, None where some were missed. Raises TimeoutError after so many seconds."""
-        heard = [await asyncio.wait_for(self._events.get(), seconds)]
+    async def next(self, seconds: float) -> list[JobEvent | None]:
+        """Return the next events; a None means that events were missed. Raises TimeoutError after so many seconds."""
+        events = [await asyncio.wait_for(self._events.get(), seconds)]
         while not self._events.empty():
-            heard.append(self._events.get_nowait())
-        return heard
+            events.append(self._events.get_nowait())
+        return events
 
-    def put(self, event: Event | None) -> None:
-        """Pass an event on; None: some were missed. One that is too slow misses everything that waits."""
+    def put(self, event: JobEvent | None) -> None:
+        """Pass on an event, or None if events were missed. If too many events wait, a None replaces all of them."""
         _put(self._events, event)
 
 
 def _put(waiting: asyncio.Queue[T | None], item: T | None) -> None:
-    """Put an item into a queue, or None in place of everything where the queue is full."""
+    """Put an item into a queue; if the queue is full, replace its items by a None."""
     if waiting.full():
         while not waiting.empty():
             waiting.get_nowait()
@@ -64,7 +66,7 @@ def _put(waiting: asyncio.Queue[T | None], item: T | None) -> None:
 
 
 class Hub:
-    """Passes the events of all jobs to those who listen.
+    """Passes the events of all jobs to their listeners.
 
     Parameters
     ----------
@@ -74,19 +76,19 @@ class Hub:
 
     def __init__(self, connect: Callable[[], redis.asyncio.Redis]) -> None:
         self._connect = connect
-        self._listeners: dict[str, set[Listener]] = {}
+        self._listeners: dict[str, set[EventListener]] = {}
         self._ends: set[asyncio.Queue[str | None]] = set()
         self._task: asyncio.Task[None] | None = None
         self._since = math.inf
         self._subscribed = asyncio.Event()
         self._looks: dict[Hashable, tuple[float, asyncio.Future[Any]]] = {}
-        # the last jobs that ended, by when, for those who listen a moment too late
+        # the last jobs that ended, with time and status, for requests that begin to listen too late
         self._ended: OrderedDict[str, tuple[float, Status]] = OrderedDict()
 
     @contextmanager
-    def listen(self, job_id: str) -> Iterator[Listener]:
+    def listen(self, job_id: str) -> Iterator[EventListener]:
         """Listen to the events of a job within this block."""
-        listener = Listener()
+        listener = EventListener()
         self._start()
         self._listeners.setdefault(job_id, set()).add(listener)
         try:
@@ -99,8 +101,8 @@ class Hub:
 
     @contextmanager
     def ends(self) -> Iterator[asyncio.Queue[str | None]]:
-        """Give the ids of all jobs that end within this block; None: some were missed."""
-        ended: asyncio.Queue[str | None] = asyncio.Queue(_MOST_ENDED)
+        """Give a queue of the ids of all jobs that end during this block; a None means that ids were missed."""
+        ended: asyncio.Queue[str | None] = asyncio.Queue(_MAX_ENDED)
         self._start()
         self._ends.add(ended)
         try:
@@ -113,7 +115,10 @@ class Hub:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     async def ended_since(self, job_id: str, began: float) -> tuple[bool, Status | None]:
-        """Return whether events have arrived since `began` (monotonic seconds), and how the job has ended since."""
+        """Return whether no events were missed since `began` (monotonic seconds), and how a job has ended since.
+
+        The second value is None if no end of the job is known.
+        """
         if not self._subscribed.is_set():
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._subscribed.wait(), _PATIENCE_SECONDS)
@@ -121,27 +126,27 @@ class Hub:
         return self._since < began, status if when > began else None
 
     async def shared(self, key: Hashable, not_before: float, look: Callable[[], Awaitable[T]]) -> T:
-        """Return what `look` returns for a key, once for all who ask for it at about the same time.
+        """Return what `look` returns; calls with the same key at about the same time share one call of `look`.
 
-        An answer that was begun before `not_before` (monotonic seconds), or before events were last missed, is not
-        given.
+        A call of `look` is not shared if it began before `not_before` (monotonic seconds), or before events were last
+        missed.
         """
         not_before = max(not_before, self._since if math.isfinite(self._since) else time.monotonic())
-        began, found = self._looks.get(key, (-math.inf, None))
-        if found is None or began < not_before or (found.done() and found.exception() is not None):
-            found = asyncio.ensure_future(look())
-            self._looks[key] = (time.monotonic(), found)
-            asyncio.get_running_loop().call_later(_SHARED_SECONDS, self._forget, key, found)
-        return cast(T, await asyncio.shield(found))
+        began, answer = self._looks.get(key, (-math.inf, None))
+        if answer is None or began < not_before or (answer.done() and answer.exception() is not None):
+            answer = asyncio.ensure_future(look())
+            self._looks[key] = (time.monotonic(), answer)
+            asyncio.get_running_loop().call_later(_SHARED_SECONDS, self._forget, key, answer)
+        return cast(T, await asyncio.shield(answer))
 
-    def _forget(self, key: Hashable, found: asyncio.Future[Any]) -> None:
-        if self._looks.get(key, (0.0, None))[1] is found:
+    def _forget(self, key: Hashable, answer: asyncio.Future[Any]) -> None:
+        if self._looks.get(key, (0.0, None))[1] is answer:
             del self._looks[key]
 
     async def close(self) -> None:
         """Stop reading."""
         while self._task is not None and not self._task.done():
-            # what is awaited in there may lose a cancellation to a reply or a timeout of the same moment
+            # a cancellation may get lost when a reply or a timeout arrives at the same moment, so it is repeated
             self._task.cancel()
             await asyncio.wait([self._task], timeout=_CANCEL_SECONDS)
 
@@ -169,26 +174,26 @@ class Hub:
     def _pass_on(self, data: bytes) -> None:
         try:
             job_id, number, name, text = data.decode().split("\n", 3)
-            event = Event(number, name, text)
-            told = event.data
+            event = JobEvent(number, name, text)
+            content = event.data
             if "\n" in text or "\r" in text:  # it would be more than one message
                 return
-            ended = told["status"] if name == "done" else None
-        except (ValueError, LookupError, TypeError):  # not of ours
+            ended = content["status"] if name == "done" else None
+        except (ValueError, LookupError, TypeError):  # another program has published it
             return
         if ended is not None:
             self._ended[job_id] = (time.monotonic(), ended)
             self._ended.move_to_end(job_id)
-            while len(self._ended) > _MOST_ENDED:
+            while len(self._ended) > _MAX_ENDED:
                 self._ended.popitem(last=False)
-            for ids in self._ends:
-                _put(ids, job_id)
+            for queue in self._ends:
+                _put(queue, job_id)
         for listener in self._listeners.get(job_id, ()):
             listener.put(event)
 
     def _missed(self) -> None:
-        for ids in self._ends:
-            _put(ids, None)
+        for queue in self._ends:
+            _put(queue, None)
         for listeners in self._listeners.values():
             for listener in listeners:
                 listener.put(None)

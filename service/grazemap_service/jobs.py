@@ -1,4 +1,4 @@
-"""Jobs for routes: the job that a path names, the job of a request, and a job as an answer.
+"""Jobs for routes: reads the job that a path names, starts the job of a request, and makes a job an answer.
 
 The store decides whether a job is new.
 """
@@ -22,8 +22,8 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
 from grazemap_worker.processes import kernels_of
-from grazemap_worker.queue import bells
-from grazemap_worker.store import ANYBODY, Asker, Bell, QueueFull, Submission
+from grazemap_worker.queue import wake_ups
+from grazemap_worker.store import ANONYMOUS, BacklogFull, Requester, Submission, WorkerQueue
 
 PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
@@ -32,11 +32,11 @@ NAME = "^[A-Za-z0-9._-]+$"
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
 # The notes on requests, by the ids of their jobs.
 _NOTES: dict[str, list[Note]] = {}
-_MOST_NOTES = 10_000
+_MAX_NOTES = 10_000
 _log = structlog.get_logger("grazemap_service")
 
 
-async def current_asker(
+async def current_requester(
     key: CurrentKey,
     client: Annotated[
         str | None,
@@ -64,52 +64,52 @@ async def current_asker(
             "browsers send (RFC 9218) is ignored.",
         ),
     ] = None,
-) -> Asker:
-    """Return who asks, how urgently, and for which group. Raises ProblemException if the priority is not one."""
+) -> Requester:
+    """Return the requester, with priority and group. Raises ProblemException if the priority is not valid."""
     if priority is None or priority.lstrip().startswith(("u=", "i")):
-        level = ANYBODY.priority
+        level = ANONYMOUS.priority
     elif re.fullmatch("[0-9]", priority):
         level = int(priority)
     else:
         raise invalid("?priority", "Not a priority", "0 to 9")
     if key is not None:
-        return Asker(f"key:{key.name}", level, key.weight, key.quota, group or "")
-    return Asker(name=f"client:{client}" if client else ANYBODY.name, priority=level, group=group or "")
+        return Requester(f"key:{key.name}", level, key.weight, key.quota, group or "")
+    return Requester(name=f"client:{client}" if client else ANONYMOUS.name, priority=level, group=group or "")
 
 
-CurrentAsker = Annotated[Asker, Depends(current_asker)]
+CurrentRequester = Annotated[Requester, Depends(current_requester)]
 
 
 async def known_job(
     job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")],
     context: CurrentContext,
-    asker: CurrentAsker,
+    requester: CurrentRequester,
 ) -> Job:
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
     job = None
     if _JOB_ID.fullmatch(job_id):
-        job = await run_sync(stored_job, context, job_id, asker.name, limiter=context.threads)
+        job = await run_sync(stored_job, context, job_id, requester.name, limiter=context.threads)
     if job is None:
         raise ProblemException("unknown-job")
     structlog.contextvars.bind_contextvars(job_id=job.id)
     return job
 
 
-def stored_job(context: Context, job_id: str, asker: str = "") -> Job | None:
-    """Return a job with the notes on its request, or None when there is none of this id (blocking)."""
-    job = context.store.jobs.get(job_id, asker)
+def stored_job(context: Context, job_id: str, requester: str = "") -> Job | None:
+    """Return a job with the notes on its request, or None if there is none with this id (blocking)."""
+    job = context.store.jobs.get(job_id, requester)
     return None if job is None else _with_notes(job)
 
 
 def _with_notes(job: Job, request: ProcessRequest | None = None) -> Job:
-    """Return the job with the notes on its request (blocking: for many masses they take up to 50 ms)."""
+    """Return the job with the notes on its request (blocking: with many masses, making them takes up to 50 ms)."""
     notes = _NOTES.get(job.id)
     if notes is None:
         try:
             notes = notes_on(request or parse_request(job.process, job.request or {}))
-        except (KeyError, ValidationError):  # this version does not accept the request any more
+        except (KeyError, ValidationError):  # an older version accepted the request
             notes = []
-        if len(_NOTES) >= _MOST_NOTES:
+        if len(_NOTES) >= _MAX_NOTES:
             _NOTES.clear()
         _NOTES[job.id] = notes
     return job.model_copy(update={"notes": notes})
@@ -118,17 +118,17 @@ def _with_notes(job: Job, request: ProcessRequest | None = None) -> Job:
 KnownJob = Annotated[Job, Depends(known_job)]
 
 
-def submit(context: Context, process: str, request: ProcessRequest, asker: Asker) -> tuple[Job, bool]:
-    """Start the job of a request; return it, and whether this call started it (blocking).
+def submit(context: Context, process: str, request: ProcessRequest, requester: Requester) -> tuple[Job, bool]:
+    """Start the job of a request; return the job, and whether this call started it (blocking).
 
     Raises
     ------
     ProblemException
-        The request is over a limit.
-    QueueFull
-        Too many tiles wait.
+        The request exceeds a limit.
+    BacklogFull
+        There are too many unfinished tiles.
     """
-    outcome = start(context, [planned(context, process, request)], asker)[0]
+    outcome = start(context, [planned(context, process, request)], requester)[0]
     if isinstance(outcome, Exception):
         raise outcome
     job, is_new = outcome
@@ -143,33 +143,34 @@ def planned(context: Context, process: str, request: ProcessRequest) -> Submissi
 
 
 def start(
-    context: Context, submissions: Sequence[Submission], asker: Asker
-) -> list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError]:
-    """Start the jobs of requests, and return for each what `submit` returns or raises, without its notes (blocking)."""
+    context: Context, submissions: Sequence[Submission], requester: Requester
+) -> list[tuple[Job, bool] | BacklogFull | redis.exceptions.RedisError]:
+    """Start the jobs of requests; return for each what `submit` returns, without notes, or raises (blocking)."""
     settings = context.settings
     outcomes = context.store.jobs.submit(
-        submissions, context.core_version, settings.max_pending_tiles, asker, settings.max_seconds
+        submissions, context.core_version, settings.max_pending_tiles, requester, settings.max_seconds
     )
-    found: list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError] = []
-    bells: set[Bell] = set()
-    for one, outcome in zip(submissions, outcomes, strict=True):
+    started: list[tuple[Job, bool] | BacklogFull | redis.exceptions.RedisError] = []
+    queues: set[WorkerQueue] = set()
+    for submission, outcome in zip(submissions, outcomes, strict=True):
         if isinstance(outcome, Exception):
-            found.append(outcome)
+            started.append(outcome)
             continue
-        job, bell = outcome
-        found.append((job, bell is not None))
-        if bell is not None:
-            bells.add(bell)
-            _log.info("job accepted", job_id=job.id, process=one.process, tiles=one.plan.count)
-    for bell in bells:
-        ring(context, bell)
-    return found
+        job, queue = outcome
+        started.append((job, queue is not None))
+        if queue is not None:
+            queues.add(queue)
+            _log.info("job accepted", job_id=job.id, process=submission.process, tiles=submission.plan.count)
+    for queue in queues:
+        wake_worker(context, queue)
+    return started
 
 
-def submit_again(context: Context, job: Job, asker: Asker) -> Job:
-    """Start the computation of a finished job's result again; return the job that computes it (blocking).
+def submit_again(context: Context, job: Job, requester: Requester) -> Job:
+    """Submit the request of a finished job again; return the job that computes it (blocking).
 
-    The result was evicted, or is of another version of the core; in the second case the job is another one.
+    The result of the finished job was evicted, or is of another version of the core. In the second case another job
+    computes the request.
 
     Raises
     ------
@@ -180,17 +181,17 @@ def submit_again(context: Context, job: Job, asker: Asker) -> Job:
         request = parse_request(job.process, job.request or {})
     except (KeyError, ValidationError):
         raise ProblemException("outdated-job") from None
-    again, _ = submit(context, job.process, request, asker)
+    again, _ = submit(context, job.process, request, requester)
     if again.id != job.id:
         _log.info("result of another version computed anew", core_version=job.core_version, outdated_job=job.id)
     return again
 
 
-def ring(context: Context, bell: Bell) -> None:
-    """Wake a worker; without one, or without Redis, a reconciler will (blocking)."""
-    if bell.fingerprint:
+def wake_worker(context: Context, queue: WorkerQueue) -> None:
+    """Wake a worker of a queue (blocking). If none is alive, or Redis is unavailable, a reconciler does so later."""
+    if queue.fingerprint:
         try:
-            bells.ring(context.store.redis, bell.fingerprint, small=bell.small)
+            wake_ups.wake_worker(context.store.redis, queue.fingerprint, small=queue.small)
         except redis.exceptions.RedisError:
             _log.warning("no worker woken, left to the reconciler", exc_info=True)
 

@@ -1,7 +1,7 @@
 """Keys of clients: from the setting GRAZEMAP_API_KEYS, and from a file that is read again when it changes.
 
-A key is a bearer token after RFC 6750 with 128 bits, if it is random: see `strong`. Its name stands in logs and
-metrics; the key itself is kept as a digest only. Weight and quota of a name are for the queue.
+A key is a bearer token after RFC 6750. If it is random, it has 128 bits: see `is_strong`. Logs and metrics contain the
+name of a key; of the key itself only a digest is kept. The queue uses the weight and the quota of a name.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ import structlog
 from pydantic import SecretStr
 
 BITS = 128
-FEWEST_DIFFERENT = 8
+MIN_DIFFERENT = 8
 RULE = (
     "a key has 22 or more of the characters A-Z a-z 0-9 - . _ ~ + / (25 or more if they are digits and letters of one "
     "case, 32 if hexadecimal digits, 39 if decimal digits; = may follow), 8 of them different; "
     'python -c "import secrets; print(secrets.token_urlsafe(24))" makes one'
 )
-# A mixture of characters counts as 64 of them.
+# Patterns of alphabets, and their numbers of characters; other mixtures of characters count as 64.
 _ALPHABETS = ((r"[0-9]*", 10), (r"[0-9a-f]*|[0-9A-F]*", 16), (r"[0-9a-z]*|[0-9A-Z]*", 36), (r"[A-Za-z0-9._~+/-]*", 64))
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,32}")
 # Seconds between two looks at the file.
 _LOOK_SECONDS = 1.0
-_MOST_FILE_BYTES = 1 << 20
-_MOST_WEIGHT = 1000.0
+_MAX_FILE_BYTES = 1 << 20
+_MAX_WEIGHT = 1000.0
 
 
 @dataclass(frozen=True)
@@ -39,46 +39,46 @@ class Key:
     """What a key grants."""
 
     name: str
-    """Its name."""
+    """Name of the key."""
     weight: float = 1.0
-    """Its share of the workers."""
+    """Share of the workers."""
     quota: int | None = None
-    """The most unfinished tiles of its jobs; None: no limit."""
+    """Maximum number of unfinished tiles of its jobs; None: no limit."""
 
 
-# By the digest of the key.
+# Keys by their digests.
 Keyring = dict[bytes, Key]
 
 
-def strong(text: str) -> bool:
-    """Return whether a key has 128 bits if it was drawn at random from the smallest of the alphabets that has it."""
+def is_strong(text: str) -> bool:
+    """Return whether a random key with characters of the same alphabet has 128 bits; the smallest alphabet counts."""
     body = text.rstrip("=")
     size = next((size for pattern, size in _ALPHABETS if re.fullmatch(pattern, body)), 1)
-    return len(body) * math.log2(size) >= BITS and len(set(body)) >= FEWEST_DIFFERENT
+    return len(body) * math.log2(size) >= BITS and len(set(body)) >= MIN_DIFFERENT
 
 
-def of_setting(keys: Sequence[SecretStr]) -> Keyring:
-    """Return the keys of GRAZEMAP_API_KEYS, each ``key`` or ``name=key``. Raises ValueError, without a key in it."""
+def setting_keys(keys: Sequence[SecretStr]) -> Keyring:
+    """Return the keys of GRAZEMAP_API_KEYS, each ``key`` or ``name=key``. Raises ValueError without a key in it."""
     entries = []
     for place, key in enumerate(keys, 1):
         name, _, text = key.get_secret_value().partition("=")
-        if not text.strip("="):  # of a key without a name, = stands only at the end
+        if not text.strip("="):  # in a key without a name, = stands only at the end
             name, text = f"key-{place}", key.get_secret_value()
         entries.append((f"key {place}", text, Key(name)))
-    return _keyring(entries)
+    return _make_keyring(entries)
 
 
-def of_file(path: Path) -> Keyring:
+def file_keys(path: Path) -> Keyring:
     """Return the keys of a file with lines ``name key [weight] [quota]``; # begins a comment.
 
     Raises
     ------
     ValueError
-        The file cannot be read, or a line is wrong. The message has its number and no key.
+        The file cannot be read, or a line is wrong. The message contains the number of the line and no key.
     """
     try:
         with path.open("rb") as stream:
-            lines = stream.read(_MOST_FILE_BYTES).decode("utf-8").splitlines()
+            lines = stream.read(_MAX_FILE_BYTES).decode("utf-8").splitlines()
     except OSError as error:
         raise ValueError(f"the file cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -87,13 +87,13 @@ def of_file(path: Path) -> Keyring:
     for number, line in enumerate(lines, 1):
         words = line.partition("#")[0].split()
         if words:
-            entries.append((f"line {number}", *_of_line(f"line {number}", words)))
+            entries.append((f"line {number}", *_parse_line(f"line {number}", words)))
     if not entries:
         raise ValueError("the file has no key")
-    return _keyring(entries)
+    return _make_keyring(entries)
 
 
-def _of_line(place: str, words: list[str]) -> tuple[str, Key]:
+def _parse_line(place: str, words: list[str]) -> tuple[str, Key]:
     if not 2 <= len(words) <= 4:
         raise ValueError(f"{place} is not: name key [weight] [quota]")
     try:
@@ -101,29 +101,29 @@ def _of_line(place: str, words: list[str]) -> tuple[str, Key]:
         quota = int(words[3]) if len(words) > 3 else None
     except ValueError:
         weight, quota = math.nan, None
-    if not 0.0 < weight <= _MOST_WEIGHT or (quota is not None and quota < 1):
-        raise ValueError(f"{place}: weight must be a number > 0, at most {_MOST_WEIGHT:g}, and quota an integer > 0")
+    if not 0.0 < weight <= _MAX_WEIGHT or (quota is not None and quota < 1):
+        raise ValueError(f"{place}: weight must be a number > 0, at most {_MAX_WEIGHT:g}, and quota an integer > 0")
     return words[1], Key(words[0], weight, quota)
 
 
-def _keyring(entries: Iterable[tuple[str, str, Key]]) -> Keyring:
+def _make_keyring(entries: Iterable[tuple[str, str, Key]]) -> Keyring:
     keyring: Keyring = {}
     for place, text, key in entries:
         if not _NAME.fullmatch(key.name):
             raise ValueError(f"the name of {place} must have 1 to 32 of the characters A-Z a-z 0-9 . _ -")
-        if not strong(text):
+        if not is_strong(text):
             raise ValueError(f"{place} is too weak: {RULE}")
         digest = digest_of(text.encode())
         if digest in keyring:
             raise ValueError(f"{place} repeats an earlier key")
-        if any(other.name == key.name and other != key for other in keyring.values()):
+        if any(earlier.name == key.name and earlier != key for earlier in keyring.values()):
             raise ValueError(f"{place}: another key of this name has another weight or quota")
         keyring[digest] = key
     return keyring
 
 
 def digest_of(key: bytes) -> bytes:
-    """Return what is kept of a key."""
+    """Return the digest of a key, which is kept in place of the key."""
     return hashlib.sha256(key).digest()
 
 
@@ -132,10 +132,11 @@ class Keys:
 
     Parameters
     ----------
-    given : sequence of SecretStr
-        As in GRAZEMAP_API_KEYS.
+    setting : sequence of SecretStr
+        The keys of GRAZEMAP_API_KEYS.
     file : Path, optional
-        Read again when it changes, looked at once a second at most. While it cannot be used, the last good keys stay.
+        A file of keys, which is checked once a second at most and read again when it has changed. While it cannot be
+        used, the keys of the last valid file stay.
 
     Raises
     ------
@@ -143,19 +144,19 @@ class Keys:
         A key is weak, or the file cannot be used.
     """
 
-    def __init__(self, given: Sequence[SecretStr], file: Path | None = None) -> None:
-        self.required = bool(given) or file is not None
-        self._given, self._file = of_setting(given), file
+    def __init__(self, setting: Sequence[SecretStr], file: Path | None = None) -> None:
+        self.required = bool(setting) or file is not None
+        self._setting_keys, self._file = setting_keys(setting), file
         self._state = _state(file)
-        self._of_file = of_file(file) if file is not None else {}
+        self._file_keys = file_keys(file) if file is not None else {}
         self._next_look = time.monotonic() + _LOOK_SECONDS
 
     def find(self, text: bytes) -> Key | None:
-        """Return what a key grants, None for an unknown one; it is compared with all keys, each in constant time."""
+        """Return what a key grants; None if it is unknown. It is compared with every key in constant time."""
         self._look()
-        given = digest_of(text)
-        every = {**self._given, **self._of_file}
-        matches = [key for digest, key in every.items() if hmac.compare_digest(given, digest)]
+        sought = digest_of(text)
+        keyring = {**self._setting_keys, **self._file_keys}
+        matches = [key for digest, key in keyring.items() if hmac.compare_digest(sought, digest)]
         return matches[0] if matches else None
 
     def _look(self) -> None:
@@ -168,15 +169,15 @@ class Keys:
         self._state = state
         log = structlog.get_logger("grazemap_service")
         try:
-            self._of_file = of_file(self._file)
+            self._file_keys = file_keys(self._file)
         except ValueError as error:
             log.error("GRAZEMAP_API_KEYS_FILE cannot be used, the earlier keys stay", reason=str(error))
         else:
-            log.info("keys read again", keys=len(self._of_file))
+            log.info("keys read again", keys=len(self._file_keys))
 
 
 def _state(file: Path | None) -> tuple[int, int, int] | None:
-    """Return what differs after a change of a file; None where there is none."""
+    """Return time, size and inode of a file, which differ after a change; None if there is no file."""
     try:
         status = file.stat() if file is not None else None
     except OSError:

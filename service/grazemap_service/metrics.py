@@ -1,4 +1,4 @@
-"""Metrics for Prometheus: requests and latency by route, and jobs, tiles and workers as they are when scraped."""
+"""Metrics for Prometheus: requests and latency by route, and the present state of jobs, tiles and workers."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from prometheus_client.registry import Collector
 
 from grazemap_worker.store import EVENT_KINDS, Store
 
-# Seconds. Answers from the store take milliseconds; a waited-for POST or an event stream takes its time.
+# Bounds of the histogram in seconds. Answers from the store take milliseconds; a POST that waits for its job, or an
+# event stream, takes much longer.
 BUCKETS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
 
 
 class Metrics:
-    """The metrics of one app, in a registry of its own."""
+    """The metrics of an app, in a separate registry."""
 
     def __init__(self, store: Store) -> None:
         self.registry = CollectorRegistry()
         self.requests = Counter(
             "grazemap_http_requests", "Requests answered.", ["method", "route", "status"], registry=self.registry
         )
-        self.of_keys = Counter(
+        self.key_requests = Counter(
             "grazemap_http_key_requests", "Requests answered, by the name of the key.", ["key"], registry=self.registry
         )
         self.latency = Histogram(
@@ -52,7 +53,7 @@ class StoreCollector(Collector):
         return iter(())
 
     def collect(self) -> Iterator[GaugeMetricFamily | CounterMetricFamily]:
-        """Read the gauges: a script and what Redis says of itself."""
+        """Read the gauges from the store and from the state of Redis."""
         try:
             counts, persistence = self.store.counts(), self.store.persistence()
         except redis.exceptions.RedisError:
@@ -85,7 +86,7 @@ class StoreCollector(Collector):
 
 
 def with_zeros(events: Mapping[str, int]) -> dict[str, int]:
-    """Return the counts of what happened, with those of what has not happened yet."""
+    """Return the numbers of events by kind, with 0 for kinds that have not happened."""
     return dict.fromkeys(EVENT_KINDS, 0) | dict(events)
 
 

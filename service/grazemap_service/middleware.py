@@ -1,6 +1,7 @@
-"""The middleware of every request: host check, key, security headers; and, from `request_body`, those of its body.
+"""The middleware of every request: security headers, host check and key check.
 
-Plain ASGI classes, outermost first as `install` adds them. A refusal is a problem, sent without reading the body.
+`request_body` has the middleware for request bodies. The classes are plain ASGI applications; the last one that
+`install` adds is the outermost. A refusal is a problem, which is sent without reading the body.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.keys import Keys
 from grazemap_service.problems import ProblemException, response_of
-from grazemap_service.request_body import BodyLimit, Draining
-from grazemap_service.settings import Settings, is_loopback
+from grazemap_service.request_body import BodyLimit, ReadRestOfBody
+from grazemap_service.settings import ServiceSettings, is_loopback
 
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
 OPEN_PREFIX = "/static/"
-_PIECE_BYTES = 1 << 16
+_CHUNK_BYTES = 1 << 16
 
-# Only the docs page, which sets its own policy, is meant to be shown as a page.
+# Pages set their own Content-Security-Policy; other answers are not meant to be shown as a page.
 _SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -32,7 +33,7 @@ _SECURITY_HEADERS = {
 }
 
 
-def install(app: FastAPI, settings: Settings) -> None:
+def install(app: FastAPI, settings: ServiceSettings) -> None:
     """Give the app its middleware; the last one added is the outermost."""
     app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
     app.add_middleware(KeyCheck, keys=Keys(settings.api_keys, settings.api_keys_file))
@@ -48,9 +49,9 @@ def install(app: FastAPI, settings: Settings) -> None:
             expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
         )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
-    app.add_middleware(Pieces)
+    app.add_middleware(ChunkedSend)
     app.add_middleware(SecurityHeaders)
-    app.add_middleware(Draining)
+    app.add_middleware(ReadRestOfBody)
 
 
 class Cors(CORSMiddleware):
@@ -69,7 +70,7 @@ class Cors(CORSMiddleware):
 
 
 class SecurityHeaders:
-    """Adds headers that forbid browsers to run or frame an answer, or to guess its type."""
+    """Adds headers that forbid a browser to execute an answer, to show it in a frame, or to guess its type."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -90,10 +91,10 @@ class SecurityHeaders:
         await self.app(scope, receive, with_headers)
 
 
-class Pieces:
-    """Sends an answer in pieces, each when the client has taken most of the one before.
+class ChunkedSend:
+    """Sends an answer in chunks: the next one when the client has read most of the previous one.
 
-    The server copies what it is given: of a client that does not read it holds one piece.
+    The server copies data that is to be sent. With chunks, it holds only one chunk for a client that does not read.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -102,20 +103,20 @@ class Pieces:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on."""
 
-        async def in_pieces(message: Message) -> None:
+        async def send_chunks(message: Message) -> None:
             body, sent = message.get("body", b""), 0
-            while len(body) - sent > _PIECE_BYTES:
-                await send({**message, "body": body[sent : sent + _PIECE_BYTES], "more_body": True})
-                sent += _PIECE_BYTES
+            while len(body) - sent > _CHUNK_BYTES:
+                await send({**message, "body": body[sent : sent + _CHUNK_BYTES], "more_body": True})
+                sent += _CHUNK_BYTES
             await send({**message, "body": body[sent:]} if sent else message)
 
-        await self.app(scope, receive, in_pieces)
+        await self.app(scope, receive, send_chunks)
 
 
 class HostCheck:
     """Refuses a Host header that is not allowed, so that no web page can reach the service by DNS rebinding.
 
-    ``*`` allows every host, ``*.example.org`` the names below example.org. Ports do not matter.
+    ``*`` allows every host, and ``*.example.org`` every subdomain of example.org. Ports are ignored.
     """
 
     def __init__(self, app: ASGIApp, allowed: Sequence[str]) -> None:
@@ -145,8 +146,8 @@ class HostCheck:
 class KeyCheck:
     """Requires ``Authorization: Bearer <key>`` on every path that is not open.
 
-    What the key grants is `key` in the state of the request. Without keys, only addresses of this machine are served,
-    even if a server was started without the check of the settings.
+    The key is stored as `key` in the state of the request. If there are no keys, only requests to addresses of this
+    machine are served, even if the server was started without the check of the settings.
     """
 
     def __init__(self, app: ASGIApp, keys: Keys) -> None:
@@ -168,7 +169,7 @@ class KeyCheck:
     def _allows(self, scope: Scope) -> bool:
         if not self.keys.required:
             server = scope.get("server")
-            # no port: a unix socket, which the file system guards
+            # without a port it is a unix socket, which file permissions protect
             return server is None or server[1] is None or is_loopback(server[0])
         scheme, _, text = Headers(scope=scope).get("authorization", "").partition(" ")
         key = self.keys.find(text.strip().encode("latin-1"))

@@ -15,8 +15,8 @@ from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
 from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
-# Problems of every operation that uses the store or needs a key.
-_EVERYWHERE = ("key-required", "internal-error", "store-unavailable", "storage-full")
+# Problems of every operation below /v1.
+_COMMON_KINDS = ("key-required", "internal-error", "store-unavailable", "storage-full")
 SUBMISSION_KINDS = (
     "malformed-json",
     "body-too-large",
@@ -69,12 +69,12 @@ TAGS = [
 ]
 
 
-# Lists in these have a number for each mass.
-_OF_OSCILLATOR = ("Oscillator", "Matrices", "ModalDamping", "ContactRow", "Forcing", "Base")
+# Schemas in which a list has one number for each mass.
+_OSCILLATOR_SCHEMAS = ("Oscillator", "Matrices", "ModalDamping", "ContactRow", "Forcing", "Base")
 
 
 def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
-    """Return the `responses` of an operation that answers with these kinds of problem."""
+    """Return the `responses` of an operation that may answer with these kinds of problem."""
     responses: dict[int | str, dict[str, Any]] = {}
     for kind in kinds:
         row = KINDS[kind]
@@ -88,7 +88,7 @@ def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
 
 
 def install(app: FastAPI, *, keys: bool, masses: int) -> None:
-    """Make the app build its document with `document`, once."""
+    """Make the app build its OpenAPI document with `document`, once."""
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
@@ -104,20 +104,20 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
     Parameters
     ----------
     app : FastAPI
-        With its routes.
+        The app with all its routes.
     keys : bool
-        Whether the service asks for a key.
+        Whether the service requires a key.
     masses : int
-        Number of masses that the service takes.
+        Maximum number of masses of an oscillator.
     """
     schema = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, tags=TAGS, routes=app.routes)
     for path, operations in schema["paths"].items():
         for operation in operations.values():
-            _correct(operation, everywhere=path.startswith(PREFIX))
+            _correct(operation, common=path.startswith(PREFIX))
             if keys and path not in OPEN_PATHS:
                 operation["security"] = [{"key": []}]
     components = schema.setdefault("components", {})
-    for name in _OF_OSCILLATOR:
+    for name in _OSCILLATOR_SCHEMAS:
         _limit_lists(components["schemas"][name], masses)
     _type_jobs_and_results(schema)
     _type_batches(schema)
@@ -128,17 +128,17 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
     return schema
 
 
-def _limit_lists(schema: dict[str, Any], most: int) -> None:
-    """Write the maximum length of every list in a schema that has none."""
+def _limit_lists(schema: dict[str, Any], max_items: int) -> None:
+    """Set the maximum length of every list in a schema that does not have one."""
     if schema.get("type") == "array":
-        schema.setdefault("maxItems", most)
+        schema.setdefault("maxItems", max_items)
     inside = (*schema.get("properties", {}).values(), *schema.get("oneOf", ()), *schema.get("anyOf", ()))
-    for one in (*inside, *filter(None, (schema.get("items"),))):
-        _limit_lists(one, most)
+    for part in (*inside, *filter(None, (schema.get("items"),))):
+        _limit_lists(part, max_items)
 
 
 def _type_jobs_and_results(schema: dict[str, Any]) -> None:
-    """Replace the schema of all jobs by one for each process, and add those of results."""
+    """Replace the schema of all jobs by one schema for each process, and add the schemas of results."""
     schemas = schema["components"]["schemas"]
     schemas |= job_components(schemas.pop(JOB)) | result_components()
     for process in PROCESSES:
@@ -160,8 +160,8 @@ def _type_batches(schema: dict[str, Any]) -> None:
     schemas["Batch"]["properties"]["requests"]["items"] = {"oneOf": kinds}
 
 
-def _correct(operation: dict[str, Any], *, everywhere: bool) -> None:
-    """Remove the framework's own 422 and schema of events; add the problems of all operations."""
+def _correct(operation: dict[str, Any], *, common: bool) -> None:
+    """Remove the framework's 422 and its schema of events; with `common`, add the problems of all operations."""
     responses = operation["responses"]
     for response in responses.values():
         for media_type, content in response.get("content", {}).items():
@@ -170,17 +170,17 @@ def _correct(operation: dict[str, Any], *, everywhere: bool) -> None:
     if _is_framework(responses.get("422", {})):
         del responses["422"]
     for parameter in operation.get("parameters", ()):
-        _without_null(parameter["schema"])
+        _drop_null(parameter["schema"])
         if parameter["in"] in ("header", "query"):
             responses.setdefault("422", problem_responses("invalid-request")[422])
-    if everywhere:
-        for status, response in problem_responses(*_EVERYWHERE).items():
+    if common:
+        for status, response in problem_responses(*_COMMON_KINDS).items():
             responses.setdefault(str(status), response)
 
 
-def _without_null(schema: dict[str, Any]) -> None:
-    """Make the schema of a parameter, which may be left out but is text, one without null."""
-    options = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
+def _drop_null(schema: dict[str, Any]) -> None:
+    """Remove null from the schema of a parameter: it may be left out, but it is never null."""
+    options = [option for option in schema.get("anyOf", ()) if option != {"type": "null"}]
     if len(options) == 1:
         del schema["anyOf"]
         schema |= options[0]

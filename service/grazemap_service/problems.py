@@ -1,8 +1,8 @@
 """Every error that the service can answer with, as problem details after RFC 9457.
 
-One table gives each kind of problem its type, title and status; a router raises `ProblemException`, and the
-handlers here turn that, the framework's own errors and those of the store into application/problem+json. Nothing
-in a problem repeats what the client sent.
+One table has type, title and status of each kind of problem. A router raises `ProblemException`. The handlers here turn
+this exception, the errors of the framework and those of the store into application/problem+json. A problem never
+repeats data that the client sent.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from starlette.routing import Match
 
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
-from grazemap_worker.store import QueueFull, QuotaUsed, is_away, is_full, trouble
+from grazemap_worker.store import BacklogFull, QuotaExceeded, is_away, is_full, trouble
 from grazemap_worker.store.problems import TYPE_PREFIX
 
 MEDIA_TYPE = "application/problem+json"
@@ -34,11 +34,11 @@ class Kind(NamedTuple):
     """One kind of problem."""
 
     title: str
-    """Its title."""
+    """Title of the problem."""
     status: int
-    """Its HTTP status."""
+    """HTTP status."""
     meaning: str
-    """What it means."""
+    """What is wrong, and what to do; the detail of a problem without one of its own."""
 
 
 KINDS: dict[str, Kind] = {
@@ -86,7 +86,7 @@ KINDS: dict[str, Kind] = {
         "The disk or the memory of Redis is full: nothing new is stored until there is space, and results are served.",
     ),
 }
-_OF_STATUS = {404: "not-found", 405: "method-not-allowed"}
+_STATUS_KINDS = {404: "not-found", 405: "method-not-allowed"}
 
 
 class ProblemException(HTTPException):
@@ -121,7 +121,7 @@ class ProblemException(HTTPException):
 
 
 def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = ()) -> Problem:
-    """Return the problem of a kind; without a detail, the kind's own sentence."""
+    """Return the problem of a kind; without `detail`, its detail is the meaning of the kind."""
     row = KINDS[kind]
     return Problem(
         type=TYPE_PREFIX + kind, title=row.title, status=row.status, detail=detail or row.meaning, errors=list(errors)
@@ -129,14 +129,14 @@ def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = (
 
 
 def invalid(pointer: str, detail: str, allowed: str) -> ProblemException:
-    """Return the exception for one value that is refused."""
+    """Return the exception that refuses a value."""
     return ProblemException("invalid-request", errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)])
 
 
 def problem_response(
     problem: Problem, *, headers: Mapping[str, str] | None = None, extensions: Mapping[str, Any] | None = None
 ) -> Response:
-    """Return a problem as an answer that no cache may keep."""
+    """Return a response with a problem, which no cache may store."""
     content = {**problem.model_dump(mode="json"), **(extensions or {})}
     return Response(
         json.dumps(content, allow_nan=False).encode(),
@@ -147,18 +147,18 @@ def problem_response(
 
 
 def response_of(exception: ProblemException) -> Response:
-    """Return the answer that a ProblemException asks for."""
+    """Return the response for a ProblemException."""
     return problem_response(exception.problem, headers=exception.headers, extensions=exception.extensions)
 
 
 def install(app: FastAPI) -> None:
-    """Give the app the handler of exceptions."""
-    for kind in (StarletteHTTPException, RequestValidationError, QueueFull, redis.exceptions.RedisError):
+    """Register the handler of exceptions with the app."""
+    for kind in (StarletteHTTPException, RequestValidationError, BacklogFull, redis.exceptions.RedisError):
         app.add_exception_handler(kind, answer_to)
 
 
 async def answer_to(request: Request, exception: Exception) -> Response:
-    """Return the problem that an exception is answered with."""
+    """Return the response for an exception; raise an exception that is not known."""
     match exception:
         case ProblemException():
             return response_of(exception)
@@ -167,8 +167,8 @@ async def answer_to(request: Request, exception: Exception) -> Response:
         case RequestValidationError():
             errors = errors_of(exception.errors())
             return problem_response(make_problem("invalid-request", errors=errors))
-        case QueueFull():
-            detail = "This key has its quota of unfinished tiles." if isinstance(exception, QuotaUsed) else ""
+        case BacklogFull():
+            detail = "This key has its quota of unfinished tiles." if isinstance(exception, QuotaExceeded) else ""
             after = {"Retry-After": str(exception.retry_after)}
             return problem_response(make_problem("queue-full", detail), headers=after)
         case redis.exceptions.RedisError() if is_full(exception):
@@ -184,21 +184,21 @@ async def answer_to(request: Request, exception: Exception) -> Response:
 
 
 def _routed(request: Request, exception: StarletteHTTPException) -> Response:
-    """Return the problem of a request that the framework refuses without calling a route."""
+    """Return the response for a request that the framework refuses without calling a route."""
     status = exception.status_code
     if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
         names = ", ".join(sorted(PROCESSES))
         return problem_response(make_problem("unknown-process", f"The processes are {names}."))
     if status == 405:
-        # below a mount there are no routes, and the framework names all methods
+        # below a mount there are no routes; there the framework lists all methods
         allowed = ", ".join(_methods(request)) or (exception.headers or {}).get("Allow", "")
         return problem_response(make_problem("method-not-allowed"), headers={"Allow": allowed})
-    kind = _OF_STATUS.get(status, "bad-request" if status < 500 else "internal-error")
+    kind = _STATUS_KINDS.get(status, "bad-request" if status < 500 else "internal-error")
     return problem_response(make_problem(kind).model_copy(update={"status": status}), headers=exception.headers)
 
 
 def _methods(request: Request) -> list[str]:
-    """Return every method that the address takes; the framework names those of one route only."""
+    """Return all methods of an address; the framework lists those of a single route only."""
     candidates = ("GET", "HEAD", "POST", "DELETE")
     routes = request.app.router.routes
     return [

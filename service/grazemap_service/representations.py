@@ -1,10 +1,10 @@
-"""The representations of a result: negotiation, ETags, and a cache of recently used ones.
+"""The representations of a result: content negotiation, ETags, and a cache of recently used representations.
 
-The store holds npz; JSON is made from it by the codec. A representation's ETag is the stored bytes' own, with the
-form added: strong, since the same npz always gives the same JSON.
+The store holds npz; the codec makes JSON from it. The ETag of a representation is the entity tag of the npz with
+the name of the form. It is a strong ETag, because the same npz always gives the same JSON.
 
-JSON is many times as large as its npz. So only a few renderings run at a time, equal requests share one, and large JSON
-is made while it is sent, so that it is never complete in memory.
+JSON is many times as large as its npz. Therefore only a few renderings run at a time, equal requests share a rendering,
+and large JSON is made while it is sent, so that it is never complete in memory.
 """
 
 from __future__ import annotations
@@ -26,29 +26,31 @@ from grazemap.results import class_of
 from grazemap_service.problems import ProblemException
 
 NPZ_TYPE = "application/x-npz"
-# In the server's order of preference.
+# Names and media types, in the order of the server's preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
-# a result that was evicted and computed again by other numerics has another tag
+# clients must revalidate: a result that was evicted and computed again with other numerics has another ETag
 _CACHE_CONTROL = "private, no-cache"
-# Maximum share of the cache's budget for one result.
-_LARGEST_SHARE = 4
-# JSON of larger arrays is made while it is sent, and a larger npz waits while much is being sent.
+# Minimum number of results that the budget of the cache has room for: a larger result is not kept.
+_MIN_RESULTS_IN_CACHE = 4
+# JSON of more bytes of arrays is made while it is sent. A larger npz waits while much is being sent.
 LARGE_BYTES = 1 << 20
-_PIECE_BYTES = 1 << 16
+# Minimum bytes of a chunk of JSON.
+_CHUNK_BYTES = 1 << 16
+# Maximum number of renderings that run at a time.
 _AT_A_TIME = 2
 
 
 def negotiate(accept: str, form: str | None) -> str:
-    """Return the name of the representation to give.
+    """Return the name of the representation to send.
 
     Parameters
     ----------
     accept : str
-        The Accept header (RFC 9110 12.5.1), empty when there is none; of equal weights the more specific range wins,
-        then JSON.
+        The Accept header (RFC 9110 12.5.1), empty if there is none. If weights are equal, the more specific range
+        wins, then JSON.
     form : str or None
-        The query parameter f; overrides Accept.
+        The query parameter f, which overrides the Accept header.
 
     Raises
     ------
@@ -83,7 +85,7 @@ def _ranges(accept: str) -> list[tuple[str, float]]:
 
 
 def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[float, int]:
-    """Return the weight of a media type, and how specific the range is that gives it."""
+    """Return the weight of a media type, and the specificity of the range that determines it (0, 1 or 2; -1: none)."""
     best = (0.0, -1)
     for pattern, weight in ranges:
         if pattern == media or _ALIASES.get(pattern) == name:
@@ -100,7 +102,7 @@ def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[flo
 
 
 def is_fresh(if_none_match: str, etag: str) -> bool:
-    """Return whether the header If-None-Match, which may be empty, has an ETag (RFC 9110 13.1.2)."""
+    """Return whether the header If-None-Match, which may be empty, contains an ETag (RFC 9110 13.1.2)."""
     if if_none_match.strip() == "*":
         return True
     return etag in re.findall(r'"[^"]*"', if_none_match)
@@ -112,19 +114,19 @@ def cache_headers(stored: str, name: str) -> dict[str, str]:
 
 
 def render(npz: bytes, name: str) -> bytes:
-    """Return a stored result in the requested form; the time grows with its size."""
+    """Return a stored result in the requested form; this takes time for a large result."""
     return npz if name == "npz" else b"".join(iter_json(*_for_json(npz)))
 
 
 class Rendering:
-    """A representation in memory, which any number of answers may send at once.
+    """A representation in memory, which any number of responses may send at the same time.
 
     Attributes
     ----------
     size : int
-        Bytes that it takes: its own, or those of the arrays from which the JSON is made while it is sent.
+        Bytes of memory: those of the representation or, if JSON is made while it is sent, those of the arrays.
     length : int or None
-        Bytes of the representation; not known of JSON that is made while it is sent.
+        Bytes of the representation; None if JSON is made while it is sent.
     """
 
     def __init__(self, content: bytes | tuple[Document, dict[str, Any]], size: int) -> None:
@@ -133,26 +135,26 @@ class Rendering:
         self.length = len(content) if isinstance(content, bytes) else None
         self.users = 0
 
-    def pieces(self) -> Iterator[bytes]:
-        """Yield the representation."""
+    def chunks(self) -> Iterator[bytes]:
+        """Yield the representation in chunks."""
         return iter((self._content,)) if isinstance(self._content, bytes) else _joined(iter_json(*self._content))
 
 
 class Renderings:
-    """Gives representations, which are made from the stored npz and shared by all answers that send them.
+    """A cache of representations, which are made from the stored npz and shared by all responses that send them.
 
     Parameters
     ----------
     hot_bytes : int
-        Budget of those that are kept although no answer sends them, the most recently used ones.
+        Budget of the most recently used representations that are kept although no response sends them.
     sent_bytes : int
-        When those that are being sent take more, the next large one waits until others have been sent.
+        When the representations that are being sent take more bytes, the next large one waits.
     """
 
     def __init__(self, hot_bytes: int, sent_bytes: int) -> None:
         self._hot_bytes, self._sent_bytes = hot_bytes, sent_bytes
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
-        # a lock exists as long as a request waits for it or holds it
+        # a lock exists as long as a request holds it or waits for it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
         self._turn = anyio.Lock()
         self._done = anyio.Event()
@@ -160,22 +162,22 @@ class Renderings:
 
     @property
     def sent(self) -> int:
-        """Bytes of the representations that are being sent."""
+        """Bytes of memory of the representations that are being sent."""
         return sum(entry.size for entry in self._entries.values() if entry.users)
 
     async def give(self, etag: str, name: str, size: int, load: Callable[[], bytes | None]) -> Rendering | None:
-        """Return a representation, to be given back to `release`; None when it is no longer stored.
+        """Return a representation; the caller must call `release` with it. None: the result is no longer stored.
 
         Parameters
         ----------
         etag : str
-            Of the representation.
+            ETag of the representation.
         name : str
             A key of `MEDIA_TYPES`.
         size : int
             Bytes of the stored npz.
         load : callable
-            Returns the stored npz, or None; may block.
+            Returns the stored npz, or None if it is no longer stored; may block.
         """
         lock = self._locks.setdefault(etag, anyio.Lock())
         async with lock:
@@ -194,7 +196,7 @@ class Renderings:
             return self._added(etag, await run_sync(_whole, npz, name, limiter=self._limiter))
 
     async def _in_turn(self, etag: str, name: str, load: Callable[[], bytes | None]) -> Rendering | None:
-        """Return a large representation as soon as not too much is being sent."""
+        """Return a large representation, after waiting until other representations have been sent."""
         async with self._turn:
             while self.sent > self._sent_bytes:
                 self._done = anyio.Event()
@@ -210,29 +212,29 @@ class Renderings:
         return entry
 
     def release(self, entry: Rendering) -> None:
-        """Note that an answer has been sent, or given up; forget what is not hot enough."""
+        """Record that a response was sent or has failed; drop representations that do not fit into the budget."""
         entry.users -= 1
         kept = 0
-        for etag, one in reversed(list(self._entries.items())):
-            if one.users:
+        for etag, cached in reversed(list(self._entries.items())):
+            if cached.users:
                 continue
-            if one.size > self._hot_bytes // _LARGEST_SHARE or kept + one.size > self._hot_bytes:
+            if cached.size > self._hot_bytes // _MIN_RESULTS_IN_CACHE or kept + cached.size > self._hot_bytes:
                 del self._entries[etag]
             else:
-                kept += one.size
+                kept += cached.size
         self._done.set()
 
 
 class ResultResponse(StreamingResponse):
-    """Sends a representation, and gives it back at the end."""
+    """A response that sends a representation, and releases it at the end."""
 
     def __init__(self, rendering: Rendering, renderings: Renderings, name: str, headers: Mapping[str, str]) -> None:
         length = {} if rendering.length is None else {"Content-Length": str(rendering.length)}
-        super().__init__(rendering.pieces(), headers={**headers, **length}, media_type=MEDIA_TYPES[name])
+        super().__init__(rendering.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[name])
         self._rendering, self._renderings = rendering, renderings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send it."""
+        """Send the representation."""
         try:
             await super().__call__(scope, receive, send)
         finally:
@@ -249,7 +251,7 @@ def _large(npz: bytes, name: str) -> Rendering:
 
 
 def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
-    """Return the document and the meta of which JSON is made; those of a tile have no more fields than the npz."""
+    """Return document and metadata for the JSON. Unlike a result, a tile has the same fields as in its npz."""
     document, meta = decode_npz(npz)
     if "tile" not in meta:
         document = class_of(meta["process"], document).json_document(document)
@@ -257,12 +259,13 @@ def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
 
 
 def _joined(pieces: Iterator[bytes]) -> Iterator[bytes]:
+    """Yield chunks that are joined from small pieces."""
     waiting: list[bytes] = []
     size = 0
     for piece in pieces:
         waiting.append(piece)
         size += len(piece)
-        if size >= _PIECE_BYTES:
+        if size >= _CHUNK_BYTES:
             yield b"".join(waiting)
             waiting, size = [], 0
     yield b"".join(waiting)

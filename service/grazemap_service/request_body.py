@@ -1,9 +1,10 @@
-"""The body of a request: its end, its limits of bytes and of time, and how it becomes JSON.
+"""The body of a request: its end, its limits of bytes and of time, and its conversion from JSON.
 
-JSON is taken as application/json only, in UTF-8, not too deep, without a name twice and with few names.
+JSON must be application/json in UTF-8. It must not nest too deep, and an object must have distinct and not too many
+names.
 
-A route of class `JsonRoute` reads its body this way. NaN, Infinity and 1e999 pass here as floats, so that the
-models refuse them with the field's name.
+Routes of the class `JsonRoute` read their body in this way. NaN, Infinity and 1e999 are accepted here as floats, so
+that the models refuse them and name the field.
 """
 
 from __future__ import annotations
@@ -23,22 +24,22 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.problems import ProblemException, response_of
 
-# Bytes; larger bodies are parsed in a thread, so that other requests are not delayed.
+# Bodies with more bytes are parsed in a thread, so that they do not delay other requests.
 _PARSED_AT_ONCE = 1 << 16
-# Objects of requests have about ten names at most; each unknown name would be reported.
-_MOST_NAMES = 100
-# Seconds for a body to arrive, from its request's head on.
+# Maximum number of names of an object. Requests need about ten, and each unknown name would be reported.
+_MAX_NAMES = 100
+# Seconds in which a body must arrive after the head of its request.
 REQUEST_SECONDS = 30.0
-# What is still read of a body after its answer, in bytes and seconds.
-_MOST_DRAINED = 16 << 20
-_DRAIN_SECONDS = 5.0
+# Maximum bytes and seconds for reading the rest of a body after the response.
+_MAX_REST_BYTES = 16 << 20
+_REST_SECONDS = 5.0
 
 
-class Draining:
-    """Ends an answer only after the rest of the request's body, so that clients that send it first read the answer.
+class ReadRestOfBody:
+    """Reads the rest of the request body before it ends a response that was sent early.
 
-    A connection that is closed while a client sends is reset, and the client may never see the answer. Of a body that
-    goes on for long only a part is read; the connection is closed in any case.
+    If the connection were closed while the client still sends, it would be reset, and the client might never see the
+    response. A very long body is read only in part. The connection is closed in any case.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -52,31 +53,31 @@ class Draining:
             return
         ended = False
 
-        async def noted() -> Message:
+        async def receive_and_note_end() -> Message:
             nonlocal ended
             message = await receive()
             ended = not message.get("more_body", False)
             return message
 
-        async def after_the_body(message: Message) -> None:
+        async def send_after_body(message: Message) -> None:
             if message["type"] == "http.response.start" and not ended:
                 MutableHeaders(scope=message)["Connection"] = "close"
             if message["type"] == "http.response.body" and not message.get("more_body", False) and not ended:
                 await send({**message, "more_body": True})
-                message, left = {"type": "http.response.body", "body": b""}, _MOST_DRAINED
-                with anyio.move_on_after(_DRAIN_SECONDS):
+                message, left = {"type": "http.response.body", "body": b""}, _MAX_REST_BYTES
+                with anyio.move_on_after(_REST_SECONDS):
                     while left > 0 and not ended:
-                        left -= len((await noted()).get("body", b""))
+                        left -= len((await receive_and_note_end()).get("body", b""))
             await send(message)
 
-        await self.app(scope, noted, after_the_body)
+        await self.app(scope, receive_and_note_end, send_after_body)
 
 
 class BodyLimit:
-    """Refuses a body that is over the limit, ambiguous in its end, or late.
+    """Refuses a body that is too long, has an ambiguous end, or arrives too late.
 
-    A length is refused before the body is read, a longer body as soon as it is over the limit. Of a body with
-    Content-Length and Transfer-Encoding a proxy may see another end (RFC 9112 6.3).
+    If Content-Length exceeds the limit, the body is not read. A body without it is refused as soon as it exceeds the
+    limit. With both Content-Length and Transfer-Encoding, a proxy may see another end of the body (RFC 9112 6.3).
     """
 
     def __init__(self, app: ASGIApp, limit: int) -> None:
@@ -84,7 +85,7 @@ class BodyLimit:
         self.limit = limit
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on with its body counted and timed, or refuse it."""
+        """Pass the request on and limit its body, or refuse it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -94,7 +95,7 @@ class BodyLimit:
             detail = "Content-Length and Transfer-Encoding are both given; send one of them."
             await response_of(ProblemException("bad-request", detail))(scope, receive, send)
             return
-        # the digits are counted first: int() refuses thousands of them
+        # the number of digits is checked first, because int() refuses thousands of digits
         if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
             await response_of(self._too_large())(scope, receive, send)
             return
@@ -111,7 +112,7 @@ class BodyLimit:
                 if received > self.limit:
                     raise self._too_large()
             if not message.get("more_body", False):
-                due = math.inf  # from now on it is the client's end that is waited for
+                due = math.inf  # the body is complete; further calls wait for the client to disconnect
             return message
 
         await self.app(scope, counted, send)
@@ -121,10 +122,10 @@ class BodyLimit:
 
 
 class JsonRequest(Request):
-    """A request whose body is checked before the framework sees it."""
+    """A request whose body is checked before the framework reads it."""
 
     async def body(self) -> bytes:
-        """Return the raw body. Raises ProblemException for another media type, or none, and for an encoded body."""
+        """Return the raw body. Raises ProblemException for a wrong or missing media type, and for an encoded body."""
         data = await super().body()
         encodings = ",".join(self.headers.getlist("content-encoding")).lower().split(",")
         if any(encoding.strip() not in ("", "identity") for encoding in encodings):
@@ -147,10 +148,10 @@ class JsonRequest(Request):
 
 
 class JsonRoute(APIRoute):
-    """A route that takes `JsonRequest`."""
+    """A route whose requests are of the class `JsonRequest`."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Return the framework's handler, which gets the checked request."""
+        """Return the handler of the framework, called with a `JsonRequest`."""
         handler = super().get_route_handler()
 
         async def checked(request: Request) -> Response:
@@ -165,9 +166,9 @@ def parse_json(data: bytes, max_depth: int) -> Any:
     Parameters
     ----------
     data : bytes
-        UTF-8.
+        JSON in UTF-8.
     max_depth : int
-        How many objects and lists may nest.
+        Maximum depth of nested objects and lists.
 
     Raises
     ------
@@ -192,8 +193,8 @@ def _too_deep(max_depth: int) -> ProblemException:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    if len(pairs) > _MOST_NAMES:
-        raise ProblemException("malformed-json", f"An object of the body has more than {_MOST_NAMES} names.")
+    if len(pairs) > _MAX_NAMES:
+        raise ProblemException("malformed-json", f"An object of the body has more than {_MAX_NAMES} names.")
     members = dict(pairs)
     if len(members) != len(pairs):
         raise ProblemException("malformed-json", "An object of the body has the same name twice.")

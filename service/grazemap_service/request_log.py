@@ -1,7 +1,7 @@
-"""The outermost layer of a request: its id, its line in the log, its metrics, and the answer to unhandled exceptions.
+"""The outermost middleware: request ids, the request log, metrics, and the response to unhandled exceptions.
 
-An X-Request-Id that a client sends is kept if it is safe, so that the logs of both sides can be matched. An
-unhandled exception ends here as an "internal-error" problem; its traceback goes to the log only.
+An X-Request-Id that a client sends is kept if it is harmless, so that the logs of both sides can be compared. The
+response to an unhandled exception is an "internal-error" problem; the traceback is written to the log only.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
 _log = structlog.get_logger("grazemap_service")
 
 
-class Observe:
-    """Gives each request an id, logs and measures it, and answers unhandled exceptions with a problem."""
+class RequestLog:
+    """Gives each request an id, logs and measures it, and turns unhandled exceptions into a problem."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
         self.app = app
@@ -38,14 +38,14 @@ class Observe:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        given = Headers(scope=scope).get(HEADER, "")
-        request_id = given if _HARMLESS.fullmatch(given) else secrets.token_hex(8)
+        client_id = Headers(scope=scope).get(HEADER, "")
+        request_id = client_id if _HARMLESS.fullmatch(client_id) else secrets.token_hex(8)
         structlog.contextvars.clear_contextvars()
         structlog.contextvars.bind_contextvars(request_id=request_id)
         began = time.perf_counter()
         status = 0
 
-        async def labelled(message: Message) -> None:
+        async def send_with_id(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
@@ -53,12 +53,12 @@ class Observe:
             await send(message)
 
         try:
-            await self.app(scope, receive, labelled)
+            await self.app(scope, receive, send_with_id)
         except Exception:
             _log.exception("request failed", method=scope["method"], route=_route(scope))
             if status:
-                raise  # the answer has begun, so only a broken connection shows the error to the client
-            await response_of(ProblemException("internal-error"))(scope, receive, labelled)
+                raise  # the response has begun; the client notices the error as a broken connection
+            await response_of(ProblemException("internal-error"))(scope, receive, send_with_id)
         finally:
             self._record(scope, status or _CLIENT_LEFT, time.perf_counter() - began)
 
@@ -68,11 +68,11 @@ class Observe:
         self.metrics.requests.labels(method, route, str(status)).inc()
         self.metrics.latency.labels(method, route).observe(seconds)
         if key := scope.get("state", {}).get("key"):
-            self.metrics.of_keys.labels(key.name).inc()
+            self.metrics.key_requests.labels(key.name).inc()
         log = _log.debug if route in _QUIET else _log.info
         log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
 
 
 def _route(scope: Scope) -> str:
-    """Return the route's template, so that ids neither fill the log nor multiply the metrics."""
+    """Return the template of the route; paths with ids would fill the log and multiply the metrics."""
     return str(getattr(scope.get("route"), "path", "unmatched"))

@@ -1,4 +1,4 @@
-"""Results and jobs in the OpenAPI document: a schema for each process, from the schema of its result."""
+"""Schemas of results and jobs in the OpenAPI document, made for each process from the schema of its result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "
 NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
 """The fields of the worker's `Numerics`."""
 RESULT, TILE, JOB = "Result", "Tile", "Job"
-# Processes whose tiles can be fetched, with the schema of a tile; a tile of a diagram is one of its map.
+# Processes whose tiles can be fetched, with the schema of a tile. A tile of a diagram is a tile of its map.
 _TILES: Mapping[str, RecordSchema] = {
     "unfolding-maps": UnfoldingMap.schema,
     "unfolding-diagrams": UnfoldingMap.schema,
@@ -32,7 +32,7 @@ def reference(name: str) -> Schema:
 
 
 def result_components() -> dict[str, Schema]:
-    """Return the components of results and tiles: `Result` and `Tile` are one of them, distinguished by `process`."""
+    """Return the components of results and tiles; `Result` and `Tile` are unions, distinguished by `process`."""
     components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(NUMERICS, _TEXT))}
     results: dict[str, list[str]] = {}
     for schema in SCHEMAS:
@@ -52,7 +52,10 @@ def result_components() -> dict[str, Schema]:
 
 
 def job_components(job: Schema) -> dict[str, Schema]:
-    """Return the components of all jobs, from the schema of any: `Job` is one of them, distinguished by `process`."""
+    """Return a component for the jobs of each process. `Job` is the union of them, distinguished by `process`.
+
+    `job` is the schema of a job of any process.
+    """
     components: dict[str, Schema] = {}
     names = {process: f"{_stem(process)}Job" for process in PROCESSES}
     for process, model in PROCESSES.items():
@@ -71,7 +74,7 @@ def job_name(process: str) -> str:
 
 
 def one_of(names: Mapping[str, str]) -> Schema:
-    """Return the schema of what is one of some components, distinguished by `process`."""
+    """Return the schema of a union of components, distinguished by `process`."""
     mapping = {process: reference(name)["$ref"] for process, name in names.items()}
     return {
         "oneOf": [reference(name) for name in names.values()],
@@ -84,13 +87,13 @@ def _stem(process: str) -> str:
 
 
 def _result(record: RecordSchema, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
-    """Return the schema of a result in JSON, with process, schema and meta; its meta becomes a component."""
+    """Return the schema of a result in JSON, with process, schema and meta; add the schema of meta to `components`."""
     meta = f"{_stem(process)}{'Tile' if tile else ''}Meta"
     own: dict[str, Schema] = {
         "process": {"type": "string", "const": process},
         "schema": {"type": "integer", "description": "The version of the layout of results."},
     }
-    of_meta = {
+    meta_fields = {
         "request": reference(PROCESSES[process].__name__),
         "core_version": _TEXT,
         "numerics": reference("Numerics"),
@@ -98,67 +101,67 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
     }
     if tile:
         place = {"index": {"type": "integer"}, "rows": _PAIR, "columns": _PAIR}
-        of_meta["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
+        meta_fields["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
     else:
-        of_meta["notes"] = {"type": "array", "items": reference("Note")}
-    components[meta] = _object("The metadata of a result.", {**own, **of_meta})
-    in_json = _in_json(record) if not tile else ()
-    fields = {one.name: _property(one) for one in (*record, *in_json) if not (tile and one.replaces)}
-    required = [*own, *(one.name for one in (*record, *in_json) if not one.optional), "meta"]
+        meta_fields["notes"] = {"type": "array", "items": reference("Note")}
+    components[meta] = _object("The metadata of a result.", {**own, **meta_fields})
+    json_fields = _json_fields(record) if not tile else ()
+    fields = {field.name: _property(field) for field in (*record, *json_fields) if not (tile and field.replaces)}
+    required = [*own, *(field.name for field in (*record, *json_fields) if not field.optional), "meta"]
     return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
 
 
-def _in_json(record: RecordSchema) -> tuple[Field, ...]:
-    """Return the fields that only the JSON of a result has."""
-    return tuple(one.varied(when="") for one in record.in_json) if isinstance(record, ResultSchema) else ()
+def _json_fields(record: RecordSchema) -> tuple[Field, ...]:
+    """Return the fields that a result has in JSON only."""
+    return tuple(field.varied(when="") for field in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
 def _records(record: RecordSchema) -> Iterator[tuple[str, Schema]]:
-    """Yield the components of the records in a record, however deep."""
-    for one in (*record, *_in_json(record)):
-        if isinstance(one.type, RecordSchema):
-            yield from _records(one.type)
-            fields = (*one.type, *_in_json(one.type))
+    """Yield the components of all records inside a record."""
+    for field in (*record, *_json_fields(record)):
+        if isinstance(field.type, RecordSchema):
+            yield from _records(field.type)
+            fields = (*field.type, *_json_fields(field.type))
             required = [inner.name for inner in fields if not inner.optional]
             properties = {inner.name: _property(inner) for inner in fields}
-            yield one.type.name, _object(one.type.description, properties, required)
+            yield field.type.name, _object(field.type.description, properties, required)
 
 
 def _object(description: str, properties: Mapping[str, Schema], required: Sequence[str] | None = None) -> Schema:
-    """Return the schema of an object; `required` is all properties where it is left out."""
+    """Return the schema of an object; if `required` is left out, all properties are required."""
     names = properties if required is None else required
     return {"type": "object", "description": description, "properties": dict(properties), "required": list(names)}
 
 
-def _property(one: Field) -> Schema:
+def _property(field: Field) -> Schema:
     schema: Schema
-    if isinstance(one.type, RecordSchema | Request):
-        name = one.type.name if isinstance(one.type, RecordSchema) else PROCESSES[one.type.process].__name__
+    if isinstance(field.type, RecordSchema | Request):
+        name = field.type.name if isinstance(field.type, RecordSchema) else PROCESSES[field.type.process].__name__
         schema = reference(name)
-        nullable = (one.null or one.optional) and not one.dims
+        nullable = (field.null or field.optional) and not field.dims
         if nullable:
             schema = {"anyOf": [schema, {"type": "null"}]}
-    elif one.type == "complex":
+    elif field.type == "complex":
         schema = {"type": "array", "items": {"type": ["number", "null"]}, "minItems": 2, "maxItems": 2}
     else:
-        schema = {"type": _TYPES[one.type]}
-        if one.type == "str" and one.values:
-            schema["enum"] = list(one.values)
-        if one.null or (one.optional and not one.dims):
+        schema = {"type": _TYPES[field.type]}
+        if field.type == "str" and field.values:
+            schema["enum"] = list(field.values)
+        if field.null or (field.optional and not field.dims):
             schema = {"anyOf": [schema, {"type": "null"}]} if "enum" in schema else {"type": [schema["type"], "null"]}
-    for _ in one.dims:
+    for _ in field.dims:
         schema = {"type": "array", "items": schema}
-    if one.dims and one.optional:
+    if field.dims and field.optional:
         schema = {"anyOf": [schema, {"type": "null"}]}
-    schema["description"] = _description(one)
-    if one.replaces:
+    schema["description"] = _description(field)
+    if field.replaces:
         schema["deprecated"] = True
     return schema
 
 
-def _description(one: Field) -> str:
-    dims = f" [{', '.join(one.dims)}]" if one.dims else ""
-    unit = f" {one.unit} in SI." if one.unit else ""
-    when = f" Only {one.when}." if one.when else ""
-    index = f" A position in `{one.index_of}`." if one.index_of else ""
-    return one.description + index + unit + when + dims
+def _description(field: Field) -> str:
+    dims = f" [{', '.join(field.dims)}]" if field.dims else ""
+    unit = f" {field.unit} in SI." if field.unit else ""
+    when = f" Only {field.when}." if field.when else ""
+    index = f" A position in `{field.index_of}`." if field.index_of else ""
+    return field.description + index + unit + when + dims

@@ -1,7 +1,7 @@
-"""Settings of the HTTP service: every limit and address, read from the environment under the prefix GRAZEMAP_.
+"""Settings of the HTTP service: every limit and address, from environment variables with the prefix GRAZEMAP_.
 
-`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule which addresses
-and host names need keys is here too, because it is a property of the settings.
+`ServiceSettings` is made of environment variables (in tests, of keyword arguments) and never changes. This module also
+decides which addresses and host names need keys.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class SettingsError(ValueError):
     """The settings contradict each other; the service refuses to start."""
 
 
-class Settings(RedisSettings):
+class ServiceSettings(RedisSettings):
     """The settings of the service. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
 
     host: str = "127.0.0.1"
@@ -63,14 +63,14 @@ class Settings(RedisSettings):
     @field_validator("api_keys")
     @classmethod
     def _strong(cls, value: tuple[SecretStr, ...]) -> tuple[SecretStr, ...]:
-        keys.of_setting(value)
+        keys.setting_keys(value)
         return value
 
     @field_validator("api_keys_file")
     @classmethod
     def _readable(cls, value: Path | None) -> Path | None:
         if value is not None:
-            keys.of_file(value)
+            keys.file_keys(value)
         return value
 
     @property
@@ -79,10 +79,10 @@ class Settings(RedisSettings):
         return bool(self.api_keys) or self.api_keys_file is not None
 
     def check_exposed(self, host: str) -> None:
-        """Raise SettingsError when the service can be reached from other machines and there are no keys.
+        """Raise SettingsError if other machines can reach the service and there are no keys.
 
-        `host` is the address that is listened on. If it is loopback and an allowed host is not, a proxy on this machine
-        passes on requests of others.
+        `host` is the address on which the service listens. If it is a loopback address and an allowed host is not, the
+        service is taken to be behind a proxy that forwards requests of other machines.
         """
         if self.need_keys:
             return
@@ -100,7 +100,7 @@ class Settings(RedisSettings):
 
 
 class StackSettings(WorkerSettings):
-    """The settings of the Redis that a stack embeds: on a small machine it has less memory than elsewhere."""
+    """The settings of the embedded Redis of a stack; on a small machine it has less memory."""
 
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = Field(
         default_factory=lambda: _share_of_memory(DEFAULT_RESULT_BYTES, 4)
@@ -110,15 +110,15 @@ class StackSettings(WorkerSettings):
     ] = None
 
     @property
-    def most_redis_bytes(self) -> int:
-        """The limit of its memory: what is set, else the budget of results and 1 GiB for all else."""
+    def max_redis_bytes(self) -> int:
+        """Maximum bytes of memory of the embedded Redis: the setting, else the budget of results and at most 1 GiB."""
         return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + _share_of_memory(1 << 30, 8)
 
 
-def _share_of_memory(most: int, parts: int) -> int:
-    """Return so many bytes, or that part of the machine's memory where it is less."""
+def _share_of_memory(max_bytes: int, parts: int) -> int:
+    """Return `max_bytes`, or the memory of the machine divided by `parts` if this is less; at least 64 MiB."""
     memory = machine_memory()
-    return most if memory is None else min(most, max(64 << 20, memory // parts))
+    return max_bytes if memory is None else min(max_bytes, max(64 << 20, memory // parts))
 
 
 def is_loopback(host: str) -> bool:

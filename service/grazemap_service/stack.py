@@ -30,7 +30,7 @@ from redis.exceptions import RedisError
 from grazemap.module_command import module_command
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
-from grazemap_service.redis_server import LONGEST_SOCKET_PATH, NoRedisError, RedisServer
+from grazemap_service.redis_server import MAX_SOCKET_PATH, NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
@@ -41,40 +41,40 @@ from grazemap_worker.watchdog import WatchdogSocket
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
-# Seconds to wait for the Redis of a killed stack, which writes its data before it ends.
+# Seconds to wait for the Redis of a killed stack, because it writes its data before it ends.
 _LOCK_SECONDS = 4.0
-# Seconds after which a line on stderr says what the stack waits for.
+# Seconds after which a warning says what the stack waits for.
 _PATIENCE_SECONDS = 10.0
-# Seconds between lines that say what it waits for.
+# Seconds between the lines of JSON that say what the stack waits for.
 _TALK_SECONDS = 1.0
-# Seconds between attempts to count the children that ended, and until Redis has to answer.
+# Seconds between attempts to count ended children in Redis, and timeout of an attempt.
 _COUNT_SECONDS = 0.5
-# A child that dies this often before the stack was ever ready counts as unable to start.
-_MOST_EARLY_DEATHS = 3
+# A child that ends this often before the stack was ever ready counts as unable to start.
+_MAX_EARLY_DEATHS = 3
 
 S = TypeVar("S", bound=RedisSettings)
 
 
-class StackError(RuntimeError):
+class StackStartError(RuntimeError):
     """The stack cannot start; the message is for users."""
 
 
-class Stack:
-    """Redis, service and workers under one parent.
+class ServiceStack:
+    """The child processes of a stack: Redis, service and workers.
 
     Parameters
     ----------
     host, port : str, int
-        Where the service listens; port 0: any free one. The socket is opened here and stays open, so that a
-        restarted service keeps the address and clients that come meanwhile wait.
+        Address of the service; port 0: any free port. The socket is opened here and stays open, so that a restarted
+        service keeps the address, and clients wait during the restart.
     data : Path
-        Folder of this stack alone.
+        Data folder, which no other stack may use.
     workers : int, optional
-        Worker processes; default one per core.
+        Number of worker processes; default: one per core.
 
     Raises
     ------
-    StackError
+    StackStartError
         The address cannot be listened on, or a setting is invalid.
     StorageError
         The data folder cannot be used.
@@ -89,14 +89,14 @@ class Stack:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._listener = socket.create_server((host.strip("[]"), port), family=family)
         except OSError as error:
-            raise StackError(f"cannot listen on {host} port {port}: {error.strerror}") from None
+            raise StackStartError(f"cannot listen on {host} port {port}: {error.strerror}") from None
         self._log = structlog.get_logger("grazemap_service.stack")
         self._ready = False
         self._missing = ""
         self._answered = False
         self._patient_until = math.inf
 
-        # keys of clients are for the service alone
+        # only the service gets the keys of clients
         variables = own_variables(os.environ)
         keys = {name: value for name, value in variables.items() if name.startswith("GRAZEMAP_API_KEY")}
         environment = {name: value for name, value in variables.items() if name not in keys}
@@ -104,8 +104,8 @@ class Stack:
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
             settings = _settings(StackSettings, workers=workers)
-            memory = settings.most_redis_bytes
-            server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), most_memory=memory)
+            memory = settings.max_redis_bytes
+            server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), max_memory=memory)
             environment["GRAZEMAP_RESULT_BYTES"] = str(settings.result_bytes)
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # the password of another Redis
@@ -119,29 +119,31 @@ class Stack:
         environment["GRAZEMAP_FD"] = str(listening)
         if workers is not None:
             environment["GRAZEMAP_WORKERS"] = str(workers)
-        self._sockets = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/service"))
+        self._sockets = TemporaryFolder(max_path_bytes=MAX_SOCKET_PATH - len("/service"))
         for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
-            inherited, own = ((listening,), environment | keys) if name == "service" else ((), environment)
+            inherited, variables = ((listening,), environment | keys) if name == "service" else ((), environment)
             command, watchdog = module_command(module), WatchdogSocket(self._sockets.path / name)
-            self._children.append(PythonChild(name, command, own, data / f"{name}.log", watchdog, inherited))
+            self._children.append(PythonChild(name, command, variables, data / f"{name}.log", watchdog, inherited))
 
     @property
     def missing(self) -> str:
-        """What it waits for, in a few words."""
+        """A phrase that says what the stack waits for."""
         return self._missing or "starting the service"
 
     @property
     def url(self) -> str:
-        """Where clients on this machine find the service."""
+        """URL of the service for clients on this machine."""
         host, port = self._address()
         return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
     def start(self, talk: Callable[[], None] | None = None) -> None:
-        """Lock the data folder and start everything. What takes long is logged, unless `talk`, called often, says it.
+        """Lock the data folder and start all children.
+
+        `talk` is called often until the folder is locked. Without it, a warning is logged if the start takes long.
 
         Raises
         ------
-        StackError
+        StackStartError
             Another stack uses the data folder.
         """
         self._take_lock(talk or (lambda: None))
@@ -150,11 +152,11 @@ class Stack:
             child.start()
 
     def look_after(self) -> None:
-        """Start again what ended.
+        """Start ended children again.
 
         Raises
         ------
-        StackError
+        StackStartError
             A child does not start.
         """
         for child in self._children:
@@ -162,14 +164,14 @@ class Stack:
                 continue
             if not self._ready:
                 refused = isinstance(child, PythonChild) and child.status == USAGE_ERROR
-                if refused or child.restarts.deaths >= _MOST_EARLY_DEATHS:
-                    raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
+                if refused or child.restarts.deaths >= _MAX_EARLY_DEATHS:
+                    raise StackStartError(f"the {child.name} process does not start:\n{child.log_tail()}")
             self._log.warning("child ended, starting it again", child=child.name, deaths=child.restarts.deaths)
             self._uncounted.append("ended:supervisor" if child.name == "workers" else f"ended:{child.name}")
         self._count()
 
     def _count(self) -> None:
-        """Count the children that ended, for metrics, as soon as Redis answers."""
+        """Count ended children for the metrics, as soon as Redis answers."""
         if not self._uncounted or time.monotonic() < self._count_from:
             return
         self._count_from = time.monotonic() + _COUNT_SECONDS
@@ -179,7 +181,7 @@ class Stack:
                 self._uncounted.pop(0)
 
     def ready(self) -> bool:
-        """Return whether requests are answered and computed: the service is healthy, Redis writes, a worker lives."""
+        """Return whether the stack is ready: the service is healthy, Redis takes writes, and a worker is alive."""
         if not self._ready and self._answer("/healthz") is not None:
             readiness = self._answer("/readyz")
             if readiness is not None:
@@ -191,7 +193,7 @@ class Stack:
         return self._ready
 
     def stop(self) -> None:
-        """Stop everything in order, Redis last; kill what does not end in time."""
+        """Stop all children, Redis last; kill those that do not end in time."""
         for child in self._children:
             child.ask_to_stop()
         deadline = time.monotonic() + _STOP_SECONDS
@@ -202,9 +204,9 @@ class Stack:
         self._lock.close()
 
     def _take_lock(self, talk: Callable[[], None]) -> None:
-        """Lock the data folder: for this process, and for the Redis on it, which may outlive a killed stack.
+        """Lock the data folder for this process and for its Redis, which may live longer than a killed stack.
 
-        Raises StackError.
+        Raises StackStartError.
         """
         deadline = time.monotonic() + _LOCK_SECONDS
         while True:
@@ -213,7 +215,7 @@ class Stack:
                 return
             self._missing = f"waiting for another stack that uses {self._data}"
             if time.monotonic() > deadline:
-                raise StackError(f"another stack runs on the data folder {self._data}")
+                raise StackStartError(f"another stack runs on the data folder {self._data}")
             talk()
             time.sleep(_POLL_SECONDS)
 
@@ -222,7 +224,7 @@ class Stack:
         return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port
 
     def _answer(self, path: str) -> dict[str, Any] | None:
-        """Return the object that the service answers with; None, and what is missing, where it is a problem."""
+        """Return the JSON object with which the service answers a GET; None, and set `missing`, after a failure."""
         connection = http.client.HTTPConnection(*self._address(), timeout=2)
         allowed = self._allowed_host
         try:
@@ -247,20 +249,20 @@ class Stack:
 
 
 def own_variables(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment with grazemap's variables in upper case: they are read in any case."""
+    """Return an environment with the names of grazemap's variables in upper case; they may be written in any case."""
     return {name.upper() if name.upper().startswith("GRAZEMAP_") else name: environment[name] for name in environment}
 
 
-def _settings(kind: type[S], **given: Any) -> S:
-    """Return settings of the environment, but for those that are given and not None. Raises StackError."""
+def _settings(kind: type[S], **options: Any) -> S:
+    """Return settings from the environment; options that are not None override it. Raises StackStartError."""
     try:
-        return kind(**{name: value for name, value in given.items() if value is not None})
+        return kind(**{name: value for name, value in options.items() if value is not None})
     except ValidationError as error:
-        raise StackError(refusal_text(error)) from None
+        raise StackStartError(refusal_text(error)) from None
 
 
 def _end(parent: int | None) -> Callable[[], bool]:
-    """Return a function that says whether the stack should stop: after a signal, or the end of its parent."""
+    """Return a function that returns whether the stack should stop: after a signal, or after the end of its parent."""
     signals: list[int] = []
 
     def note(number: int, _frame: FrameType | None) -> None:
@@ -272,10 +274,10 @@ def _end(parent: int | None) -> Callable[[], bool]:
     return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
 
 
-def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks: bool = False) -> None:
-    """Start the stack, print when it is ready, restart what ends, and stop it when asked.
+def run(stack: ServiceStack, ended: Callable[[], bool], ready_file: Path | None, talks: bool = False) -> None:
+    """Start the stack, print when it is ready, restart ended children, and stop the stack when asked.
 
-    With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. Raises StackError.
+    With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. Raises StackStartError.
     """
     talk = _Talk(stack) if talks else None
     announced = False
@@ -301,12 +303,12 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
 
 
 class _Talk:
-    """Prints what the stack waits for, when it is called for the first time and at most every second.
+    """Prints what the stack waits for, when it is called for the first time and then at most every second.
 
-    It is no thread: children are forked while the stack starts, and a lock that a thread holds stays held in them.
+    It does not use a thread, because the stack forks children: a lock that a thread holds would stay locked in them.
     """
 
-    def __init__(self, stack: Stack) -> None:
+    def __init__(self, stack: ServiceStack) -> None:
         self._stack = stack
         self._next = 0.0
 
@@ -336,16 +338,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--talk", action="store_true", help='print {"starting": ...} every second until it is ready')
     parser.add_argument("--verbose", action="store_true", help="say more than warnings on stderr")
-    given = parser.parse_args(arguments)
-    logs.configure("INFO" if given.verbose else "WARNING")
+    options = parser.parse_args(arguments)
+    logs.configure("INFO" if options.verbose else "WARNING")
 
-    ended = _end(given.die_with_parent)
+    ended = _end(options.die_with_parent)
     remove_abandoned()
-    temporary = None if given.data else TemporaryFolder("data")
-    data = temporary.path if temporary else given.data.resolve()
+    temporary = None if options.data else TemporaryFolder("data")
+    data = temporary.path if temporary else options.data.resolve()
     try:
-        run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file, given.talk)
-    except (StackError, StorageError, NoRedisError) as error:
+        run(ServiceStack(options.host, options.port, data, options.workers), ended, options.ready_file, options.talk)
+    except (StackStartError, StorageError, NoRedisError) as error:
         if not ended():  # it was asked to end while it waited to start
             sys.stderr.write(f"grazemap: {error}\n")
             return 1

@@ -1,6 +1,6 @@
-"""`python -m grazemap_service.storage repair | backup | restore`: a stack's data folder, kept and mended.
+"""`python -m grazemap_service.storage repair | backup | restore`: repair and backup of a stack's data folder.
 
-A backup is a snapshot of the embedded Redis, which it makes at one moment, also while a stack runs on the folder.
+A backup is a snapshot that the embedded Redis makes, also while a stack runs on the folder.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ from grazemap_worker.store import connect
 REDIS = "redis"
 """The folder of the embedded Redis in a data folder."""
 _LOCK = "lock"
-# The file in it to which Redis writes a snapshot.
+# The file in the folder of Redis to which Redis writes a snapshot.
 _SNAPSHOT = "dump.rdb"
 _POLL_SECONDS = 0.05
-# Refusals to write a file while no other one is written, which may just have been finished.
-_MOST_REFUSED = 20
+# Maximum number of refusals of Redis to write a file while it writes no other file. Some are normal, because it may
+# just have finished another one.
+_MAX_REFUSED = 20
 
 
 def opened_lock(data: Path) -> TextIO:
-    """Make the data folder and return the file in it that its stack keeps locked. Raises StorageError."""
+    """Create the data folder; return the open lock file in it, which a stack keeps locked. Raises StorageError."""
     try:
         data.mkdir(parents=True, exist_ok=True, mode=0o700)
         return (data / _LOCK).open("w")
@@ -46,7 +47,7 @@ def opened_lock(data: Path) -> TextIO:
 
 
 def locked(lock: TextIO) -> bool:
-    """Lock the file of `opened_lock`; return whether that succeeded, as no stack and no Redis of one holds it."""
+    """Lock a file of `opened_lock`; return False if a stack, or the Redis of a stack, holds the lock."""
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -55,8 +56,8 @@ def locked(lock: TextIO) -> bool:
 
 
 def repair(data: Path) -> str:
-    """Cut off the damaged end of the append-only file, after copying it; return a sentence that says what was done."""
-    with _alone(_existing(data)):
+    """Copy the append-only file and cut off its damaged end; return a sentence that says what was done."""
+    with _locked_folder(_existing(data)):
         done = append_only.repair(data / REDIS, find_redis_server())
     if done is None:
         return f"{data}: nothing is damaged"
@@ -64,7 +65,7 @@ def repair(data: Path) -> str:
 
 
 def backup(data: Path, output: Path) -> str:
-    """Write a snapshot of the data of a folder, also while a stack runs on it; return a sentence about it."""
+    """Write a snapshot of the data of a folder, also while a stack runs on it; return a sentence that says so."""
     partial = output.with_name(f"{output.name}.part")
     snapshot = _existing(data) / REDIS / _SNAPSHOT
     with _redis_of(data) as redis:
@@ -83,7 +84,7 @@ def backup(data: Path, output: Path) -> str:
 
 
 def restore(file: Path, data: Path, force: bool = False) -> str:
-    """Make a data folder of a backup; return a sentence about it. With `force` the folder of before is renamed."""
+    """Create a data folder from a backup; return a sentence that says so. With `force`, an old folder is renamed."""
     replaced = data.exists() and any(data.iterdir())
     if replaced and not force:
         raise StorageError(f"{data} is not empty: give another folder, or --force, which renames this one")
@@ -91,21 +92,21 @@ def restore(file: Path, data: Path, force: bool = False) -> str:
     new = Path(tempfile.mkdtemp(prefix=f"{data.name}.restored-", dir=data.parent))
     try:
         _load(file, new / REDIS)
-        said = f"{data}: restored from {file}"
+        message = f"{data}: restored from {file}"
         if replaced:
             aside = data.with_name(f"{data.name}.before-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}")
-            with _alone(data):
+            with _locked_folder(data):
                 data.rename(aside)
-            said += f"; the folder of before is {aside}"
+            message += f"; the folder of before is {aside}"
         new.rename(data)
     finally:
         shutil.rmtree(new, ignore_errors=True)
-    return said
+    return message
 
 
 @contextmanager
-def _alone(data: Path) -> Iterator[None]:
-    """Lock a data folder for the duration of a block. Raises StorageError where a stack runs on it."""
+def _locked_folder(data: Path) -> Iterator[None]:
+    """Lock a data folder during a block. Raises StorageError if a stack runs on it."""
     with opened_lock(data) as lock:
         if not locked(lock):
             raise StorageError(f"a stack runs on the data folder {data}: stop it first")
@@ -114,7 +115,7 @@ def _alone(data: Path) -> Iterator[None]:
 
 @contextmanager
 def _redis_of(data: Path) -> Iterator[Redis]:
-    """Yield a client of the Redis of a data folder: of the one that runs, else of one that runs for this block."""
+    """Yield a client of the Redis on a data folder. If no stack runs on it, start a Redis for this block."""
     with opened_lock(data) as lock:
         if locked(lock):
             with RedisServer(data / REDIS, inherited=(lock.fileno(),)) as server, connect(server.url) as redis:
@@ -125,16 +126,16 @@ def _redis_of(data: Path) -> Iterator[Redis]:
 
 
 def _existing(data: Path) -> Path:
-    """Return a data folder that has an append-only file. Raises StorageError for another."""
+    """Return a data folder. Raises StorageError if it has no append-only file."""
     if not append_only.parts(data / REDIS):
         raise StorageError(f"{data} is not the data folder of a stack with an embedded Redis")
     return data
 
 
 def _write(redis: Redis, command: str, running: str, status: str) -> None:
-    """Have Redis write a file, after another one that it writes, and wait until it has.
+    """Have Redis write a file, and wait for the end; if Redis writes another file, that is finished first.
 
-    `running` and `status` are the fields of INFO that say so. Raises StorageError.
+    `running` and `status` are the fields of INFO for the progress and the outcome. Raises StorageError.
     """
     refused = 0
     while True:
@@ -142,19 +143,19 @@ def _write(redis: Redis, command: str, running: str, status: str) -> None:
             redis.execute_command(command)  # type: ignore[no-untyped-call]
             break
         except ResponseError:
-            found = redis.info("persistence")
-            refused += not (found["rdb_bgsave_in_progress"] or found["aof_rewrite_in_progress"])
-            if refused > _MOST_REFUSED:
+            info = redis.info("persistence")
+            refused += not (info["rdb_bgsave_in_progress"] or info["aof_rewrite_in_progress"])
+            if refused > _MAX_REFUSED:
                 raise
         time.sleep(_POLL_SECONDS)
-    while (found := redis.info("persistence"))[running]:
+    while (info := redis.info("persistence"))[running]:
         time.sleep(_POLL_SECONDS)
-    if found[status] != "ok":
+    if info[status] != "ok":
         raise StorageError("Redis cannot write, for example as its disk is full: its log says why")
 
 
 def _load(file: Path, folder: Path) -> None:
-    """Make the folder of a Redis of a backup, which the server checks as it reads it. Raises StorageError."""
+    """Create the folder of a Redis from a backup, which the server checks when it reads it. Raises StorageError."""
     with file.open("rb") as stream:
         if not stream.read(6).startswith(SNAPSHOTS):
             raise StorageError(f"{file} is not a backup")
@@ -163,7 +164,7 @@ def _load(file: Path, folder: Path) -> None:
     shutil.copyfile(file, folder / SINGLE_FILE)
     try:
         with RedisServer(folder) as server, connect(server.url) as redis:
-            # from now on a file of commands
+            # replace the snapshot by a file of commands
             _write(redis, "BGREWRITEAOF", "aof_rewrite_in_progress", "aof_last_bgrewrite_status")
     except (NoRedisError, StorageError) as error:
         raise StorageError(f"{file} is not a backup that this Redis can read: {error}") from None
@@ -176,22 +177,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, nargs="?", help="the backup to write or to read")
     parser.add_argument("--data", type=Path, required=True, help="the data folder")
     parser.add_argument("--force", action="store_true", help="restore into a folder that is not empty; it is renamed")
-    given = parser.parse_args(arguments)
-    if given.file is None and given.command != "repair":
+    options = parser.parse_args(arguments)
+    if options.file is None and options.command != "repair":
         parser.error("the backup is missing")
-    data = given.data.resolve()
+    data = options.data.resolve()
     try:
-        match given.command:
+        match options.command:
             case "repair":
-                said = repair(data)
+                message = repair(data)
             case "backup":
-                said = backup(data, given.file)
+                message = backup(data, options.file)
             case _:
-                said = restore(given.file, data, given.force)
+                message = restore(options.file, data, options.force)
     except (StorageError, NoRedisError, RedisError, OSError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1
-    sys.stdout.write(f"{said}\n")
+    sys.stdout.write(f"{message}\n")
     return 0
 
 

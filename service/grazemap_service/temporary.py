@@ -1,7 +1,7 @@
 """Temporary folders that are removed after use, even if their process was killed.
 
-Each holds a file that its process keeps locked; the next start removes the folders whose lock is free. Other
-folders are never touched, whatever their name.
+A temporary folder contains a file that its process keeps locked. The next start removes folders whose file is not
+locked. Folders without such a file are never removed, whatever their name.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from pathlib import Path
 
 PREFIX = "grazemap-"
 LOCK = "in-use"
-# A younger folder may have been made by a process that is about to lock it.
+# A younger folder is not removed, because its process may be about to lock it.
 YOUNG_SECONDS = 60.0
 
 
 class TemporaryFolder:
-    """A private folder, removed by `close`, or by `remove_abandoned` once this process and its children have ended.
+    """A private folder. `close` removes it, or `remove_abandoned` after the end of this process and its children.
 
     Parameters
     ----------
     purpose : str
-        A part of its name.
-    longest : int, optional
-        Maximum bytes of the path; a folder with a longer one is made in /tmp instead.
+        Part of the name of the folder.
+    max_path_bytes : int, optional
+        Maximum bytes of the path; if the path is longer, the folder is created in /tmp instead.
     """
 
-    def __init__(self, purpose: str = "", longest: int | None = None) -> None:
+    def __init__(self, purpose: str = "", max_path_bytes: int | None = None) -> None:
         name = f"{PREFIX}{purpose}-" if purpose else PREFIX
         path = tempfile.mkdtemp(prefix=name)
-        if longest is not None and len(os.fsencode(path)) > longest:
+        if max_path_bytes is not None and len(os.fsencode(path)) > max_path_bytes:
             os.rmdir(path)
             path = tempfile.mkdtemp(prefix=name, dir="/tmp")
         self.path = Path(path)
@@ -43,7 +43,7 @@ class TemporaryFolder:
         fcntl.flock(self._lock, fcntl.LOCK_EX)
 
     def fileno(self) -> int:
-        """Return the descriptor of the lock; a child that inherits it keeps the folder alive."""
+        """Return the descriptor of the lock; the folder is in use as long as a child that inherits it lives."""
         return self._lock.fileno()
 
     def close(self) -> None:
@@ -61,8 +61,10 @@ def remove_abandoned() -> None:
 
 
 def _remove_if_abandoned(folder: Path) -> None:
-    found = folder.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or time.time() - found.st_mtime < YOUNG_SECONDS:
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
+        return
+    if time.time() - status.st_mtime < YOUNG_SECONDS:
         return
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_NOFOLLOW)
     with os.fdopen(descriptor) as lock:

@@ -38,7 +38,7 @@ def curve(number: int) -> dict[str, Any]:
     return {"omega": {"start": 0.27, "stop": 0.28 + 1e-9 * number, "points": 10}}
 
 
-class Asker:
+class Requester:
     """A client with a name of its own."""
 
     def __init__(self, url: str, name: str) -> None:
@@ -70,15 +70,15 @@ class Asker:
         return time.perf_counter() - began
 
 
-def points_of(asker: Asker, tiles: int) -> int:
+def points_of(requester: Requester, tiles: int) -> int:
     """Return the points on a side of a map with so many tiles."""
     for points in range(40, 400, 2):
-        if asker.http.post(f"{MAPS}/estimate", json=grid(points)).json()["tiles"] >= tiles:
+        if requester.http.post(f"{MAPS}/estimate", json=grid(points)).json()["tiles"] >= tiles:
             return points
     raise ValueError("no map has so many tiles")
 
 
-def beside_maps(first: Asker, other: Asker, maps: int) -> bool:
+def beside_maps(first: Requester, other: Requester, maps: int) -> bool:
     """Queue maps, and time what another client asks meanwhile; dismiss them."""
     queued = [first.post(MAPS, grid(1000, 0.26 + 1e-5 * number))["id"] for number in range(maps)]
     while not any(first.job(job_id)["progress"]["done"] for job_id in queued):
@@ -103,7 +103,7 @@ def beside_maps(first: Asker, other: Asker, maps: int) -> bool:
     return took <= MAP_SECONDS and curves[-1] <= CURVE_SECONDS and same and ended == "successful"
 
 
-def after_small_jobs(first: Asker, other: Asker, small: int) -> bool:
+def after_small_jobs(first: Requester, other: Requester, small: int) -> bool:
     """Compute three maps and then small jobs; return whether the results of the maps are there."""
     bodies = [grid(100, 0.25 + 1e-3 * number) for number in range(3)]
     maps = [first.post(MAPS, body) for body in bodies]
@@ -130,7 +130,7 @@ def main() -> int:
     """Run both parts; return 1 if one fails."""
     maps, small = (int(text) for text in (sys.argv[1:] + ["51", "10500"][len(sys.argv) - 1 :]))
     with grazemap.local() as client:
-        first, other = Asker(client.base_url, "first"), Asker(client.base_url, "other")
+        first, other = Requester(client.base_url, "first"), Requester(client.base_url, "other")
         fair = beside_maps(first, other, maps)
         return 0 if after_small_jobs(first, other, small) and fair else 1
 

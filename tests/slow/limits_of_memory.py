@@ -35,10 +35,10 @@ from grazemap.wire import ProcessRequest, parse_request  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
 from grazemap_service.limits import checked_plan  # noqa: E402
 from grazemap_service.problems import ProblemException  # noqa: E402
-from grazemap_service.settings import Settings  # noqa: E402
+from grazemap_service.settings import ServiceSettings  # noqa: E402
 from grazemap_worker.planning import Plan  # noqa: E402
-from grazemap_worker.planning.limits import MOST_RESULT_BYTES  # noqa: E402
-from grazemap_worker.processes import PROCESSES  # noqa: E402
+from grazemap_worker.planning.limits import MAX_RESULT_BYTES  # noqa: E402
+from grazemap_worker.processes import IMPLEMENTATIONS  # noqa: E402
 
 MOST_BYTES = 2 << 30
 SECONDS = 120
@@ -148,7 +148,7 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any]]] = {
 
 def computed(process: str, request: ProcessRequest, planned: Plan) -> int:
     """Compute a request as a worker does; return RESULT or REFUSED."""
-    how = PROCESSES[process]
+    how = IMPLEMENTATIONS[process]
     try:
         if how.whole is not None:
             encoded(how.whole(request, silent))
@@ -163,7 +163,7 @@ def computed(process: str, request: ProcessRequest, planned: Plan) -> int:
 def encoded(document: Document) -> bytes:
     """Return a result or a tile as npz. Raises OverflowError where the store would not take it."""
     data = encode_npz(document, {})
-    if len(data) > MOST_RESULT_BYTES:
+    if len(data) > MAX_RESULT_BYTES:
         raise OverflowError
     return data
 
@@ -176,9 +176,9 @@ def measured(name: str, seconds: int) -> bool:
     """Compute a question in a child process, print a line, and return whether it stayed within its memory."""
     process, body = QUESTIONS[name]
     request = parse_request(process, body)
-    planned, said = PROCESSES[process].plan(request), ""
+    planned, said = IMPLEMENTATIONS[process].plan(request), ""
     try:
-        checked_plan(process, request, Settings())
+        checked_plan(process, request, ServiceSettings())
     except ProblemException as problem:
         said = f"; refused: {problem.problem.detail}"
     child = os.fork()

@@ -17,7 +17,7 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 
 FIGURES = 1e-12
 """Largest difference with p = 3, relative to the largest entry of an array, over the condition of what it is of."""
@@ -39,12 +39,12 @@ _ROUNDING = ("residual", "omega_error", "kantorovich", "radius", "error", "fitte
 
 def computed(process: str, body: Document) -> Document:
     """Return the document of a request, computed as a worker does."""
-    request, how = parse_request(process, body), PROCESSES[process]
+    request, how = parse_request(process, body), IMPLEMENTATIONS[process]
     if how.whole is not None:
         return how.whole(request, lambda done, total: None)
     assert how.tile is not None
     assert how.assembled is not None
-    plan = PROCESSES[process].plan(request)
+    plan = IMPLEMENTATIONS[process].plan(request)
     return how.assembled(request, plan, [how.tile(request, tile) for tile in plan.tiles], lambda done, total: None)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from grazemap.results import CodimensionTwoPoints
 from grazemap.wire import canonical, parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 
 ORDERS = {
     1: [[1], [1, 2], [2, 3], [1, 3]],
@@ -65,13 +65,13 @@ def proofs_of(seed: int) -> tuple[int, list[dict[str, Any]]]:
     p, oscillator, stops = machine(seed)
     body = {"oscillator": oscillator, "omega": {"start": 0.2 / p, "stop": 1.5 / p}, "max_order": MOST_ORDER, **stops}
     request = parse_request("codimension-two-points", {**body, "max_multiple": 2})
-    document = PROCESSES["codimension-two-points"].whole(request, lambda done, total: None)
+    document = IMPLEMENTATIONS["codimension-two-points"].whole(request, lambda done, total: None)
     result = CodimensionTwoPoints.from_document(document, {"request": canonical(request)})
     points = [point for point in result.points if point.kind in ("recurrence", "resonant")]
     proofs = []
     for point in points[:: max(1, len(points) // MOST_POINTS)]:
         stated = {"oscillator": point.oscillator, "statement": point.statement()}
-        proofs.append(PROCESSES["proofs"].whole(parse_request("proofs", stated), lambda done, total: None))
+        proofs.append(IMPLEMENTATIONS["proofs"].whole(parse_request("proofs", stated), lambda done, total: None))
     return p, proofs
 
 

@@ -13,7 +13,7 @@ import time
 from typing import Any
 
 import grazemap
-from tests.slow.fairness import CURVES, MAPS, Asker, curve, grid
+from tests.slow.fairness import CURVES, MAPS, Requester, curve, grid
 
 QUESTION_SECONDS, BEGIN_SECONDS = 10.0, 5.0
 QUESTIONS = 14
@@ -37,7 +37,7 @@ def trajectory(number: int) -> dict[str, Any]:
 
 def beside_dense_zeros(url: str) -> bool:
     """Ask the batch, and small questions of another client; return whether these were answered in time."""
-    unfair, fair = Asker(url, "unfair"), Asker(url, "fair")
+    unfair, fair = Requester(url, "unfair"), Requester(url, "fair")
     fair.seconds(CURVES, curve(-100), 10 * QUESTION_SECONDS)
     with unfair.http.stream("POST", "/v1/batches", json={"requests": dense()}) as answer:
         answer.raise_for_status()
@@ -54,7 +54,7 @@ def beside_dense_zeros(url: str) -> bool:
 
 def beside_trajectories(url: str, workers: int) -> bool:
     """Ask long trajectories, and a map of another client; return whether it began in time, and they go on."""
-    unfair, fair = Asker(url, "unfair"), Asker(url, "fair")
+    unfair, fair = Requester(url, "unfair"), Requester(url, "fair")
     fair.seconds(MAPS, grid(16, 0.27), 300.0)  # its kernels are there
     jobs = [unfair.post("/v1/trajectories", trajectory(number)) for number in range(2)]
     while unfair.job(jobs[0]["id"])["status"] == "accepted":

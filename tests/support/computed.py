@@ -12,7 +12,7 @@ from grazemap.results import VERSION, Result, schema_of
 from grazemap.results.base import decode_result
 from grazemap.results.basins import TILE_OF_BASINS
 from grazemap.wire import canonical, parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.document_problems import problems
 
 
@@ -22,7 +22,7 @@ def silent(done: int, total: int) -> None:
 
 def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
     """Return the document of a request that is computed at once, as clients decode it."""
-    compute = PROCESSES[process].whole
+    compute = IMPLEMENTATIONS[process].whole
     assert compute is not None
     document = compute(parse_request(process, body), silent)
     assert problems(schema_of(process, document), document) == []
@@ -31,7 +31,7 @@ def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
 
 def tiled(process: str, body: dict[str, Any], *tile: int) -> dict[str, Any]:
     """Return the document of a request that is computed in tiles, of so many rows and columns, or as it is planned."""
-    request, computes = parse_request(process, body), PROCESSES[process]
+    request, computes = parse_request(process, body), IMPLEMENTATIONS[process]
     plan = computes.plan(request)
     if tile:
         plan = plan.model_copy(update=dict(zip(("tile_rows", "tile_columns"), tile, strict=True)))

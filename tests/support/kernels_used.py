@@ -16,7 +16,7 @@ from typing import Any
 
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
-from grazemap_worker.processes import PROCESSES, kernels_of
+from grazemap_worker.processes import IMPLEMENTATIONS, kernels_of
 from grazemap_worker.supervision.kernels import import_core
 from tests.support.sdk_documents import REQUESTS
 
@@ -42,7 +42,7 @@ MORE = {
 
 def compute(process: str, request: Any) -> None:
     """Compute a request as a worker would."""
-    plan, computes = PROCESSES[process].plan(request), PROCESSES[process]
+    plan, computes = IMPLEMENTATIONS[process].plan(request), IMPLEMENTATIONS[process]
     tiles = [computes.tile(request, tile) for tile in plan.tiles] if computes.tile is not None else []
     if computes.assembled is not None:
         computes.assembled(request, plan, tiles, lambda done, total: None)

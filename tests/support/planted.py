@@ -26,7 +26,7 @@ from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report, joined
-from grazemap_worker.queue import drainer  # noqa: F401
+from grazemap_worker.queue import tile_worker  # noqa: F401
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import WorkerInfo, core_version
 from grazemap_worker.supervision.kernels import Kernels
@@ -107,7 +107,7 @@ def supervise(
         assert hasattr(import_module(f"grazemap_worker.{module}"), name)
         setattr(import_module(f"grazemap_worker.{module}"), name, value)
     logs.configure("INFO")
-    tasks.PROCESSES = {"unfolding-maps": planted(mode)}
+    tasks.IMPLEMENTATIONS = {"unfolding-maps": planted(mode)}
     settings = WorkerSettings(redis_url=redis_url, workers=workers, result_bytes=1 << 20)
     kernels = Kernels(())
     kernels.ready |= INFO.kernels

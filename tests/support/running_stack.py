@@ -74,15 +74,15 @@ class RunningStack:
         return found[0]
 
     def busy_workers(self) -> list[tuple[psutil.Process, psutil.Process]]:
-        """Workers with the work-horses that they have at this moment."""
+        """Workers with the work-compute_processes that they have at this moment."""
         found = []
         for worker in living(self.child("grazemap_worker").children()):
             with contextlib.suppress(psutil.NoSuchProcess):
-                found += [(worker, horse) for horse in living(worker.children())]
+                found += [(worker, process) for process in living(worker.children())]
         return found
 
     def a_busy_worker(self) -> tuple[psutil.Process, psutil.Process]:
-        """A worker and its work-horse, as soon as there are both."""
+        """A worker and its compute process, as soon as there are both."""
         found: list[tuple[psutil.Process, psutil.Process]] = []
 
         def look() -> list[tuple[psutil.Process, psutil.Process]]:

@@ -18,7 +18,7 @@ from grazemap_service.app import create_app
 from grazemap_service.connections import bounded_server
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.result_schemas import NUMERICS
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
 from tests.support.watching import until
 
@@ -33,12 +33,12 @@ WORKER = "played"
 
 def client_of(redis_server: RedisServer, **settings: Any) -> TestClient:
     """Return a client of a service of its own."""
-    app = create_app(Settings(**{"redis_url": redis_server.url, **settings}))
+    app = create_app(ServiceSettings(**{"redis_url": redis_server.url, **settings}))
     return TestClient(app, base_url="http://127.0.0.1", client=("127.0.0.1", 50000), raise_server_exceptions=False)
 
 
 @contextmanager
-def running(settings: Settings, **bounds: Any) -> Iterator[str]:
+def running(settings: ServiceSettings, **bounds: Any) -> Iterator[str]:
     """Serve on a real socket and return the base URL."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         server = bounded_server(create_app(settings), listener, **bounds)

@@ -17,7 +17,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m grazemap_worker", description=__doc__)
     parser.add_argument("--workers", type=int, help="worker processes (default: GRAZEMAP_WORKERS, or one per core)")
     parser.add_argument("--redis-url", help="default: GRAZEMAP_REDIS_URL")
-    given = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
+    options = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
 
     one_thread()
     from pydantic import ValidationError
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from grazemap_worker.supervision import kernel_cache
 
     try:
-        settings = WorkerSettings(**given)
+        settings = WorkerSettings(**options)
         logs.configure(settings.log_level)
         kernel_cache.use_folder(settings.cache_dir)
     except ValidationError as error:
@@ -45,23 +45,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     workers = Store(settings.connect()).workers
 
-    def say_loading() -> None:
+    def report_loading() -> None:
         with suppress(RedisError):
-            workers.say_starting("loading the kernels")
+            workers.set_starting("loading the kernels")
 
-    # An ordinary end while it loads; the supervisor brings its own handler.
+    # SIGTERM ends the loading with status 0; the supervisor installs its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
-    with beating(), repeated(say_loading, 1.0):
+    with beating(), repeated(report_loading, 1.0):
         from grazemap_core import kernel_folder
         from grazemap_worker.supervision.kernels import Kernels
 
         mark = kernel_cache.mark_used(kernel_folder.folder())
         kernels = Kernels()
-        kernels.advance()  # others compile what is missing, while this process loads what the workers need
+        kernels.advance()  # child processes compile what is missing, while this process loads what the workers need
 
         from grazemap_worker import tasks  # noqa: F401
         from grazemap_worker.numerics import numerics
-        from grazemap_worker.queue import drainer  # noqa: F401
+        from grazemap_worker.queue import tile_worker  # noqa: F401
         from grazemap_worker.supervision.supervisor import Supervisor
     with mark:
         Supervisor(settings, numerics(), kernels).run()

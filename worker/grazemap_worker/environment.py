@@ -1,4 +1,4 @@
-"""The environment variables of a computing process, set before numpy and numba are imported.
+"""Environment variables of a process that computes, set before numpy and numba are imported.
 
 Parallelism comes from processes with one thread each: threads of OpenMP do not survive a fork, and the bytes of a
 result must not depend on the number of cores.

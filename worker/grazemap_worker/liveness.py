@@ -1,7 +1,8 @@
-"""Whether a process goes on: it is not stopped, uses processor time while it computes, and gives signs of life.
+"""Detects processes that hang: a process must not be stopped, must use processor time, and must give signs of life.
 
-What watches a process looks at one `Liveness` of it: the stack at its children, the supervisor at workers and at what
-compiles, a worker at the process of its tile. A sign of life is a message, an answer, or a note in shared memory.
+A watching process has one `Liveness` for each process that it watches. The stack watches its children, the supervisor
+watches workers and compiling processes, and a worker watches its compute process. A sign of life is a message, an
+answer, or a value in shared memory.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ from typing import NamedTuple
 
 # Seconds without progress (processor time, or the state "stopped") after which a process counts as hung.
 HUNG_SECONDS = 10.0
-# What a pause between two looks counts at most: the process that looks may itself have been stopped, or the machine.
-_MOST_PAUSE_SECONDS = 3.0
+# Maximum seconds that the time between two looks counts. It may be longer when the watching process, or the machine,
+# was itself stopped.
+_MAX_PAUSE_SECONDS = 3.0
 _TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
-class Seen(NamedTuple):
-    """What the operating system says of a process."""
+class ProcessStat(NamedTuple):
+    """The state and the processor time of a process, from the operating system."""
 
     state: str
     """The letter of its state."""
@@ -28,51 +30,51 @@ class Seen(NamedTuple):
     """Its processor time."""
 
 
-def seen(pid: int) -> Seen | None:
-    """Return what a process does, or None when it is gone or the system does not say (Linux only)."""
+def process_stat(pid: int) -> ProcessStat | None:
+    """Return state and processor time of a process; None when it has ended, or on other systems than Linux."""
     try:
         # the name, in brackets, may have spaces
         fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
         return None
-    return Seen(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
+    return ProcessStat(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
 
 
 def children_seconds(pid: int) -> float:
-    """Return the processor time of the children of a process that have not ended (Linux only; elsewhere 0)."""
+    """Return the processor time of the living children of a process (Linux; elsewhere 0)."""
     try:
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text("ascii").split()
     except OSError:
         return 0.0
-    return sum(child.cpu_seconds for child in map(seen, map(int, children)) if child is not None)
+    return sum(child.cpu_seconds for child in map(process_stat, map(int, children)) if child is not None)
 
 
 class Stopwatch:
-    """Seconds of this process's own looking, without the pauses in which it did not look."""
+    """Measures the seconds during which this process looks regularly; long pauses between looks are not counted."""
 
     def __init__(self) -> None:
         self._looked = time.monotonic()
         self._seconds = 0.0
 
     def look(self, *, reset: bool) -> float:
-        """Return the seconds since the last reset; with `reset`, they begin anew."""
+        """Return the seconds since the last reset; with `reset`, begin at 0 again."""
         now = time.monotonic()
-        self._seconds = 0.0 if reset else self._seconds + min(now - self._looked, _MOST_PAUSE_SECONDS)
+        self._seconds = 0.0 if reset else self._seconds + min(now - self._looked, _MAX_PAUSE_SECONDS)
         self._looked = now
         return self._seconds
 
 
 class Liveness:
-    """Notices that a process hangs: it is stopped, uses no processor time while it should, or is silent for too long.
+    """Detects that a process hangs: it is stopped, uses no processor time while it should, or is silent for too long.
 
     Parameters
     ----------
     pid : int
         The process.
     silent_seconds : float
-        How long it may give no sign of life after one.
+        Maximum time between two signs of life.
     first_seconds : float
-        How long it may give none at first.
+        Maximum time until the first sign of life.
     with_children : bool
         Whether the processor time of its children counts too.
     """
@@ -91,17 +93,18 @@ class Liveness:
         self.cpu_seconds = 0.0
 
     def hangs(self, *, computing: bool = False, heard: bool = False) -> str:
-        """Look at the process, at least every few seconds; return why it counts as hung, empty if it does not.
+        """Look at the process; return why it counts as hung, or an empty text. Call this at least every few seconds.
 
-        `computing` says whether it should use processor time, `heard` whether it gave a sign since the last look.
+        `computing` says whether the process should use processor time, `heard` whether it gave a sign of life since the
+        last call.
         """
         if heard:
             self._silence_allowed = self._silent_seconds
         silence = self._silence.look(reset=heard)
-        found = seen(self._pid)
-        if found is not None:
-            stopped = found.state in "Tt"
-            seconds = found.cpu_seconds + (children_seconds(self._pid) if self._with_children else 0.0)
+        stat = process_stat(self._pid)
+        if stat is not None:
+            stopped = stat.state in "Tt"
+            seconds = stat.cpu_seconds + (children_seconds(self._pid) if self._with_children else 0.0)
             progress = seconds != self.cpu_seconds or not (computing or stopped)
             self.cpu_seconds = seconds
             if self._idle.look(reset=progress) > HUNG_SECONDS:

@@ -1,4 +1,4 @@
-"""The memory of this machine, or what its control groups (versions 1 and 2) leave to this process; Linux."""
+"""The memory of this machine, or the limit of this process's control groups (versions 1 and 2); Linux."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ _CONTROL_GROUPS = Path("/sys/fs/cgroup")
 
 
 def machine_memory(proc: Path = _PROC, control_groups: Path = _CONTROL_GROUPS) -> int | None:
-    """Return the bytes of memory that the processes of this control group may have together; None: not known."""
-    found = [*_of_machine(proc / "meminfo"), *_of_control_groups(proc / "self" / "cgroup", control_groups)]
-    return min(found, default=None)
+    """Return the bytes of memory that the processes of this control group may use together; None: not known."""
+    limits = [*_installed_bytes(proc / "meminfo"), *_group_limits(proc / "self" / "cgroup", control_groups)]
+    return min(limits, default=None)
 
 
-def _of_machine(meminfo: Path) -> Iterator[int]:
+def _installed_bytes(meminfo: Path) -> Iterator[int]:
     for line in _lines(meminfo):
         name, _, value = line.partition(":")
         if name == "MemTotal":
             yield int(value.split()[0]) * 1024
 
 
-def _of_control_groups(listed: Path, mounted: Path) -> Iterator[int]:
-    """Yield the limits of a process's control groups, and of those that contain them."""
-    for line in _lines(listed):
+def _group_limits(cgroup: Path, mounted: Path) -> Iterator[int]:
+    """Yield the limits of a process's control groups and of the groups that contain them."""
+    for line in _lines(cgroup):
         _, controllers, path = line.split(":", 2)
         if controllers == "":  # version 2
             folder, name = mounted, "memory.max"
@@ -33,13 +33,13 @@ def _of_control_groups(listed: Path, mounted: Path) -> Iterator[int]:
             folder, name = mounted / "memory", "memory.limit_in_bytes"
         else:
             continue
-        # in a container the path may be one of the host, of which only the root is there
+        # in a container the path may be that of the host, and only the root of it is mounted
         group = folder / path.lstrip("/")
-        for one in (group, *group.parents):
-            for text in _lines(one / name):
+        for ancestor in (group, *group.parents):
+            for text in _lines(ancestor / name):
                 if text.strip().isdigit():  # or "max"
                     yield int(text)
-            if one == folder:
+            if ancestor == folder:
                 break
 
 

@@ -1,4 +1,4 @@
-"""The numerics and their fingerprint: everything besides the request that the bytes of a result depend on."""
+"""The numerics: libraries, sources and processor on which the bytes of a result depend besides the request."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from importlib.metadata import version
 
 from grazemap_worker.store import core_version
 
-# Settings of numba, and of numpy and its linear algebra, that choose other instructions on one and the same processor.
+# Settings of numba, and of numpy and its linear algebra, that change the instructions on the same processor.
 _NUMBA_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
 _NUMPY_SETTINGS = ("NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES", "OPENBLAS_CORETYPE")
 
@@ -31,13 +31,13 @@ class Numerics:
     cpu: str
     """The processor that code is generated for, by LLVM's name; "interpreted" when nothing is compiled."""
     cpu_features: str
-    """The extensions of its instruction set that the code may use, with commas between them; empty if it uses none
-    beyond those of every processor of that name."""
+    """The extensions of the instruction set that the code may use, separated by commas; empty if it uses only the
+    instructions that every processor of this name has."""
     fingerprint: str
-    """Start of a hash of all that the bytes of a result depend on besides the request."""
+    """Start of a hash of everything on which the bytes of a result depend besides the request."""
 
     def as_meta(self) -> dict[str, str]:
-        """Return the numerics as in a result's metadata."""
+        """Return the numerics as they stand in the metadata of a result."""
         return asdict(self)
 
 
@@ -45,11 +45,11 @@ class Numerics:
 def numerics() -> Numerics:
     """Return the numerics of this process; imports numba.
 
-    The fingerprint is the start of a sha256 over the versions, the core's sources, whether kernels are compiled with
-    parts, the name and the features of the processor, and the settings that choose instructions. Two machines with the
-    same fingerprint run the same instructions.
+    The fingerprint is the start of a sha256 over these: the versions, the core's sources, whether kernels are compiled
+    with parts, the name and the features of the processor, and the settings that change instructions. Two machines with
+    the same fingerprint run the same instructions.
     """
-    # before numba, whose settings it may choose
+    # imported before numba, whose settings it may change
     from grazemap_core.compiled_ahead import source_fingerprint
     from grazemap_core.numerics.jit.inlining import PART_COMPILER
     from numba.core import config  # isort: skip

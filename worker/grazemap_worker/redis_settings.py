@@ -1,4 +1,4 @@
-"""The settings that service and workers share: the address of Redis, its password, the level of the log."""
+"""Settings that service and workers share: address and password of Redis, and the level of the log."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grazemap_worker.store import connect
 from grazemap_worker.store.connection import SOCKET_TIMEOUT
 
 USAGE_ERROR = 2
-"""Exit status of a process that refuses its settings; it is not started again."""
+"""Exit status of a process with invalid settings; it is not started again."""
 
 _LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL")
 

@@ -1,12 +1,13 @@
-"""When a process that ended is started again: at once, but after pauses where it ends again and again."""
+"""Decides when an ended process is started again: at once, or after a pause when it ends again and again."""
 
 from __future__ import annotations
 
 import time
 
-# A process that lived this long is not part of a crash loop; others wait 0.2, 0.4, ... s before the next start.
+# A process that lived this long is started again at once. One that ends again and again earlier is started at once for
+# the first time, and then after 0.4, 0.8, ... s, up to MAX_WAIT_SECONDS.
 HEALTHY_SECONDS = 10.0
-LONGEST_WAIT = 5.0
+MAX_WAIT_SECONDS = 5.0
 
 
 class Restarts:
@@ -22,11 +23,11 @@ class Restarts:
         return time.monotonic() >= self._not_before
 
     def started(self) -> None:
-        """Take note of a start."""
+        """Record a start."""
         self._started = time.monotonic()
 
     def ended(self, *, blameless: bool = False) -> None:
-        """Take note of an end; a blameless one is no reason for a pause."""
+        """Record an end. After a `blameless` one, the next start follows without a pause."""
         now = time.monotonic()
         self.deaths = 1 if blameless or now - self._started > HEALTHY_SECONDS else self.deaths + 1
-        self._not_before = now + (min(LONGEST_WAIT, 0.1 * 2**self.deaths) if self.deaths > 1 else 0.0)
+        self._not_before = now + (min(MAX_WAIT_SECONDS, 0.1 * 2**self.deaths) if self.deaths > 1 else 0.0)

@@ -1,4 +1,4 @@
-"""Settings of workers and their supervisor, from the environment under the prefix GRAZEMAP_."""
+"""Settings of the workers and their supervisor, from environment variables with the prefix GRAZEMAP_."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 
-# A worker renews its lease every second while it works and every three while it waits; one that is killed loses its
-# tile when the lease runs out.
+# A worker renews its lease every second while it works, and every three seconds while it waits. A killed worker loses
+# its tile when the lease runs out.
 LEASE_SECONDS = 5.0
-# Of a large machine: what the computation of a tile may allocate. On a smaller one the workers, and two more for the
-# store and what compiles, share the memory.
-_MOST_MEMORY = 2 << 30
-_LEAST_MEMORY = 1 << 26
+# Bytes that the computation of a tile may allocate on a large machine. On a smaller one, the memory is divided by the
+# number of workers plus two: one share for the store, and one for the processes that compile.
+_MAX_MEMORY = 2 << 30
+_MIN_MEMORY = 1 << 26
 
 
 def available_cores() -> int:
@@ -32,10 +32,10 @@ def default_cache_dir() -> Path:
 
 
 def default_memory(workers: int, machine: int | None) -> int:
-    """Return what the computation of a tile may allocate, on a machine of so many bytes."""
+    """Return the bytes that the computation of a tile may allocate; `machine` is the memory of the machine in bytes."""
     if machine is None:
-        return _MOST_MEMORY
-    return min(_MOST_MEMORY, max(_LEAST_MEMORY, machine // (workers + 2)))
+        return _MAX_MEMORY
+    return min(_MAX_MEMORY, max(_MIN_MEMORY, machine // (workers + 2)))
 
 
 def _default_memory(valid: dict[str, Any]) -> int:
@@ -58,6 +58,6 @@ class WorkerSettings(RedisSettings):
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = (
         DEFAULT_RESULT_BYTES
     )
-    memory_bytes: Annotated[int, Field(ge=_LEAST_MEMORY, description="Memory for the computation of a tile.")] = Field(
+    memory_bytes: Annotated[int, Field(ge=_MIN_MEMORY, description="Memory for the computation of a tile.")] = Field(
         default_factory=_default_memory
     )

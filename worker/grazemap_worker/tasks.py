@@ -1,9 +1,9 @@
-"""What a worker does when a bell rings: it claims tiles, computes and commits them, until there are none to claim.
+"""What a worker does after a wake-up: it claims, computes and commits tiles until there are none to claim.
 
-A tile's input is a request from the store, and its output, in the store, the finished tile, the result or the failure.
-Small tiles are computed in the worker, several between two visits to the store; others in a process of their own, which
-takes further ones until it has worked for as long as one should take. A process that computes a tile for long is
-stopped while its worker computes short ones that wait.
+A tile is computed from a request in the store. The finished tile, the result or the failure is written to the store.
+The worker computes small tiles itself, and commits several of them together. It forks a compute process for any other
+tile. That process computes further tiles until it has worked for `TILE_SECONDS`. While it computes a long tile, the
+worker stops it from time to time and computes short tiles that wait.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from grazemap.results import VERSION
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
-from grazemap_worker.processes import PROCESSES, Report
+from grazemap_worker.processes import IMPLEMENTATIONS, Report
 from grazemap_worker.processes.conversion import request_pointer
-from grazemap_worker.queue import bells
-from grazemap_worker.queue.horse import STORE_FULL, Horse, Now, Slate, memory_text
+from grazemap_worker.queue import wake_ups
+from grazemap_worker.queue.compute_process import STORE_FULL_STATUS, Activity, ComputeProcess, SharedState, memory_text
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
@@ -43,29 +43,30 @@ from grazemap_worker.store import (
     refused_problem,
 )
 
-# Limits of the processor time of a tile: so many times its estimate, and some seconds more, but never over that of its
-# lane. Estimates are true within a factor of 20.
+# A tile may take CPU_FACTOR times its estimated processor time plus EXTRA_CPU_SECONDS, but at most the maximum of its
+# lane. Estimates are correct within a factor of 20.
 CPU_FACTOR = 20.0
-CPU_MORE = 60.0
-CPU_MOST: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
-# The process of a tile that has computed for so long is stopped for short tiles that have waited for so long. Together
-# the stopped one and they have the shares of long and short jobs.
+EXTRA_CPU_SECONDS = 60.0
+MAX_CPU_SECONDS: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
+# A compute process that has computed a tile for STOPPED_AFTER_SECONDS is stopped for short tiles that have waited for
+# WAITED_SECONDS. The long tile and the short ones get the shares of long and short jobs.
 STOPPED_AFTER_SECONDS = 2.0
 WAITED_SECONDS = 1.5
-_ASKED_SECONDS = 1.0
-# Seconds between two attempts where the store is full.
+# Seconds between two looks for such short tiles.
+_INTERRUPTION_LOOK_SECONDS = 1.0
+# Seconds between two attempts while the store is full.
 STORE_FULL_SECONDS = 2.0
 # Seconds between renewals of the lease while a process computes.
 _RENEW_SECONDS = 0.5
-# What a commit answers to what does not fit into the store.
+# The answer of a commit when the tile or result does not fit into the store.
 _NO_SPACE = -2
-# What it answers when the job has taken more than its limit of processor time.
+# The answer of a commit when the job has taken more than its limit of processor time.
 _COSTLY = -3
 
 
 @dataclass(frozen=True)
-class Context:
-    """What a worker computes its tiles with."""
+class WorkerContext:
+    """What a worker needs to compute tiles."""
 
     store: Store
     """The store."""
@@ -74,26 +75,26 @@ class Context:
     numerics: Numerics
     """Its numerics."""
     memory_bytes: int = 2 << 30
-    """What its tiles may allocate."""
-    watched: Callable[[str], None] = lambda _: None
-    """Is called with the job before a tile is computed in this process, and with an empty text after."""
+    """Bytes that the computation of a tile may allocate."""
+    report_small_tile: Callable[[str], None] = lambda _: None
+    """Called with the job id before this process computes a small tile, and with an empty text afterwards."""
     beat: Callable[[], None] = lambda: None
-    """Is called every second or so."""
+    """Called about once a second; it tells the supervisor that the worker is alive."""
     stopping: Callable[[], bool] = lambda: False
-    """Returns whether no further tile is to be claimed."""
+    """Returns whether the worker is to claim no further tile."""
 
 
-class NotWanted(Exception):
+class UnwantedJob(Exception):
     """The job that is being computed was dismissed, or has ended."""
 
 
-def drain(context: Context) -> None:
+def compute_waiting_tiles(context: WorkerContext) -> None:
     """Claim and compute tiles until none are left for this worker, or the store is full.
 
     Raises
     ------
     redis.exceptions.RedisError
-        Redis is unavailable; what is claimed is given back when the lease runs out.
+        Redis is unavailable. The claimed tiles become free when the lease runs out.
     """
     while not context.stopping():
         context.beat()
@@ -102,9 +103,9 @@ def drain(context: Context) -> None:
             if not claims:
                 return
             if context.worker.small:
-                _compute_here(claims, context)
+                _compute_small(claims, context)
             else:
-                _compute_apart(claims[0], context, _Interruptions(context))
+                _compute_in_process(claims[0], context, _Interruptions(context))
         except RedisError as error:
             if not is_full(error):
                 raise
@@ -112,34 +113,34 @@ def drain(context: Context) -> None:
             return
 
 
-def _claim_next(context: Context) -> list[Claim]:
-    """Claim what is next: a number of small tiles, or one other; wake another worker if there is more."""
+def _claim_next(context: WorkerContext) -> list[Claim]:
+    """Claim the next tiles: several small ones, or one tile of another lane; wake another worker if more tiles wait."""
     store, worker = context.store, context.worker
     claims, more = store.tiles.claim_next(worker, LEASE_SECONDS)
     if more:
-        bells.ring(store.redis, worker.fingerprint, small=worker.small)
+        wake_ups.wake_worker(store.redis, worker.fingerprint, small=worker.small)
     return claims
 
 
-def _compute_here(claims: list[Claim], context: Context) -> None:
+def _compute_small(claims: list[Claim], context: WorkerContext) -> None:
     """Compute small tiles and commit them together."""
     finished, renewed = [], time.monotonic()
     for claim in claims:
         if time.monotonic() - renewed > _RENEW_SECONDS:
             renewed = time.monotonic()
             context.store.workers.renew(context.worker, LEASE_SECONDS)
-        context.watched(claim.job_id)
-        done = _compute(claim, context)
-        context.watched("")
-        if done is not None:
-            finished.append(done)
+        context.report_small_tile(claim.job_id)
+        result = _compute(claim, context)
+        context.report_small_tile("")
+        if result is not None:
+            finished.append(result)
     if finished:
         _commit(finished, context)
     context.store.workers.renew(context.worker, LEASE_SECONDS)
 
 
-def _give_back(lost: Iterable[tuple[str, int, str]], context: Context) -> None:
-    """Free tiles whose results do not fit into the full store, uncounted, and wait a little."""
+def _give_back(lost: Iterable[tuple[str, int, str]], context: WorkerContext) -> None:
+    """Free tiles that could not be stored because the store is full, without counting a failure; then wait a little."""
     structlog.get_logger("grazemap_worker").warning("the store is full")
     for job_id, tile, holder in lost:
         context.store.tiles.give_back(job_id, tile, holder)
@@ -147,23 +148,26 @@ def _give_back(lost: Iterable[tuple[str, int, str]], context: Context) -> None:
 
 
 class _Interruptions:
-    """What a worker does while it has stopped the process of a tile that takes long: short tiles that wait."""
+    """The short tiles that a worker computes while the compute process of a long tile is stopped."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: WorkerContext) -> None:
         self._context = context
-        self._tile: Now | None = None
+        self._activity: Activity | None = None
         self._not_before = 0.0
 
-    def next(self, now: Now) -> Callable[[], None] | None:
-        """Return what computes a tile, which is claimed, and others of its kind; None if none waits long enough."""
-        if now != self._tile:
-            self._tile, self._not_before = now, time.monotonic() + STOPPED_AFTER_SECONDS
+    def next(self, activity: Activity) -> Callable[[], None] | None:
+        """Claim a short tile, and return a function that computes it and further ones; None if none waits long enough.
+
+        `activity` is that of the compute process, which is to be stopped while the function runs.
+        """
+        if activity != self._activity:
+            self._activity, self._not_before = activity, time.monotonic() + STOPPED_AFTER_SECONDS
         if time.monotonic() < self._not_before:
             return None
-        self._not_before = time.monotonic() + _ASKED_SECONDS
-        with suppress(RedisError):  # the tile goes on meanwhile
-            claim = self._claim(now.job_id, WAITED_SECONDS)
-            return None if claim is None else partial(self._compute, claim, now.job_id)
+        self._not_before = time.monotonic() + _INTERRUPTION_LOOK_SECONDS
+        with suppress(RedisError):  # the compute process goes on meanwhile
+            claim = self._claim(activity.job_id, WAITED_SECONDS)
+            return None if claim is None else partial(self._compute, claim, activity.job_id)
         return None
 
     def _claim(self, stopped: str, waited: float) -> Claim | None:
@@ -173,25 +177,25 @@ class _Interruptions:
         began = time.monotonic()
         claim: Claim | None = first
         while claim is not None:
-            _compute_apart(claim, self._context)
+            _compute_in_process(claim, self._context)
             is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
             claim = None if is_over else self._claim(stopped, 0.0)
         share = LANE_WEIGHTS["long"] / LANE_WEIGHTS["short"]
         self._not_before = time.monotonic() + share * (time.monotonic() - began)
 
 
-def _compute_apart(claim: Claim, context: Context, interruptions: _Interruptions | None = None) -> None:
-    """Compute and commit a tile in a process of its own.
+def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _Interruptions | None = None) -> None:
+    """Compute and commit a tile in a compute process.
 
-    With interruptions it also computes others after it; without, it is itself one, and is moved to the long jobs when
-    it takes as long as these.
+    With `interruptions`, the process also computes tiles after this one. Without, this tile is a short one that
+    interrupts a long one: no other follows, and its job is moved to the long jobs if it takes over `SHORT_SECONDS`.
     """
     store, worker = context.store, context.worker
-    most = math.inf if interruptions else SHORT_SECONDS
-    slate = Slate(_now(claim, 0.0, most))
+    max_seconds = math.inf if interruptions else SHORT_SECONDS
+    state = SharedState(_activity(claim, 0.0, max_seconds))
     renewed = 0.0
 
-    def wanted(job_id: str) -> bool:
+    def is_wanted(job_id: str) -> bool:
         nonlocal renewed
         if time.monotonic() - renewed < _RENEW_SECONDS:
             return True
@@ -200,102 +204,109 @@ def _compute_apart(claim: Claim, context: Context, interruptions: _Interruptions
         try:
             return store.workers.renew(worker, LEASE_SECONDS, job_id)
         except RedisError:
-            return True  # it goes on, and commits when Redis is back
+            return True  # the process goes on, and commits when Redis is back
 
-    turn = partial(_take_turn, claim, context, slate, most)
-    watched = Horse(turn, context.memory_bytes, slate)
-    ended = watched.watch(wanted, interruptions.next) if interruptions else watched.watch(wanted)
-    now = slate.read()
-    if ended.kind == "timeout" and now.of_job:
-        store.jobs.stop_costly(now.job_id)
+    run = partial(_run_tiles, claim, context, state, max_seconds)
+    process = ComputeProcess(run, context.memory_bytes, state)
+    end = process.watch(is_wanted, interruptions.next) if interruptions else process.watch(is_wanted)
+    activity = state.read()
+    if end.kind == "timeout" and activity.limited_by_job:
+        store.jobs.stop_costly(activity.job_id)
     lost = store.tiles.claims_of(worker.name)
-    if interruptions is None:  # the tile that is stopped is this worker's too
-        lost = [one for one in lost if one[0] == claim.job_id]
-    if ended.kind is not None:
+    if interruptions is None:  # this worker also holds the tile of the compute process that is stopped
+        lost = [claimed for claimed in lost if claimed[0] == claim.job_id]
+    if end.kind is not None:
         structlog.get_logger("grazemap_worker").warning(
-            "process of a tile ended", lost=[one[:2] for one in lost], status=ended.status, kind=ended.kind
+            "process of a tile ended", lost=[claimed[:2] for claimed in lost], status=end.status, kind=end.kind
         )
-    if ended.status == STORE_FULL:
+    if end.status == STORE_FULL_STATUS:
         _give_back(lost, context)
         return
     for job_id, tile, holder in lost:
-        if ended.kind == "timeout" and now.seconds == most:
-            store.tiles.overran(job_id, tile, holder, most)
+        if end.kind == "timeout" and activity.seconds == max_seconds:
+            store.tiles.overran(job_id, tile, holder, max_seconds)
         else:
-            store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
+            store.tiles.record_failure(job_id, tile, end.kind or "lost", holder, end.limit)
 
 
-def _now(claim: Claim, began: float, most: float) -> Now:
-    """Return what a process does that begins to compute at `began` of its processor time, for so long at most."""
-    limit = CPU_MOST["long" if claim.assembly else claim.lane]
+def _activity(claim: Claim, began: float, max_seconds: float) -> Activity:
+    """Return the activity of a process that begins a tile when its processor time is `began`, with its limit."""
+    limit = MAX_CPU_SECONDS["long" if claim.assembly else claim.lane]
     if not claim.assembly:
-        limit = min(limit, CPU_MORE + CPU_FACTOR * claim.seconds)
-    asked = getattr(claim.request, "time_limit", 0.0)  # a search that ends itself there
-    limit = min(max(limit, asked and asked + CPU_MORE), most)
-    return Now(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
+        limit = min(limit, EXTRA_CPU_SECONDS + CPU_FACTOR * claim.seconds)
+    time_limit = getattr(claim.request, "time_limit", 0.0)  # of a search that ends by itself after this time
+    limit = min(max(limit, time_limit and time_limit + EXTRA_CPU_SECONDS), max_seconds)
+    return Activity(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
 
 
-def _take_turn(claim: Claim, context: Context, slate: Slate, most: float) -> int:
-    """Compute and commit a tile in this process, and what comes next; return the exit status.
+def _run_tiles(claim: Claim, context: WorkerContext, state: SharedState, max_seconds: float) -> int:
+    """Compute and commit a tile in this process, then further ones; return the exit status.
 
-    It goes on until TILE_SECONDS are over or one fails. With a limit `most` of its seconds it computes no other job's.
+    It goes on until TILE_SECONDS have passed or a tile fails. A finite `max_seconds` limits the processor time of a
+    tile; then the only further step is the assembly of the same job.
     """
     following: Claim | None = claim
     try:
         while following is not None:
-            now = _now(following, time.process_time(), most)
-            slate.write(now)
-            done = _compute(following, context)
-            slate.write(now._replace(computing=False))
-            following = _committed(done, context, alone=most < math.inf) if done is not None else None
+            activity = _activity(following, time.process_time(), max_seconds)
+            state.write(activity)
+            finished = _compute(following, context)
+            state.write(activity._replace(computing=False))
+            following = (
+                _commit_and_claim(finished, context, one_job=max_seconds < math.inf) if finished is not None else None
+            )
     except RedisError as error:
         if not is_full(error):
             raise
-        return STORE_FULL
+        return STORE_FULL_STATUS
     return 0
 
 
-def _committed(done: Finished, context: Context, *, alone: bool) -> Claim | None:
-    """Commit what was computed; claim what this process computes next: at once the assembly after a map's last tile."""
+def _commit_and_claim(finished: Finished, context: WorkerContext, *, one_job: bool) -> Claim | None:
+    """Commit a tile or a result, and claim what this process computes next; None: nothing.
+
+    After the last tile of a map, that is the assembly of the map. With `one_job`, it is nothing else.
+    """
     store, worker = context.store, context.worker
-    remaining = _commit([done], context)[0]
-    if remaining == 0 and not done.whole:
-        return store.tiles.claim(done.claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
-    if alone or time.process_time() > TILE_SECONDS or context.stopping():
+    remaining = _commit([finished], context)[0]
+    if remaining == 0 and not finished.whole:
+        return store.tiles.claim(finished.claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
+    if one_job or time.process_time() > TILE_SECONDS or context.stopping():
         return None
     return next(iter(_claim_next(context)), None)
 
 
-def _commit(finished: list[Finished], context: Context) -> list[int]:
-    """Commit what was computed; return the tiles that remain of each job, or -1.
+def _commit(finished: list[Finished], context: WorkerContext) -> list[int]:
+    """Commit tiles and results; return for each the number of tiles that remain of its job, or a negative number.
 
-    A job whose result does not fit into the store fails, and so does one that has taken too much processor time.
+    `store.results.commit` lists the negative numbers. A job whose result does not fit into the store fails, and so does
+    a job that has taken too much processor time.
     """
     try:
         answers = context.store.results.commit(finished)
     except RedisError as error:
         if is_away(error):
             raise
-        for done in finished:
-            _failed(done.claim, context)
+        for result in finished:
+            _record_exception(result.claim, context)
         return [-1] * len(finished)
-    for done, remaining in zip(finished, answers, strict=True):
+    for result, remaining in zip(finished, answers, strict=True):
         if remaining == _NO_SPACE:
-            context.store.jobs.fail(done.claim.job_id, full_problem())
+            context.store.jobs.fail(result.claim.job_id, full_problem())
         elif remaining == _COSTLY:
-            context.store.jobs.stop_costly(done.claim.job_id)
+            context.store.jobs.stop_costly(result.claim.job_id)
     return answers
 
 
-def _compute(claim: Claim, context: Context) -> Finished | None:
-    """Compute what was claimed; return None, with the failure stored, when that is not possible."""
+def _compute(claim: Claim, context: WorkerContext) -> Finished | None:
+    """Compute a claimed tile; when that fails, store the failure and return None."""
     from grazemap_core.errors import CoreError
 
     store = context.store
     structlog.contextvars.bind_contextvars(job_id=claim.job_id, tile=claim.tile)
     try:
-        return _computed(claim, context)
-    except NotWanted:
+        return _compute_or_raise(claim, context)
+    except UnwantedJob:
         return None
     except ResultTooLarge as error:
         store.jobs.fail(claim.job_id, refused_problem(str(error)))
@@ -310,12 +321,12 @@ def _compute(claim: Claim, context: Context) -> Finished | None:
     except Exception as error:
         if isinstance(error, RedisError) and is_away(error):
             raise
-        _failed(claim, context)
+        _record_exception(claim, context)
         return None
 
 
-def _failed(claim: Claim, context: Context) -> None:
-    """Count and log the exception that is handled now."""
+def _record_exception(claim: Claim, context: WorkerContext) -> None:
+    """Count and log the exception that is being handled as a failure of a tile."""
     verdict = context.store.tiles.record_failure(claim.job_id, claim.tile, "exception", claim.holder)
     structlog.get_logger("grazemap_worker").exception("tile failed", process=claim.process, verdict=verdict)
 
@@ -326,9 +337,9 @@ def _processor_seconds() -> float:
     return time.thread_time() + times.children_user + times.children_system
 
 
-def _computed(claim: Claim, context: Context) -> Finished:
-    """Return what was computed, and the processor time that it took."""
-    process, store = PROCESSES[claim.process], context.store
+def _compute_or_raise(claim: Claim, context: WorkerContext) -> Finished:
+    """Return the finished tile, or the result of the whole job, with the processor time that it took."""
+    process, store = IMPLEMENTATIONS[claim.process], context.store
     if process.tile is not None and not claim.assembly:
         began = _processor_seconds()
         document = process.tile(claim.request, claim.rectangle)
@@ -336,10 +347,10 @@ def _computed(claim: Claim, context: Context) -> Finished:
         data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
         return Finished(claim, data, took, whole=False)
     if process.assembled is not None:
-        tiles, report = _finished_tiles(claim, store), _counted_after_tiles(claim, store)
+        tiles, report = _finished_tiles(claim, store), _assembly_progress_report(claim, store)
         compute = partial(process.assembled, claim.request, claim.plan, tiles, report)
     elif process.whole is not None:
-        compute = partial(process.whole, claim.request, _counted(claim, store))
+        compute = partial(process.whole, claim.request, _progress_report(claim, store))
     else:
         raise TypeError(f"the process {claim.process} computes nothing")
     began = _processor_seconds()
@@ -350,10 +361,10 @@ def _computed(claim: Claim, context: Context) -> Finished:
     return Finished(claim, data, took, lasting=process.lasting(document))
 
 
-def _counted(claim: Claim, store: Store) -> Report:
-    """Return a function that stores the completed steps of a job; it raises NotWanted when the job has ended.
+def _progress_report(claim: Claim, store: Store) -> Report:
+    """Return a function that stores how many steps of a job are done; it raises UnwantedJob when the job has ended.
 
-    Those of small jobs are over before anyone could read them.
+    For a small job it stores nothing: the job ends before anyone could read it.
     """
 
     def report(done: int, total: int) -> None:
@@ -366,14 +377,14 @@ def _counted(claim: Claim, store: Store) -> Report:
                 raise
             return  # the result may fit later
         if not is_wanted:
-            raise NotWanted(claim.job_id)
+            raise UnwantedJob(claim.job_id)
 
     return report
 
 
-def _counted_after_tiles(claim: Claim, store: Store) -> Report:
-    """Return the same for an assembly, with its steps scaled to the number of them in the plan."""
-    tiles, after, stored = claim.plan.count, claim.plan.after, _counted(claim, store)
+def _assembly_progress_report(claim: Claim, store: Store) -> Report:
+    """Return a function that stores the progress of an assembly, scaled to the plan's steps after the tiles."""
+    tiles, after, store_progress = claim.plan.count, claim.plan.after, _progress_report(claim, store)
     reported = 0
 
     def report(done: int, total: int) -> None:
@@ -381,7 +392,7 @@ def _counted_after_tiles(claim: Claim, store: Store) -> Report:
         step = after * done // max(1, total)
         if step > reported:
             reported = step
-            stored(tiles + step, tiles + after)
+            store_progress(tiles + step, tiles + after)
 
     return report
 
@@ -395,7 +406,7 @@ def _finished_tiles(claim: Claim, store: Store) -> list[Document]:
     return documents
 
 
-def _meta(claim: Claim, context: Context) -> dict[str, Any]:
+def _meta(claim: Claim, context: WorkerContext) -> dict[str, Any]:
     """Return the metadata of a result: no timings, so that the same request gives the same bytes."""
     return {
         "process": claim.process,

@@ -1,7 +1,7 @@
-"""Tells the process that watches this one that it goes on, by the protocol of systemd's sd_notify; and hears others.
+"""Signs of life by the protocol of systemd's sd_notify: sends those of this process, and receives those of others.
 
-The stack, or a systemd unit with `WatchdogSec`, listens on the datagram socket that NOTIFY_SOCKET names, and replaces
-a process from which it no longer hears. Without that variable nothing is sent.
+The stack, or a systemd unit with `WatchdogSec`, listens on the datagram socket that the environment variable
+NOTIFY_SOCKET names. It replaces a process that no longer sends. Without that variable nothing is sent.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ INTERVAL_SECONDS = 2.0
 
 
 def beat() -> None:
-    """Say that this process goes on; does not wait, not even for a watcher that is stopped."""
+    """Send a sign of life of this process; never wait, even if the watching process is stopped."""
     address = os.environ.get(VARIABLE)
     if not address:
         return
-    if address.startswith("@"):  # of Linux's abstract sockets
+    if address.startswith("@"):  # an abstract socket of Linux
         address = "\0" + address[1:]
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender, suppress(OSError):
         sender.setblocking(False)
@@ -33,7 +33,7 @@ def beat() -> None:
 
 @contextmanager
 def repeated(action: Callable[[], object], seconds: float) -> Iterator[None]:
-    """Call a function within this block, in a thread: at once, and again after every pause of so many seconds."""
+    """Call a function in a thread during this block: at once, and then every `seconds`."""
     ended = threading.Event()
 
     def repeat() -> None:
@@ -52,31 +52,31 @@ def repeated(action: Callable[[], object], seconds: float) -> Iterator[None]:
 
 @contextmanager
 def beating() -> Iterator[None]:
-    """Say so repeatedly while the main thread, which computes or looks at others within this block, goes on.
+    """Send signs of life during this block as long as the main thread uses processor time.
 
-    It goes on as long as it uses processor time. Call this from the main thread.
+    Call this from the main thread.
     """
-    # not on every system of its own for a thread
+    # not every system has a clock for each thread
     clock = getattr(time, "pthread_getcpuclockid", lambda _: time.CLOCK_PROCESS_CPUTIME_ID)(threading.get_ident())
     last = -1.0
 
-    def beat_if_it_goes_on() -> None:
+    def beat_if_time_was_used() -> None:
         nonlocal last
         before, last = last, time.clock_gettime(clock)
         if last > before:
             beat()
 
-    with repeated(beat_if_it_goes_on, INTERVAL_SECONDS):
+    with repeated(beat_if_time_was_used, INTERVAL_SECONDS):
         yield
 
 
 class WatchdogSocket:
-    """The socket on which a process that is watched says that it goes on.
+    """A socket that receives the signs of life of one watched process.
 
     Parameters
     ----------
     path : Path
-        Of the socket, which is made.
+        Path of the socket to be created.
     """
 
     def __init__(self, path: Path) -> None:
@@ -86,12 +86,12 @@ class WatchdogSocket:
         self.environment = {VARIABLE: str(path)}
 
     def heard(self) -> bool:
-        """Return whether messages have arrived since the last call."""
-        heard = False
+        """Return whether a sign of life has arrived since the last call."""
+        received = False
         with suppress(BlockingIOError):
             while True:
-                heard |= MESSAGE in self._socket.recv(4096).split(b"\n")
-        return heard
+                received |= MESSAGE in self._socket.recv(4096).split(b"\n")
+        return received
 
     def close(self) -> None:
         """Close the socket."""

@@ -1,4 +1,4 @@
-"""POST of many requests at once: each has its own job, and all results come in one answer, as they are ready."""
+"""POST of many requests at once: each has its own job, and one response has all results, in the order of completion."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request
 from grazemap.wire.base import Request as RequestBody
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, planned, start
+from grazemap_service.jobs import PREFIX, CurrentRequester, job_path, planned, start
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.problems import ProblemException, answer_to
 from grazemap_service.representations import LARGE_BYTES, render
 from grazemap_service.request_body import JsonRoute
-from grazemap_worker.store import Asker, ResultInfo, Submission
+from grazemap_worker.store import Requester, ResultInfo, Submission
 
-MOST_REQUESTS = 1000
+MAX_REQUESTS = 1000
 _LINES = "application/x-ndjson"
-# the same, for clients that know no lines of JSON, as generated ones
+# the same lines for clients, such as generated ones, that do not know this media type
 _TEXT = "text/plain"
-# Requests that are submitted, and results that are read, between two looks at what has ended.
+# Number of requests that are submitted, or results that are read, at a time.
 _AT_A_TIME = 25
-# Seconds without news after which all jobs are looked at, and an empty line keeps the connection open.
+# Seconds without an ended job after which all jobs are read, and an empty line keeps the connection open.
 _LOOK_SECONDS = 5.0
-# Seconds after which they are looked at in any case, which renews the interest in them.
+# Seconds after which all jobs are read in any case, which renews the subscriptions to them.
 _RENEW_SECONDS = 60.0
 
 _EXAMPLE = {
@@ -59,7 +59,7 @@ class BatchItem(RequestBody):
 class Batch(RequestBody):
     """Requests that are submitted together."""
 
-    requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MOST_REQUESTS)]
+    requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MAX_REQUESTS)]
 
 
 @router.post(
@@ -82,58 +82,59 @@ async def post_batch(
     batch: Annotated[Batch, Body(openapi_examples={"a curve and an orbit": {"value": _EXAMPLE}})],
     request: Request,
     context: CurrentContext,
-    asker: CurrentAsker,
+    requester: CurrentRequester,
     form: Annotated[Literal["json", "npz"], Query(alias="f", description="The form of the results.")] = "json",
 ) -> StreamingResponse:
     """Submit up to 1000 requests and stream their results; each has its own job, as if it were posted alone.
 
     If one of them is not valid, none is submitted. The jobs continue when the connection ends: post the batch again.
     """
-    asked = await run_sync(_checked, context, batch)
-    lines = _answers(request, context, asker, asked, form)
+    submissions = await run_sync(_checked, context, batch)
+    lines = _answers(request, context, requester, submissions, form)
     media_type = _TEXT if request.headers.get("accept", "").startswith(_TEXT) else _LINES
     return StreamingResponse(lines, media_type=media_type, headers={"Cache-Control": "no-store", "Vary": "Accept"})
 
 
 def _checked(context: Context, batch: Batch) -> list[Submission]:
-    """Return the requests with their plans. Raises ProblemException, whose pointers begin with those of requests."""
-    asked: list[Submission] = []
-    found: list[ProblemError] = []
+    """Return the requests with their plans. Raises ProblemException; its pointers lead into the batch."""
+    submissions: list[Submission] = []
+    errors: list[ProblemError] = []
     for index, item in enumerate(batch.requests):
         path = f"/requests/{index}"
         model = PROCESSES.get(item.process)
         if model is None:
             names = ", ".join(sorted(PROCESSES))
-            found.append(ProblemError(pointer=f"{path}/process", detail="There is no such process", allowed=names))
+            errors.append(ProblemError(pointer=f"{path}/process", detail="There is no such process", allowed=names))
         else:
             try:
-                asked.append(planned(context, item.process, parse_request(item.process, item.request)))
+                submissions.append(planned(context, item.process, parse_request(item.process, item.request)))
             except ValidationError as error:
-                details = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
-                found += _below(path, errors_of(details))
+                details = [{**detail, "loc": ("body", *detail["loc"])} for detail in error.errors(include_url=False)]
+                errors += _with_path(path, errors_of(details))
             except ProblemException as error:
-                error.problem = error.problem.model_copy(update={"errors": _below(path, error.problem.errors)})
+                error.problem = error.problem.model_copy(update={"errors": _with_path(path, error.problem.errors)})
                 raise
-        if len(found) >= MAX_ERRORS:
+        if len(errors) >= MAX_ERRORS:
             break
-    if found:
-        raise ProblemException("invalid-request", errors=found[:MAX_ERRORS])
-    return asked
+    if errors:
+        raise ProblemException("invalid-request", errors=errors[:MAX_ERRORS])
+    return submissions
 
 
-def _below(path: str, errors: Sequence[ProblemError]) -> list[ProblemError]:
-    return [one.model_copy(update={"pointer": f"{path}/request{one.pointer}"}) for one in errors]
+def _with_path(path: str, errors: Sequence[ProblemError]) -> list[ProblemError]:
+    return [error.model_copy(update={"pointer": f"{path}/request{error.pointer}"}) for error in errors]
 
 
 async def _answers(
-    request: Request, context: Context, asker: Asker, asked: Sequence[Submission], form: str
+    request: Request, context: Context, requester: Requester, submissions: Sequence[Submission], form: str
 ) -> AsyncIterator[bytes]:
-    """Yield lines, until every request has one."""
+    """Yield the lines of the response, one for each request."""
     waiting: dict[str, list[int]] = {}
     with context.hub.ends() as ended:
-        for first in range(0, len(asked), _AT_A_TIME):
-            part = range(first, min(first + _AT_A_TIME, len(asked)))
-            jobs = await run_sync(_submit, context, asker, [asked[index] for index in part], limiter=context.threads)
+        for first in range(0, len(submissions), _AT_A_TIME):
+            part = range(first, min(first + _AT_A_TIME, len(submissions)))
+            some = [submissions[index] for index in part]
+            jobs = await run_sync(_submit, context, requester, some, limiter=context.threads)
             decided: dict[str, None] = {}
             for index, job in zip(part, jobs, strict=True):
                 if isinstance(job, Exception):
@@ -145,7 +146,7 @@ async def _answers(
                         decided[job.id] = None
             while not ended.empty():
                 decided[ended.get_nowait() or ""] = None
-            async for lines in _lines(context, asker, decided, waiting, form):
+            async for lines in _lines(context, requester, decided, waiting, form):
                 yield lines
         looked = time.monotonic()
         while waiting:
@@ -159,29 +160,29 @@ async def _answers(
                 news.append(ended.get_nowait())
             if None in news or time.monotonic() - looked > _RENEW_SECONDS:
                 looked, news = time.monotonic(), [*waiting]
-            async for lines in _lines(context, asker, [one for one in news if one], waiting, form):
+            async for lines in _lines(context, requester, [job_id for job_id in news if job_id], waiting, form):
                 yield lines
 
 
-def _submit(context: Context, asker: Asker, asked: Sequence[Submission]) -> list[Job | Exception]:
-    """Return the jobs of requests, or why they were not accepted (blocking)."""
+def _submit(context: Context, requester: Requester, submissions: Sequence[Submission]) -> list[Job | Exception]:
+    """Return for each request its job, or the error if it was not accepted (blocking)."""
     try:
-        outcomes = start(context, asked, asker)
+        outcomes = start(context, submissions, requester)
     except redis.exceptions.RedisError as error:
-        return [error] * len(asked)
+        return [error] * len(submissions)
     return [outcome if isinstance(outcome, Exception) else outcome[0] for outcome in outcomes]
 
 
 async def _lines(
-    context: Context, asker: Asker, decided: Iterable[str], waiting: dict[str, list[int]], form: str
+    context: Context, requester: Requester, decided: Iterable[str], waiting: dict[str, list[int]], form: str
 ) -> AsyncIterator[bytes]:
-    """Yield the lines of jobs that have ended, several at a time; those are removed from `waiting`."""
-    ids = [one for one in dict.fromkeys(decided) if one in waiting]
+    """Yield the lines of ended jobs, several at a time, and remove these jobs from `waiting`."""
+    ids = [job_id for job_id in dict.fromkeys(decided) if job_id in waiting]
     for first in range(0, len(ids), _AT_A_TIME):
         part = ids[first : first + _AT_A_TIME]
         try:
-            answers = await run_sync(_read, context, asker, part, form, limiter=context.threads)
-        except redis.exceptions.RedisError:  # they are looked at again
+            answers = await run_sync(_read, context, requester, part, form, limiter=context.threads)
+        except redis.exceptions.RedisError:  # these jobs are read again later
             continue
         lines: list[bytes] = []
         for job_id, answer in zip(part, answers, strict=True):
@@ -194,21 +195,21 @@ async def _lines(
             yield b"".join(lines)
 
 
-def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list[bytes | None]:
-    """Return the members of the lines of jobs, None for one that has not ended (blocking)."""
+def _read(context: Context, requester: Requester, ids: Sequence[str], form: str) -> list[bytes | None]:
+    """Return the JSON members of the line of each job; None for a job that has not ended (blocking)."""
     infos = context.store.results.each_info(ids, LARGE_BYTES)
-    return [_members(context, asker, job_id, info, form) for job_id, info in zip(ids, infos, strict=True)]
+    return [_members(context, requester, job_id, info, form) for job_id, info in zip(ids, infos, strict=True)]
 
 
-def _members(context: Context, asker: Asker, job_id: str, info: ResultInfo | None, form: str) -> bytes | None:
+def _members(context: Context, requester: Requester, job_id: str, info: ResultInfo | None, form: str) -> bytes | None:
     job = None
     if info is None or info.data is None:
-        job = context.store.jobs.get(job_id, asker.name, with_request=False)
+        job = context.store.jobs.get(job_id, requester.name, with_request=False)
         if job is None:
             return b'"id":"%s","status":"dismissed"' % job_id.encode()
         if job.status not in FINISHED:
             return None
-        if info is None and job.status == "successful":  # it has ended meanwhile, or its result is evicted
+        if info is None and job.status == "successful":  # the job has just ended, or its result was evicted
             (info,) = context.store.results.each_info([job_id], LARGE_BYTES)
     if info is not None and info.data is not None:
         result = b'"npz":"%s"' % b64encode(info.data) if form == "npz" else b'"result":' + render(info.data, "json")

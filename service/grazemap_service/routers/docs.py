@@ -1,7 +1,7 @@
-"""The HTML pages / and /docs, and their static files, all from this host and under a strict policy.
+"""The HTML pages / and /docs, and their static files, all from this host, with a strict Content-Security-Policy.
 
-The docs page is Swagger UI from the files of the package fastapi-offline; its start-up script and its
-style are files of our own, so that neither inline scripts nor inline styles are needed.
+The docs page is Swagger UI from the files of the package fastapi-offline. Its start-up script and its style are files
+of grazemap, so that neither inline scripts nor inline styles are needed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ _POLICY = (
 
 
 class _WholeFile(FileResponse):
-    """A whole file. A server may ignore a Range header (RFC 9110 14.2); Starlette answers a wrong one in plain text."""
+    """A response with a whole file.
+
+    It ignores a Range header, as a server may (RFC 9110 14.2): Starlette would answer a wrong one in plain text.
+    """
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the file."""
@@ -38,21 +41,21 @@ class _WholeFile(FileResponse):
 
 
 class _WholeFiles(StaticFiles):
-    """A folder of such files."""
+    """A folder of static files that are sent as whole files."""
 
     def file_response(
         self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
-        """Return the answer with a file, or that it has not changed."""
+        """Return the response with a file, or the response that it has not changed."""
         response = super().file_response(full_path, stat_result, scope, status_code)
         if not isinstance(response, FileResponse):
             return response
-        # asked for again after an update, so that modules of two versions do not meet
+        # browsers revalidate a file, so that they do not mix modules of two versions after an update
         return _WholeFile(full_path, status_code, {"Cache-Control": "no-cache"}, stat_result=stat_result)
 
 
 def install(app: FastAPI) -> None:
-    """Give the app its pages and their files."""
+    """Add the pages and their files to the app."""
     app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
@@ -73,7 +76,7 @@ async def _palette(request: Request) -> Response:
 
 
 def _swagger_files() -> Path:
-    """Return the folder of Swagger UI's files, without importing the package that has them."""
+    """Return the folder with the files of Swagger UI, without importing the package."""
     spec = find_spec("fastapi_offline")
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError('the docs page needs fastapi-offline: pip install "grazemap[server]"')

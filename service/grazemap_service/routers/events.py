@@ -18,19 +18,19 @@ from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 
 from grazemap.wire import FINISHED, Status
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import CurrentAsker, KnownJob
+from grazemap_service.jobs import CurrentRequester, KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 from grazemap_worker.store.jobs import EVENT_ID
-from grazemap_worker.store.records import Event
+from grazemap_worker.store.records import JobEvent
 
 _BEGINNING = "0"
 # Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
-# Seconds without events after which the store is looked at: at what the job waits for, and for events that were missed.
+# Seconds without events after which the job is read again: what it waits for may have changed, or events were missed.
 _LOOK_SECONDS = 2.0
 
-# Seconds without a message after which a comment is sent, so that proxies keep the connection.
+# Seconds without a message after which a comment is sent, so that proxies do not close the connection.
 _PING_SECONDS = 15.0
 
 router = APIRouter(tags=["jobs"])
@@ -74,24 +74,24 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
     },
 )
 async def get_events(
-    job: KnownJob, context: CurrentContext, asker: CurrentAsker, after: Annotated[str, Depends(resume_point)]
+    job: KnownJob, context: CurrentContext, requester: CurrentRequester, after: Annotated[str, Depends(resume_point)]
 ) -> _Events:
     """Stream the events of a job to its end, from its beginning or after the last event that arrived."""
     headers = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
-    return _Events(_messages(context, job.id, asker.name, after), headers=headers)
+    return _Events(_messages(context, job.id, requester.name, after), headers=headers)
 
 
-async def _messages(context: Context, job_id: str, asker: str, after: str) -> AsyncIterator[bytes]:
-    """Yield the messages of a stream, several at a time where they are there."""
+async def _messages(context: Context, job_id: str, requester: str, after: str) -> AsyncIterator[bytes]:
+    """Yield the messages of a stream; messages that are available at the same time are yielded together."""
     waiting_for = None
     sent = time.monotonic()
     with context.hub.listen(job_id) as listener:
         fresh = time.monotonic()
         while True:
-            seen = (job_id, asker, after)
+            arguments = (job_id, requester, after)
             try:
-                status, stored, said = await context.hub.shared(
-                    seen, fresh, partial(run_sync, _look, context, *seen, limiter=context.threads)
+                status, stored, reason = await context.hub.shared(
+                    arguments, fresh, partial(run_sync, _look, context, *arguments, limiter=context.threads)
                 )
             except redis.exceptions.RedisError:
                 structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
@@ -102,42 +102,42 @@ async def _messages(context: Context, job_id: str, asker: str, after: str) -> As
                 sent, after = time.monotonic(), stored[-1].id
                 if stored[-1].name == "done":
                     return
-                continue  # there may be more
+                continue  # there may be more events
             if status is None or status in FINISHED:
-                # resumed after the last event, or the events were removed: the end is sent anyway
+                # the stream was resumed after the last event, or the events were removed: send the end anyway
                 yield _message("done", json.dumps({"status": status or "dismissed"}))
                 return
-            if said != waiting_for:
-                # without an id, as it is not stored: the stream is resumed after the last event that is
-                yield _message("waiting", json.dumps({"waiting_for": said}))
-                sent, waiting_for = time.monotonic(), said
+            if reason != waiting_for:
+                # this event is not stored and has no id, so a stream is resumed after the last stored event
+                yield _message("waiting", json.dumps({"waiting_for": reason}))
+                sent, waiting_for = time.monotonic(), reason
             elif time.monotonic() - sent > _PING_SECONDS:
                 yield KEEPALIVE_COMMENT
                 sent = time.monotonic()
             while True:
                 try:
-                    heard = await listener.next(_LOOK_SECONDS)
+                    events = await listener.next(_LOOK_SECONDS)
                 except TimeoutError:
                     fresh = time.monotonic() - 0.5 * _LOOK_SECONDS
                     break
-                news = [event for event in heard if event is not None and _follows(event.id, after)]
+                news = [event for event in events if event is not None and _follows(event.id, after)]
                 if news:
                     yield _messages_of(news)
                     sent = time.monotonic()
                     after = next((event.id for event in reversed(news) if event.id), after)
                 if any(event.name == "done" for event in news):
                     return
-                if None in heard:
+                if None in events:
                     fresh = time.monotonic()
                     break
 
 
-def _messages_of(events: Iterable[Event]) -> bytes:
+def _messages_of(events: Iterable[JobEvent]) -> bytes:
     return b"".join(_message(event.name, event.text, event.id) for event in events)
 
 
 def _message(name: str, text: str, event_id: str = "") -> bytes:
-    """Return an event as it is sent; `text` is JSON, so it has no ends of lines."""
+    """Return an event as it is sent; `text` is JSON without line breaks."""
     return format_sse_event(event=name, data_str=text, id=event_id or None)
 
 
@@ -145,16 +145,18 @@ def _follows(event_id: str, after: str) -> bool:
     return not event_id or _order(event_id) > _order(after)
 
 
-def _look(context: Context, job_id: str, asker: str, after: str) -> tuple[Status | None, list[Event], str | None]:
-    """Return a job's status, its events after an id, and what it waits for (blocking); the asker's interest goes on."""
+def _look(
+    context: Context, job_id: str, requester: str, after: str
+) -> tuple[Status | None, list[JobEvent], str | None]:
+    """Return a job's status, its events after an id, and why it waits; renew the subscription (blocking)."""
     jobs = context.store.jobs
-    # the job is read before the events, so that these include the event of an end that is seen here
-    job = jobs.get(job_id, asker, with_request=False)
+    # the job is read before the events, so that the events include `done` if the status is that of an ended job
+    job = jobs.get(job_id, requester, with_request=False)
     stored = jobs.events(job_id, after)
     return (None, stored, None) if job is None else (job.status, stored, job.waiting_for)
 
 
 def _order(event_id: str) -> tuple[int, int]:
-    """Return by what the ids of events are ordered."""
+    """Return the sort key of the id of an event."""
     time, _, number = event_id.partition("-")
     return int(time), int(number or 0)

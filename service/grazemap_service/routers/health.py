@@ -53,7 +53,7 @@ async def get_readiness(context: CurrentContext) -> Readiness:
 
 
 def _readiness(context: Context) -> Readiness:
-    """Write to the store, and return what there is of workers (blocking)."""
+    """Write to the store; return the number of live workers, or what starting workers do (blocking)."""
     context.store.try_write()
     live = context.store.workers.live()
     workers = [worker for worker in live if worker.core_version == context.core_version and not worker.small]

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Query, Response
 
 from grazemap.wire import PROCESSES, Job, JobList, Link, Note, Status
 from grazemap_service.context import CurrentContext
-from grazemap_service.jobs import NAME, PREFIX, CurrentAsker, KnownJob, job_response, stored_job, with_links
+from grazemap_service.jobs import NAME, PREFIX, CurrentRequester, KnownJob, job_response, stored_job, with_links
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 
@@ -54,11 +54,11 @@ async def list_jobs(
         raise invalid("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
     def listed() -> bytes:
-        found, following = context.store.jobs.page(status, process, limit, cursor, group, small)
+        selected_jobs, following = context.store.jobs.page(status, process, limit, cursor, group, small)
         selected = {"status": status, "process": process, "group": group, "limit": limit}
         if small is not None:
             selected["small"] = str(small).lower()
-        page = JobList(jobs=[with_links(job) for job in found], links=_links(selected, following))
+        page = JobList(jobs=[with_links(job) for job in selected_jobs], links=_links(selected, following))
         return page.model_dump_json().encode()
 
     try:
@@ -69,7 +69,7 @@ async def list_jobs(
 
 
 def _links(selected: Mapping[str, str | int | None], following: str | None) -> list[Link]:
-    """Return the links of a page: the first one, and the next one if there is one."""
+    """Return the links of a page: to the first page, and to the next page if there is one."""
     links = [Link(href=f"{PREFIX}/jobs", rel="first")]
     if following is not None:
         query = {name: value for name, value in selected.items() if value is not None} | {"cursor": following}
@@ -100,7 +100,7 @@ async def get_job(job: KnownJob) -> Response:
 async def dismiss_job(
     job: KnownJob,
     context: CurrentContext,
-    asker: CurrentAsker,
+    requester: CurrentRequester,
     whose: Annotated[
         Literal["me", "all"], Query(alias="for", description="`all` stops it for everybody who asked for it.")
     ] = "me",
@@ -111,9 +111,11 @@ async def dismiss_job(
     """
 
     def dismiss() -> Job | None:
-        goes_on = context.store.jobs.dismiss(job.id, asker.name, everyone=whose == "all")
-        found = stored_job(context, job.id)
-        return found.model_copy(update={"notes": [*found.notes, GOES_ON]}) if found is not None and goes_on else found
+        goes_on = context.store.jobs.dismiss(job.id, requester.name, everyone=whose == "all")
+        stored = stored_job(context, job.id)
+        if stored is None or not goes_on:
+            return stored
+        return stored.model_copy(update={"notes": [*stored.notes, GOES_ON]})
 
     dismissed = await run_sync(dismiss, limiter=context.threads)
     return job_response(dismissed or job, 200)

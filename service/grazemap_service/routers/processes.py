@@ -1,4 +1,4 @@
-"""POST to a process: one route for each, described by the `operation` of its request."""
+"""POST to a process: a route for each process, described by the `operation` of its request."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
 from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, Note, ProcessRequest, Status, notes_on, unstated
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, job_response, stored_job, submit
+from grazemap_service.jobs import PREFIX, CurrentRequester, job_path, job_response, stored_job, submit
 from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
@@ -21,10 +21,10 @@ from grazemap_service.routers.results import result_response
 from grazemap_worker import processes
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import kernels_of
-from grazemap_worker.store import Asker
-from grazemap_worker.store.records import Event
+from grazemap_worker.store import Requester
+from grazemap_worker.store.records import JobEvent
 
-# Seconds without news after which the status of a job is read.
+# Seconds without events after which the status of a job is read.
 _LOOK_SECONDS = 2.0
 _REPRESENTATION = re.compile(r'(?:^|[,;\s])return\s*=\s*"?representation"?(?=$|[,;\s])', re.IGNORECASE)
 _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
@@ -36,7 +36,7 @@ class Preferences(NamedTuple):
     wait: int | None
     """Seconds to wait for the end of the job."""
     representation: bool
-    """Whether the answer is to be the job's result."""
+    """Whether the response is to be the result of the job."""
 
 
 def preferences(
@@ -50,8 +50,8 @@ def preferences(
         ),
     ] = None,
 ) -> Preferences:
-    """Return what the Prefer header asks for; the time to wait is at most the limit."""
-    # the parameter is for the OpenAPI document; the header itself may be repeated
+    """Return the preferences of the Prefer header; the time to wait is at most the limit of the server."""
+    # `prefer` only describes the header in the OpenAPI document; the header may be repeated
     text = ", ".join(request.headers.getlist("prefer"))
     match = _WAIT.search(text)
     wait = min(int(match[1]), int(context.settings.max_wait_seconds)) if match else None
@@ -59,37 +59,37 @@ def preferences(
 
 
 async def _ended(context: Context, job: Job, began: float, seconds: float) -> Status:
-    """Return the status of a job when it has ended, or when the time is over; `began` is from before its submission."""
+    """Wait for the end of a job for so many seconds, and return its status; `began` is a time before its submission."""
     status: Status | None = job.status
     deadline = time.monotonic() + seconds
     with context.hub.listen(job.id) as listener:
-        heard, ended = await context.hub.ended_since(job.id, began)
+        connected, ended = await context.hub.ended_since(job.id, began)
         if ended is not None:
             return ended
         while True:
-            if not heard:  # the status alone, as a request may be a megabyte long
+            if not connected:  # read only the status, because a record may have a megabyte
                 status = await run_sync(context.store.jobs.status, job.id, limiter=context.threads)
             left = deadline - time.monotonic()
             if status is None or status in FINISHED or left <= 0:
                 return status or "dismissed"
-            events: list[Event | None] = [None]
+            events: list[JobEvent | None] = [None]
             with suppress(TimeoutError):
                 events = await listener.next(min(_LOOK_SECONDS, left))
             for event in events:
                 if event is not None and event.name == "done":
-                    found: Status = event.data["status"]
-                    return found
-            heard = None not in events
+                    final_status: Status = event.data["status"]
+                    return final_status
+            connected = None not in events
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
     operation = model.operation
 
     async def post(
-        request: Request, body: ProcessRequest, context: Context, asker: Asker, preferred: Preferences
+        request: Request, body: ProcessRequest, context: Context, requester: Requester, preferred: Preferences
     ) -> Response:
         began = time.monotonic()
-        job, created = await run_sync(submit, context, operation.process, body, asker, limiter=context.threads)
+        job, created = await run_sync(submit, context, operation.process, body, requester, limiter=context.threads)
         headers = {}
         status = job.status
         if preferred.wait is not None and status not in FINISHED:
@@ -97,14 +97,14 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
         if preferred.wait is not None:
             headers["Preference-Applied"] = f"wait={preferred.wait}"
         if preferred.representation and status == "successful":
-            answer = await result_response(request, context, job.model_copy(update={"status": status}), asker)
+            answer = await result_response(request, context, job.model_copy(update={"status": status}), requester)
             applied = [value for value in (headers.get("Preference-Applied"), "return=representation") if value]
             answer.headers["Preference-Applied"] = ", ".join(applied)
             answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
             answer.headers["Location"] = job_path(job.id)
             return answer
         if status != job.status:
-            stored = await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads)
+            stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
             job = stored or job
         return job_response(job, 201 if created else 200, headers)
 
@@ -113,7 +113,7 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
         "body": Annotated[model, Body(openapi_examples=examples)],
         "context": CurrentContext,
         "request": Request,
-        "asker": CurrentAsker,
+        "requester": CurrentRequester,
         "preferred": Annotated[Preferences, Depends(preferences)],
         "return": Response,
     }
@@ -124,13 +124,13 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
     operation = model.operation
 
-    def made(context: Context, request: ProcessRequest) -> Forecast:
-        planned = checked_plan(operation.process, request, context.settings)
+    def estimate(context: Context, request: ProcessRequest) -> Forecast:
+        plan = checked_plan(operation.process, request, context.settings)
         notes = [*notes_on(request), *unstated(request), *_compiled_first(context, operation.process, request)]
-        return Forecast(**planned.estimate.model_dump(), notes=notes)
+        return Forecast(**plan.estimate.model_dump(), notes=notes)
 
     async def post(body: ProcessRequest, context: Context) -> Forecast:
-        return await run_sync(made, context, body, limiter=context.threads)
+        return await run_sync(estimate, context, body, limiter=context.threads)
 
     post.__annotations__ = {"body": model, "context": CurrentContext, "return": Forecast}
     post.__doc__ = "Estimate the cost of a request and check it, without submitting it."
@@ -138,11 +138,15 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 
 
 def _compiled_first(context: Context, process: str, request: ProcessRequest) -> list[Note]:
-    """Return a note on kernels that the job would compile first (blocking)."""
+    """Return a note if kernels must be compiled before the job is computed (blocking)."""
     kernels = kernels_of(process, request)
     if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
-    chain = f" for this number of masses, {request.oscillator.size}," if processes.PROCESSES[process].of_masses else ""
+    chain = (
+        f" for this number of masses, {request.oscillator.size},"
+        if processes.IMPLEMENTATIONS[process].per_mass_count
+        else ""
+    )
     detail = (
         f"kernels{chain} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
         "does not contain"

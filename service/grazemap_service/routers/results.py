@@ -1,7 +1,7 @@
-"""Results: whole ones, and the tiles of a map while the others are still computed.
+"""Results: whole results, and finished tiles of a map that is still computed.
 
-A client that has the result gets 304 instead. One that was evicted is computed again when it is asked for: 202 and the
-job. Other numerics than the first time give it another tag.
+A client that has the result already gets 304. A request for a result that was evicted computes it again, and gets 202
+and the job. If other numerics compute it, it has another ETag.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from grazemap.wire import FINISHED, Job, Link
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import CurrentAsker, KnownJob, job_path, job_response, submit_again
+from grazemap_service.jobs import CurrentRequester, KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
 from grazemap_service.representations import (
@@ -29,10 +29,10 @@ from grazemap_service.representations import (
     render,
 )
 from grazemap_service.result_schemas import RESULT, TILE, reference
-from grazemap_worker.store import Asker, ResultInfo
+from grazemap_worker.store import Requester, ResultInfo
 
 router = APIRouter(tags=["results"])
-# Bytes up to which a result is read with its size and tag.
+# A result of at most so many bytes is read together with its size and entity tag.
 _READ_AT_ONCE = 1 << 16
 
 Form = Annotated[
@@ -43,7 +43,7 @@ Form = Annotated[
         json_schema_extra={"enum": sorted(MEDIA_TYPES)},
     ),
 ]
-# Lists, because several header lines form one list (RFC 9110 5.3).
+# These are lists, because a header may have several lines (RFC 9110 5.3).
 Accept = Annotated[list[str] | None, Header(include_in_schema=False)]
 IfNoneMatch = Annotated[list[str] | None, Header(include_in_schema=False)]
 _IF_NONE_MATCH = {
@@ -57,7 +57,7 @@ _BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
 def _forms(name: str) -> dict[str, Any]:
-    """Return the content of an answer that is a component of the API's document, or npz."""
+    """Return the `content` of a response: JSON with the schema of a component, or npz."""
     return {"application/json": {"schema": reference(name)}, NPZ_TYPE: _BINARY}
 
 
@@ -96,33 +96,33 @@ async def get_result(
     request: Request,
     job: KnownJob,
     context: CurrentContext,
-    asker: CurrentAsker,
+    requester: CurrentRequester,
     form: Form = None,
     accept: Accept = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole result; for a failed job, the problem that it failed with."""
-    return await result_response(request, context, job, asker, form, if_none_match)
+    return await result_response(request, context, job, requester, form, if_none_match)
 
 
 async def result_response(
     request: Request,
     context: Context,
     job: Job,
-    asker: Asker,
+    requester: Requester,
     form: str | None = None,
     if_none_match: Sequence[str] | None = None,
 ) -> Response:
-    """Return a job's result as an answer, in the form that the request accepts."""
+    """Return a response with the result of a job, in the form that the request accepts."""
     name = negotiate(", ".join(request.headers.getlist("accept")), form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
     results = context.store.results
     finished = job.status == "successful"
     if finished and job.core_version != context.core_version:
-        return await _computed_again(request, context, job, asker)
+        return await _computed_again(request, context, job, requester)
     info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
-    # a job keeps the tag of a result that was evicted, so a client with a copy needs no other
+    # a job keeps the entity tag of an evicted result, so a client with a copy of it gets 304
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
@@ -130,7 +130,7 @@ async def result_response(
     if not finished:
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if info is None:
-        return await _computed_again(request, context, job, asker)
+        return await _computed_again(request, context, job, requester)
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
@@ -138,7 +138,7 @@ async def result_response(
         return Response(info.data, media_type=NPZ_TYPE, headers=headers)
     content = await context.renderings.give(headers["ETag"], name, info.size, lambda: info.data or results.data(job.id))
     if content is None:
-        return await _computed_again(request, context, job, asker)
+        return await _computed_again(request, context, job, requester)
     return ResultResponse(content, context.renderings, name, headers)
 
 
@@ -183,7 +183,7 @@ async def get_tile(
     name = negotiate(", ".join(accept or ()), form)
     if job.core_version != context.core_version:
         raise ProblemException("outdated-job")
-    # a tile's number has few digits
+    # the number of a tile has at most nine digits
     number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
     npz = await run_sync(context.store.tiles.data, job.id, number, limiter=context.threads) if number >= 0 else None
     if npz is None:
@@ -192,15 +192,15 @@ async def get_tile(
     return Response(data, media_type=MEDIA_TYPES[name], headers={"Vary": "Accept", "Cache-Control": "private"})
 
 
-async def _computed_again(request: Request, context: Context, job: Job, asker: Asker) -> Response:
-    """Return 202 and the job that computes a result again; a HEAD starts nothing."""
+async def _computed_again(request: Request, context: Context, job: Job, requester: Requester) -> Response:
+    """Return 202 and the job that computes a result again; a HEAD request starts no job."""
     if request.method == "HEAD":
         return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
-    return job_response(await run_sync(submit_again, context, job, asker, limiter=context.threads), 202)
+    return job_response(await run_sync(submit_again, context, job, requester, limiter=context.threads), 202)
 
 
 def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:
-    """Return the headers of a GET; the length of JSON is not known without making it."""
+    """Return the headers of the response to a GET; the length of JSON is left out, as it is not known in advance."""
     if name == "npz":
         headers = {**headers, "Content-Length": str(info.size)}
     response = Response(status_code=200, headers=headers, media_type=MEDIA_TYPES[name])

@@ -9,8 +9,8 @@ from grazemap.version import __version__
 from grazemap.wire import PROCESSES, Link
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import PREFIX
-from grazemap_worker.planning.limits import MOST_RESULT_BYTES
-from grazemap_worker.planning.rates import MOST_TILE_SECONDS
+from grazemap_worker.planning.limits import MAX_RESULT_BYTES
+from grazemap_worker.planning.rates import MAX_TILE_SECONDS
 
 router = APIRouter(tags=["operations"])
 
@@ -74,8 +74,8 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
             adaptive_pixels=settings.max_adaptive_pixels,
             work_periods=settings.max_work,
             work_seconds=settings.max_seconds,
-            single_tile_seconds=min(settings.max_seconds, MOST_TILE_SECONDS),
-            result_bytes=MOST_RESULT_BYTES,
+            single_tile_seconds=min(settings.max_seconds, MAX_TILE_SECONDS),
+            result_bytes=MAX_RESULT_BYTES,
             trajectory_periods=settings.max_tile_periods,
             pending_tiles=settings.max_pending_tiles,
             wait_seconds=settings.max_wait_seconds,

@@ -23,7 +23,7 @@ from grazemap import npz
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import parse_request
 from grazemap_core.numerics.jit.quick_compiler import hurry
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.digests.requests import TIERS, Body
 from tests.support.narrow import SETTINGS
 
@@ -54,13 +54,13 @@ def named(*tiers: str) -> Iterator[tuple[str, str, Body]]:
 
 def document(process: str, body: Body) -> bytes:
     """Return the document of a request, computed as a worker does, as npz."""
-    request, computes = parse_request(process, body), PROCESSES[process]
+    request, computes = parse_request(process, body), IMPLEMENTATIONS[process]
     if computes.whole is not None:
         found = computes.whole(request, _silent)
     else:
         assert computes.tile is not None
         assert computes.assembled is not None
-        plan = PROCESSES[process].plan(request)
+        plan = IMPLEMENTATIONS[process].plan(request)
         tiles = [decode_npz(encode_npz(computes.tile(request, tile), {}))[0] for tile in plan.tiles]
         found = computes.assembled(request, plan, tiles, _silent)
     return encode_npz(found, {})
@@ -120,7 +120,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.support.digests.documents")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tiers", nargs="+", choices=TIERS, required=True)
-    parser.add_argument("--only", nargs="+", choices=PROCESSES, help="these processes alone")
+    parser.add_argument("--only", nargs="+", choices=IMPLEMENTATIONS, help="these processes alone")
     parser.add_argument("--plant", help="the name of an error that is planted first")
     given = parser.parse_args()
     hurry()  # to compile what is not stored
@@ -129,7 +129,7 @@ def main() -> None:
 
         plant(given.plant)
     for process, name, body in named(*given.tiers):
-        if process not in (given.only or PROCESSES):
+        if process not in (given.only or IMPLEMENTATIONS):
             continue
         path = given.folder / process / f"{name}.npz"
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import grazemap_core
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 
 
 class Plant(NamedTuple):
@@ -100,7 +100,7 @@ def _swap(process: str, one: str, other: str, *inside: str) -> Callable[[], None
     """Return what swaps two fields of a result, or of a document inside it."""
 
     def plant() -> None:
-        whole = PROCESSES[process].whole
+        whole = IMPLEMENTATIONS[process].whole
         assert whole is not None
 
         def wrong(*values: Any) -> Any:
@@ -112,7 +112,7 @@ def _swap(process: str, one: str, other: str, *inside: str) -> Callable[[], None
                 within[one], within[other] = within[other], within[one]
             return found
 
-        PROCESSES[process] = dataclasses.replace(PROCESSES[process], whole=wrong)  # type: ignore[index]
+        IMPLEMENTATIONS[process] = dataclasses.replace(IMPLEMENTATIONS[process], whole=wrong)  # type: ignore[index]
 
     return plant
 

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Route, expect
 
 from grazemap_service.redis_server import RedisServer
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from tests.support.service_running import running
 from tests.support.watched_page import Watched
@@ -38,7 +38,7 @@ def npz_of_another_program() -> bytes:
 @pytest.fixture
 def address(redis_server: RedisServer, store: Store) -> Iterator[str]:
     """A service without workers."""
-    with running(Settings(redis_url=redis_server.url)) as url:
+    with running(ServiceSettings(redis_url=redis_server.url)) as url:
         yield url
 
 

@@ -70,9 +70,9 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack, undi
 
     until(a_horse_is_killed)
 
-    worker, horse = stack.a_busy_worker()
+    worker, process = stack.a_busy_worker()
     worker.kill()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
 
     until(lambda: stack.job(identity)["progress"]["done"] > 0)
     assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"
@@ -119,7 +119,7 @@ def signalled(processes: list[psutil.Process], signal_of: Callable[[psutil.Proce
 
 def test_the_memory_of_its_redis_is_limited(stack: RunningStack) -> None:
     with contextlib.closing(connect(f"unix://{stack.redis_socket()}")) as redis:
-        assert redis.config_get("maxmemory") == {"maxmemory": str(StackSettings().most_redis_bytes)}
+        assert redis.config_get("maxmemory") == {"maxmemory": str(StackSettings().max_redis_bytes)}
 
 
 @pytest.mark.parametrize("answered", [True, False], ids=["once up", "before it was asked"])
@@ -190,7 +190,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     running.request("/v1/unfolding-maps", LARGER_MAP)
     running.a_busy_worker()
     everything = running.process.children(recursive=True)
-    assert len(everything) >= 6  # Redis, service, supervisor, two workers, a work-horse
+    assert len(everything) >= 6  # Redis, service, supervisor, two workers, a compute process
     # no TCP port but the service's, and the socket is for this user alone
     redis = running.child("unixsocket:")
     assert [entry for entry in redis.net_connections("tcp") if entry.status == psutil.CONN_LISTEN] == []

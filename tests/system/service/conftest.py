@@ -13,7 +13,7 @@ from starlette.testclient import TestClient
 
 from grazemap_service import request_body
 from grazemap_service.redis_server import RedisServer
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from tests.support.service_running import PlayedWorker, client_of, running
 
@@ -62,7 +62,7 @@ def described(service: TestClient) -> dict[str, Any]:
 
 @pytest.fixture
 def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
-    with running(Settings(redis_url=redis_server.url)) as url:
+    with running(ServiceSettings(redis_url=redis_server.url)) as url:
         yield url
 
 
@@ -70,8 +70,8 @@ def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
 def impatient_url(redis_server: RedisServer, store: Store, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """A service that gives a body one second to arrive, reads one second more of it, and takes 20 connections."""
     monkeypatch.setattr(request_body, "REQUEST_SECONDS", 1.0)
-    monkeypatch.setattr(request_body, "_DRAIN_SECONDS", 1.0)
-    with running(Settings(redis_url=redis_server.url), most_connections=20) as url:
+    monkeypatch.setattr(request_body, "_REST_SECONDS", 1.0)
+    with running(ServiceSettings(redis_url=redis_server.url), max_connections=20) as url:
         yield url
 
 

@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 from grazemap.client.arguments import validated
 from grazemap.errors import ParameterError
 from grazemap.wire import UnfoldingMapsRequest
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from grazemap_worker.store import Store
 from tests.support.service_running import CURVE, problem_of
 
@@ -395,7 +395,7 @@ def test_an_adaptive_map_may_be_larger_than_a_full_one(client: TestClient) -> No
 def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:
     answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
     assert answer.status_code == 422
-    estimate = PROCESSES["unfolding-maps"].plan(UnfoldingMapsRequest(**MAP)).estimate
+    estimate = IMPLEMENTATIONS["unfolding-maps"].plan(UnfoldingMapsRequest(**MAP)).estimate
     assert answer.json()["estimate"]["forcing_periods"] == pytest.approx(estimate.periods, rel=1e-9)
     assert 25 < estimate.periods < 25 * 1000
     assert answer.json()["limit"]["forcing_periods"] == 1000

@@ -20,7 +20,7 @@ from starlette.testclient import TestClient
 
 from grazemap_service import request_body
 from grazemap_service.app import create_app
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from tests.support.service_running import CURVE, connect_to
 
@@ -28,7 +28,7 @@ KEY = "0123456789-of-the-tests-KEY"
 
 
 def test_without_keys_only_this_machine_is_served(redis_server: Any, store: Store) -> None:
-    app = create_app(Settings(redis_url=redis_server.url, allowed_hosts="*"))
+    app = create_app(ServiceSettings(redis_url=redis_server.url, allowed_hosts="*"))
     with TestClient(app, base_url="http://192.0.2.7:8000") as client:  # the address that was connected to
         assert client.get("/v1").status_code == 401
         assert client.get("/healthz").status_code == 200
@@ -38,7 +38,7 @@ def test_without_keys_only_this_machine_is_served(redis_server: Any, store: Stor
 
 def test_a_comma_list_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GRAZEMAP_ALLOWED_HOSTS", "a.example, *.b.example,")
-    assert Settings().allowed_hosts == ("a.example", "*.b.example")
+    assert ServiceSettings().allowed_hosts == ("a.example", "*.b.example")
 
 
 @pytest.mark.parametrize(
@@ -237,8 +237,8 @@ def test_ordinary_clients_read_the_answer_to_a_large_body(live_url: str, post: C
 
 
 def test_the_rest_of_a_body_is_read_for_a_while_only(live_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(request_body, "_MOST_DRAINED", 1 << 20)
-    monkeypatch.setattr(request_body, "_DRAIN_SECONDS", 1.0)
+    monkeypatch.setattr(request_body, "_MAX_REST_BYTES", 1 << 20)
+    monkeypatch.setattr(request_body, "_REST_SECONDS", 1.0)
     for piece in (b"", b" " * 65536):  # one that sends nothing more, and one that never ends
         with connect_to(live_url) as connection:
             connection.sendall(HEAD + b"Content-Length: 100000000000\r\n\r\n")

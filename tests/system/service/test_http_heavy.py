@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 from grazemap.codec import encode_npz
 from grazemap.wire import Job
 from grazemap_service import representations
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from grazemap_worker.store.jobs import Jobs
 from tests.support.service_running import CURVE, connect_to, is_closed, running, stalled_reader
@@ -51,10 +51,10 @@ def test_an_event_stream_does_not_read_the_request_repeatedly(
     reads = []
     whole = Jobs.get
 
-    def get(self: Jobs, identity: str, asker: str = "", *, with_request: bool = True) -> Job | None:
+    def get(self: Jobs, identity: str, requester: str = "", *, with_request: bool = True) -> Job | None:
         if with_request:
             reads.append(identity)
-        return whole(self, identity, asker, with_request=with_request)
+        return whole(self, identity, requester, with_request=with_request)
 
     monkeypatch.setattr(Jobs, "get", get)
     finisher = threading.Thread(target=lambda: (time.sleep(0.5), worker.finish(job["id"])))
@@ -207,7 +207,7 @@ def test_clients_that_do_not_read_hold_little_and_are_disconnected(
         values = np.random.default_rng(number).integers(0, 256, npz_bytes, dtype=np.uint8)
         worker.finish(job["id"], {"omega": values.view(np.uint64)})
         paths.append(f"/v1/jobs/{job['id']}/result?f={form}")
-    own, settings = psutil.Process(), Settings(redis_url=redis_server.url, hot_bytes=0, sent_bytes=npz_bytes + 1)
+    own, settings = psutil.Process(), ServiceSettings(redis_url=redis_server.url, hot_bytes=0, sent_bytes=npz_bytes + 1)
     with (
         running(settings, send_seconds=1.0) as url,
         httpx2.Client(timeout=60) as reader,

@@ -62,8 +62,8 @@ def test_dismissing_frees_the_queue_and_is_idempotent(client: TestClient, store:
 
 
 def test_a_job_goes_on_for_others_who_asked_for_it(client: TestClient, worker: Any) -> None:
-    for asker in ("one", "two"):
-        path = client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Client": asker}).headers["location"]
+    for requester in ("one", "two"):
+        path = client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Client": requester}).headers["location"]
     left = client.delete(path, headers={"Grazemap-Client": "one"}).json()
     assert left["status"] == "accepted"
     assert [note["code"] for note in left["notes"]] == ["goes-on"]
@@ -207,9 +207,9 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
     assert waiting_for(client, second) == "a free worker, beside 2 other jobs"
     worker.begin(first)
     assert waiting_for(client, first) is None
-    store.workers.say_compiling("curves", "kernels, compiling for 4 s")
+    store.workers.set_compiling("curves", "kernels, compiling for 4 s")
     assert waiting_for(client, third) == "kernels, compiling for 4 s"
-    store.workers.say_compiling("curves", "")
+    store.workers.set_compiling("curves", "")
     worker.finish(first)
     assert waiting_for(client, first) is None
     assert waiting_for(client, second) == "a free worker, beside 1 other job"
@@ -218,10 +218,10 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
 def test_a_job_without_workers_says_so(client: TestClient, store: Store) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     assert job["waiting_for"] == "a worker; none is ready"
-    store.workers.say_starting("compiling kernels, step 2 of 4, about 30 s")
+    store.workers.set_starting("compiling kernels, step 2 of 4, about 30 s")
     expected = "a worker; none is ready: compiling kernels, step 2 of 4, about 30 s"
     assert waiting_for(client, job["id"]) == expected
-    store.workers.say_starting("")
+    store.workers.set_starting("")
     client.delete(f"/v1/jobs/{job['id']}")
     assert waiting_for(client, job["id"]) is None
 
@@ -233,11 +233,11 @@ def test_what_a_job_waits_for_is_an_event_without_an_id(
     job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
     found = []
     with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
-        store.workers.say_compiling("maps-3", "the compilation")
+        store.workers.set_compiling("maps-3", "the compilation")
         for line in stream.iter_lines():
             if line.startswith("data:") and "waiting_for" in line:
                 found.append(json.loads(line.removeprefix("data:"))["waiting_for"])
-                store.workers.say_compiling("maps-3", "")
+                store.workers.set_compiling("maps-3", "")
             if len(found) == 2:
                 break
     assert found == ["the compilation", None]

@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from grazemap_service import keys
 from grazemap_service.context import CurrentKey
 from grazemap_service.keys import Key, Keys
-from grazemap_service.settings import Settings, SettingsError
+from grazemap_service.settings import ServiceSettings, SettingsError
 from grazemap_worker.store import Store
 from tests.support.service_running import CURVE
 
@@ -64,8 +64,8 @@ def test_with_keys_only_open_paths_need_none(serve: Any, worker: Any, store: Sto
 @pytest.mark.parametrize("count", [16, 24])
 def test_random_keys_of_128_bits_are_strong(count: int) -> None:
     for _ in range(200):
-        assert keys.strong(secrets.token_urlsafe(count))
-        assert keys.strong(secrets.token_hex(count))
+        assert keys.is_strong(secrets.token_urlsafe(count))
+        assert keys.is_strong(secrets.token_hex(count))
 
 
 @pytest.mark.parametrize(
@@ -86,26 +86,26 @@ def test_random_keys_of_128_bits_are_strong(count: int) -> None:
     ],
 )
 def test_weak_keys_are_refused_and_not_repeated(key: str) -> None:
-    assert not keys.strong(key)
+    assert not keys.is_strong(key)
     with pytest.raises(ValidationError, match=r"too weak: a key has 22") as caught:
-        Settings(api_keys=(f"named={key}",))
+        ServiceSettings(api_keys=(f"named={key}",))
     assert "api_keys" in str(caught.value)
     assert len(key) < 6 or key not in str(caught.value)
 
 
 def test_keys_are_not_shown_by_settings() -> None:
-    assert FIRST not in repr(Settings(api_keys=(FIRST,)))
+    assert FIRST not in repr(ServiceSettings(api_keys=(FIRST,)))
 
 
 def test_keys_have_names_and_files_weights_and_quotas(key_file: KeyFile) -> None:
     path = key_file("# of the laboratory", f"anna {FIRST} 2.5 400", "", f"bert {SECOND} # and no more")
     third = secrets.token_urlsafe(24)
-    accepted = Keys(Settings(api_keys=f"{secrets.token_hex(16)},carl={third}").api_keys, path)
+    accepted = Keys(ServiceSettings(api_keys=f"{secrets.token_hex(16)},carl={third}").api_keys, path)
     assert accepted.find(FIRST.encode()) == Key("anna", 2.5, 400)
     assert accepted.find(SECOND.encode()) == Key("bert", 1.0, None)
     assert accepted.find(third.encode()) == Key("carl")
     assert accepted.find(b"") is None
-    assert Keys(Settings(api_keys=SECOND).api_keys).find(SECOND.encode()) == Key("key-1")
+    assert Keys(ServiceSettings(api_keys=SECOND).api_keys).find(SECOND.encode()) == Key("key-1")
 
 
 @pytest.mark.parametrize(
@@ -127,17 +127,17 @@ def test_keys_have_names_and_files_weights_and_quotas(key_file: KeyFile) -> None
 )
 def test_a_wrong_file_is_refused_by_line(key_file: KeyFile, lines: list[str], message: str) -> None:
     with pytest.raises(ValidationError, match=message) as caught:
-        Settings(api_keys_file=key_file(*lines))
+        ServiceSettings(api_keys_file=key_file(*lines))
     assert "api_keys_file" in str(caught.value)
     assert FIRST not in str(caught.value)
 
 
 def test_a_file_that_is_missing_or_not_text_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValidationError, match="cannot be read: No such file"):
-        Settings(api_keys_file=tmp_path / "none")
+        ServiceSettings(api_keys_file=tmp_path / "none")
     (tmp_path / "keys").write_bytes(b"\xff\xfe")
     with pytest.raises(ValidationError, match="not UTF-8"):
-        Settings(api_keys_file=tmp_path / "keys")
+        ServiceSettings(api_keys_file=tmp_path / "keys")
 
 
 def test_keys_of_a_file_are_replaced_while_the_service_runs(
@@ -217,16 +217,16 @@ PUBLIC = ["*", "maps.example.org", "*.lab.example", "192.0.2.7"]
 )
 def test_an_exposed_address_or_a_public_host_name_needs_keys(host: str, names: str, key_file: KeyFile) -> None:
     with pytest.raises(SettingsError, match="GRAZEMAP_API_KEYS") as caught:
-        Settings(allowed_hosts=names).check_exposed(host)
+        ServiceSettings(allowed_hosts=names).check_exposed(host)
     assert ("GRAZEMAP_ALLOWED_HOSTS" in str(caught.value)) is (host == "127.0.0.1")
-    Settings(allowed_hosts=names, api_keys=(FIRST,)).check_exposed(host)
-    Settings(allowed_hosts=names, api_keys_file=key_file(f"anna {FIRST}")).check_exposed(host)
+    ServiceSettings(allowed_hosts=names, api_keys=(FIRST,)).check_exposed(host)
+    ServiceSettings(allowed_hosts=names, api_keys_file=key_file(f"anna {FIRST}")).check_exposed(host)
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.3.2.1", "::1", "[::1]", "localhost"])
 def test_loopback_needs_none(host: str) -> None:
-    Settings().check_exposed(host)
-    Settings(allowed_hosts="LOCALHOST,127.0.0.2").check_exposed(host)
+    ServiceSettings().check_exposed(host)
+    ServiceSettings(allowed_hosts="LOCALHOST,127.0.0.2").check_exposed(host)
 
 
 def test_the_quota_of_a_key_is_its_own(serve: Any, tmp_path: Path) -> None:

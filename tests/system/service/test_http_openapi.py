@@ -187,7 +187,7 @@ def test_keys_are_documented_where_they_are_required(client: TestClient, serve: 
 
 
 def test_the_guide_lists_every_metric(client: TestClient, store: Store) -> None:
-    store.say_budget()
+    store.set_budget()
     client.get("/v1")
     shown = re.findall(r"^# TYPE (\w+) (\w+)$", client.get("/metrics").text, re.MULTILINE)
     names = {name for name, _ in shown if not name.endswith("_created")}

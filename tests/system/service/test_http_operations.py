@@ -26,7 +26,7 @@ from grazemap.codec import encode_npz
 from grazemap.wire import PROCESSES
 from grazemap_service import __main__ as service_program
 from grazemap_service.redis_server import RedisServer
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version
 from grazemap_worker.store.keys import PREFIX
 from tests.support.service_running import CURVE, MAP, problem_of, running
@@ -39,9 +39,9 @@ def test_ready_says_how_many_workers_there_are_and_what_those_do_that_are_not(cl
     worker.store.redis.flushall()
     nobody = {"status": "ready", "workers": 0, "detail": "No worker is alive yet."}
     assert client.get("/readyz").json() == nobody
-    worker.store.workers.say_starting("compiling kernels, step 2 of 4, about 9 s")
+    worker.store.workers.set_starting("compiling kernels, step 2 of 4, about 9 s")
     assert client.get("/readyz").json()["detail"] == "Compiling kernels, step 2 of 4, about 9 s."
-    worker.store.workers.say_starting("")
+    worker.store.workers.set_starting("")
     worker.store.workers.renew(WorkerInfo("of another release", "f", "another"), 60)
     assert client.get("/readyz").json() == nobody
 
@@ -112,7 +112,7 @@ def test_metrics_say_what_redis_says_of_its_disk_and_memory(client: TestClient, 
     assert metric(client, 'grazemap_events_total{kind="ended:redis"}') == 1
     assert client.get("/v1/status").json()["events"]["ended:redis"] == 1
     assert "grazemap_result_budget_bytes" not in client.get("/metrics").text
-    store.say_budget()
+    store.set_budget()
     assert metric(client, "grazemap_result_budget_bytes") == 2 << 30
 
 
@@ -175,7 +175,7 @@ def test_an_error_of_redis_is_the_problem_that_it_means(
 def test_a_redis_that_hangs_is_503_and_keeps_no_page_waiting(own_redis_server: RedisServer) -> None:
     # one client for all: each would spend 20 ms on its certificates, in the process of this service
     every = httpx2.Client(timeout=30, limits=httpx2.Limits(max_connections=200))
-    with running(Settings(redis_url=own_redis_server.url)) as url, every, ThreadPoolExecutor(120) as pool:
+    with running(ServiceSettings(redis_url=own_redis_server.url)) as url, every, ThreadPoolExecutor(120) as pool:
         every.get(f"{url}/v1/jobs")
         assert own_redis_server.pid is not None
         os.kill(own_redis_server.pid, signal.SIGSTOP)

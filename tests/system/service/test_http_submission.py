@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 
 from grazemap.wire import PROCESSES, Oscillator, UnfoldingDiagramsRequest, canonical
 from grazemap_service.request_body import JsonRequest
-from grazemap_worker.queue import bells
+from grazemap_worker.queue import wake_ups
 from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
 from grazemap_worker.store.jobs import Jobs
 from grazemap_worker.store.keys import job_key
@@ -110,9 +110,9 @@ def test_a_job_waits_unbound_until_there_is_a_worker_and_is_queued_for_it(client
     job = client.post("/v1/grazing-curves", json={**CURVE, "max_order": 9}).json()
     assert store.redis.hget(job_key(job["id"]), "fingerprint") == b"f00d"
     assert store.tiles.waiting("f00d") == {("small", "curves")}
-    assert bells.queue(store.redis, "f00d", small=True).count == 1
+    assert wake_ups.queue(store.redis, "f00d", small=True).count == 1
     client.post("/v1/unfolding-maps", json=MAP)
-    assert bells.queue(store.redis, "f00d", small=False).count == 1
+    assert wake_ups.queue(store.redis, "f00d", small=False).count == 1
 
 
 def test_the_result_itself_is_the_answer_where_it_is_preferred(client: TestClient, worker: Any) -> None:

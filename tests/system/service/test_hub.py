@@ -9,8 +9,8 @@ from typing import Any, cast
 
 import redis.exceptions
 
-from grazemap_service.hub import Hub, Listener
-from grazemap_worker.store.records import Event
+from grazemap_service.hub import EventListener, Hub
+from grazemap_worker.store.records import JobEvent
 
 
 class LosesACancellation:
@@ -76,8 +76,8 @@ def test_an_answer_of_the_store_is_shared_unless_it_is_too_old_or_events_were_mi
 
 def test_a_listener_gets_all_that_waits_at_once_and_is_told_what_it_missed() -> None:
     async def run() -> None:
-        listener = Listener()
-        events = [Event(f"{k}-0", "tile", "{}") for k in range(1001)]
+        listener = EventListener()
+        events = [JobEvent(f"{k}-0", "tile", "{}") for k in range(1001)]
         for event in events[:3]:
             listener.put(event)
         assert await listener.next(1.0) == events[:3]

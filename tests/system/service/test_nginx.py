@@ -20,7 +20,7 @@ import pytest
 import yaml
 
 from grazemap_service.problems import KINDS, make_problem
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from tests.support.service_running import CURVE, connect_to, is_closed, running, stalled_reader
 from tests.support.watching import until
 
@@ -151,7 +151,7 @@ def test_a_client_that_does_not_read_is_closed(tmp_path: Path, redis_server: Any
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     worker.finish(job["id"], {"omega": np.random.default_rng(0).random(1_500_000)})
     path = f"/v1/jobs/{job['id']}/result?f=npz"
-    with running(Settings(redis_url=redis_server.url)) as url, proxied(tmp_path, url) as front:
+    with running(ServiceSettings(redis_url=redis_server.url)) as url, proxied(tmp_path, url) as front:
         length = len(httpx2.get(f"{front}{path}", timeout=60).content)
         with stalled_reader(front, path) as stalled:
             time.sleep(3.0)

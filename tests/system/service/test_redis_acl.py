@@ -19,7 +19,7 @@ from starlette.testclient import TestClient
 
 from grazemap_service.app import create_app
 from grazemap_service.redis_server import find_redis_server
-from grazemap_service.settings import Settings
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store.connection import script_text
 from grazemap_worker.store.keys import EVENTS_CHANNEL
 from tests.support.service_running import CURVE
@@ -94,7 +94,7 @@ def test_service_and_workers_need_no_more(address: str) -> None:
     settings = settings_of(address, "worker")
     workers = subprocess.Popen([sys.executable, str(PLANTED), settings["redis_url"], "1", "fast"], env=environment)
     try:
-        service = create_app(Settings(**settings_of(address, "service")))
+        service = create_app(ServiceSettings(**settings_of(address, "service")))
         with TestClient(service, base_url="http://127.0.0.1") as client:
             dismissed = client.post("/v1/grazing-curves", json=CURVE).headers["location"]
             assert client.delete(dismissed).json()["status"] == "dismissed"

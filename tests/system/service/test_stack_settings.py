@@ -14,7 +14,7 @@ from grazemap_service import stack as stack_module
 from grazemap_service.children import PythonChild
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import StackSettings
-from grazemap_service.stack import Stack, run
+from grazemap_service.stack import ServiceStack, run
 
 GIB = 1 << 30
 
@@ -22,10 +22,10 @@ GIB = 1 << 30
 @pytest.fixture
 def made(tmp_path: Path) -> Iterator[Any]:
     """Make a stack that is not started."""
-    stacks: list[Stack] = []
+    stacks: list[ServiceStack] = []
 
-    def make() -> Stack:
-        stacks.append(Stack("127.0.0.1", 0, tmp_path / "data"))
+    def make() -> ServiceStack:
+        stacks.append(ServiceStack("127.0.0.1", 0, tmp_path / "data"))
         return stacks[-1]
 
     yield make
@@ -33,7 +33,7 @@ def made(tmp_path: Path) -> Iterator[Any]:
         one.stop()
 
 
-def environment_of(stack: Stack, name: str) -> dict[str, str]:
+def environment_of(stack: ServiceStack, name: str) -> dict[str, str]:
     (child,) = (child for child in stack._children if child.name == name)
     assert isinstance(child, PythonChild)
     return child._environment
@@ -78,8 +78,8 @@ def test_no_other_thread_runs_while_it_forks(
     """A lock that another thread holds at the fork stays held in the child."""
     stack, threads = made(), []
     before = active_count()
-    monkeypatch.setattr(Stack, "look_after", lambda _stack: None)
-    monkeypatch.setattr(Stack, "ready", lambda _stack: False)
+    monkeypatch.setattr(ServiceStack, "look_after", lambda _stack: None)
+    monkeypatch.setattr(ServiceStack, "ready", lambda _stack: False)
     for child in stack._children:
         monkeypatch.setattr(child, "start", lambda: threads.append(active_count()))
     rounds = iter(range(15))
@@ -96,6 +96,6 @@ def test_its_redis_fits_into_the_memory(
 ) -> None:
     monkeypatch.setattr("grazemap_service.settings.machine_memory", lambda: gib * GIB)
     assert StackSettings().result_bytes == results
-    assert StackSettings().most_redis_bytes == redis
+    assert StackSettings().max_redis_bytes == redis
     assert StackSettings(result_bytes=5 * GIB).result_bytes == 5 * GIB
     assert environment_of(made(), "workers")["GRAZEMAP_RESULT_BYTES"] == str(results)

@@ -321,7 +321,7 @@ def test_a_folder_without_data_is_refused_by_name(tmp_path: Path, command: Comma
 
 
 def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(children, "MOST_LOG_BYTES", 50_000)
+    monkeypatch.setattr(children, "MAX_LOG_BYTES", 50_000)
     # the child writes a line when it is asked to, so that the machine's load does not decide what a look finds
     asked, written = tmp_path / "asked", tmp_path / "written"
     for pipe in (asked, written):
@@ -342,7 +342,7 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
                 answer.read(1)
                 child.look()
                 largest = max(largest, log.stat().st_size)
-        until(lambda: "the end" in child.last_words(), 30)
+        until(lambda: "the end" in child.log_tail(), 30)
     finally:
         child.end(0)
     assert 0 < largest < 150_000
@@ -352,18 +352,18 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
 def test_the_log_of_redis_is_bounded_while_it_runs(
     own_redis_server: RedisServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(children, "MOST_LOG_BYTES", own_redis_server.log.stat().st_size - 1)
+    monkeypatch.setattr(children, "MAX_LOG_BYTES", own_redis_server.log.stat().st_size - 1)
     own_redis_server.look()
     assert own_redis_server.log.stat().st_size == 0
     connect(own_redis_server.url).config_set("maxmemory", 1)  # it warns of this
     assert b"\0" not in own_redis_server.log.read_bytes()
-    assert "maxmemory" in own_redis_server.last_words()
+    assert "maxmemory" in own_redis_server.log_tail()
 
 
 def test_the_memory_of_an_embedded_redis_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GRAZEMAP_RESULT_BYTES", "1000")
-    assert StackSettings().most_redis_bytes == 1000 + (1 << 30)
+    assert StackSettings().max_redis_bytes == 1000 + (1 << 30)
     monkeypatch.setenv("GRAZEMAP_REDIS_BYTES", str(64 << 20))
-    with RedisServer(tmp_path, most_memory=StackSettings().most_redis_bytes) as server:
+    with RedisServer(tmp_path, max_memory=StackSettings().max_redis_bytes) as server:
         found = connect(server.url).config_get("maxmemory*")
     assert (found["maxmemory"], found["maxmemory-policy"]) == (str(64 << 20), "noeviction")

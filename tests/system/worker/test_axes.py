@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap.wire import canonical, canonical_id, parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import tiled, whole
 
 OMEGA = {"vary": "omega", "values": {"start": 0.27, "stop": 0.29, "points": 4}}
@@ -78,5 +78,5 @@ def test_a_plane_of_structures_takes_longer_by_the_estimate() -> None:
     for vary in ("restitution", "damping"):
         request = parse_request("unfolding-maps", body_of(vary))
         assert canonical_id("unfolding-maps", canonical(request), "0")
-        seconds[vary] = PROCESSES["unfolding-maps"].plan(request).estimate.seconds
+        seconds[vary] = IMPLEMENTATIONS["unfolding-maps"].plan(request).estimate.seconds
     assert seconds["damping"] > 2.0 * seconds["restitution"]

@@ -9,8 +9,8 @@ import pytest
 from grazemap.wire import GrazingCurvesRequest, Job
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import bells
-from grazemap_worker.store import QueueFull, Store, Submission, WorkerInfo
+from grazemap_worker.queue import wake_ups
+from grazemap_worker.store import BacklogFull, Store, Submission, WorkerInfo
 from grazemap_worker.supervision.reconciler import Reconciler
 from tests.support.steps import commit_result, commit_tile, fingerprint_of, pending, register
 from tests.support.submitting import submit_curve, submit_map
@@ -81,7 +81,7 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     store.redis.delete("grazemap:4:fingerprint:f")
     assert job.id in store.jobs.bind("g", "1", [job.id])  # and starts over with other numerics
     assert store.counts().pending_tiles == 4 + 4 + 1
-    with pytest.raises(QueueFull):
+    with pytest.raises(BacklogFull):
         submit_curve(store, 1, most=9)
     submit_curve(store, 1, most=10)
     for found in store.jobs.page()[0]:
@@ -93,7 +93,7 @@ def test_removing_old_records_does_not_scan_the_waiting_ones(
     store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = commands(store, lambda: submit_curve(store, 999))
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 0)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_SMALL_RECORDS", 0)
     assert commands(store, lambda: submit_curve(store, 1000)) < before + 10
     store.jobs.dismiss(backlog[0].id)
     submit_curve(store, 1001)
@@ -138,12 +138,12 @@ def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store,
     register(store, "w", "f", LEASE, "1")
     submit_curve(store, 0)
     assert reconciler.reconcile() == {"curves"}
-    queues = [bells.queue(store.redis, "f", small=small) for small in (False, True)]
+    queues = [wake_ups.queue(store.redis, "f", small=small) for small in (False, True)]
     assert [queue.count for queue in queues] == [0, 1]
     submit_map(store, 0, FOUR)
     for _ in range(5):
         assert reconciler.reconcile() == {"curves", "maps-3"}
-    assert [queue.count for queue in queues] == [bells.MOST_WAITING] * 2
+    assert [queue.count for queue in queues] == [wake_ups.MAX_WAITING] * 2
 
 
 def test_the_workers_are_counted_once_for_all_refusals_of_a_batch(
@@ -155,5 +155,5 @@ def test_the_workers_are_counted_once_for_all_refusals_of_a_batch(
     live = store.workers.live
     monkeypatch.setattr(store.workers, "live", lambda: counted.append(1) or live())
     outcomes = store.jobs.submit(asked, "1", 1)
-    assert all(isinstance(outcome, QueueFull) for outcome in outcomes)
+    assert all(isinstance(outcome, BacklogFull) for outcome in outcomes)
     assert len(counted) == 1

@@ -12,9 +12,9 @@ import pytest
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
 from grazemap_worker.planning import Plan
-from grazemap_worker.processes import PROCESSES, Process
-from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
-from grazemap_worker.store.keys import MOST_LARGE_RECORDS, MOST_SMALL_RECORDS, PREFIX
+from grazemap_worker.processes import IMPLEMENTATIONS, Process
+from grazemap_worker.store import BacklogFull, ResultTooLarge, Store, core_version
+from grazemap_worker.store.keys import MAX_LARGE_RECORDS, MAX_SMALL_RECORDS, PREFIX
 from tests.support import submitting
 from tests.support.planted import INFO, NUMERICS
 from tests.support.steps import commit_result, commit_tile, problem_of
@@ -42,10 +42,10 @@ def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     return monkeypatch
 
 
-def drain(store: Store) -> None:
+def compute_all(store: Store) -> None:
     """Compute what is to be computed, small or not."""
     for small in (True, False):
-        tasks.drain(tasks.Context(store, replace(INFO, small=small), NUMERICS))
+        tasks.compute_waiting_tiles(tasks.WorkerContext(store, replace(INFO, small=small), NUMERICS))
 
 
 def refused(store: Store, job: Job) -> tuple[str, int]:
@@ -55,7 +55,7 @@ def refused(store: Store, job: Job) -> tuple[str, int]:
 
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.records.MOST_RESULT_BYTES", 10)
+    monkeypatch.setattr("grazemap_worker.store.records.MAX_RESULT_BYTES", 10)
     job = submit(store)
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
@@ -66,21 +66,21 @@ def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.M
 
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr("grazemap_worker.store.records.MOST_RESULT_BYTES", 10)
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
+    worker.setattr("grazemap_worker.store.records.MAX_RESULT_BYTES", 10)
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
-    drain(store)
+    compute_all(store)
     assert refused(store, job) == ("computation-refused", 422)
 
 
 @pytest.mark.thorough
 def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
     store.redis.set("grazemap:4:results:small", "not a sorted set")
     store.redis.set("grazemap:4:results:large", "not a sorted set")
     for _ in range(3):
-        drain(store)
+        compute_all(store)
     assert refused(store, job) == ("computation-failed", 500)
 
 
@@ -92,15 +92,15 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
             "max_periods": 10**6,
         }
     )
-    cut = PROCESSES["unfolding-maps"].plan(request)
+    cut = IMPLEMENTATIONS["unfolding-maps"].plan(request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
-    assert seconds <= tasks.CPU_MOST["long"] / 2
+    assert seconds <= tasks.MAX_CPU_SECONDS["long"] / 2
 
 
 def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     size = len(json.dumps(submit(store, curve(1, 500)).request, separators=(",", ":")))
     store.redis.flushall()
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORD_BYTES", 4 * size)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_RECORD_BYTES", 4 * size)
     waiting = submit(store, curve(1, 500))
     for number in range(2, 9):
         finish(store, submit(store, curve(number, 500)))
@@ -111,13 +111,13 @@ def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.Monke
 
 
 def test_unfinished_requests_over_the_byte_budget_are_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORD_BYTES", 50_000)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_RECORD_BYTES", 50_000)
 
     def fill() -> None:
         for number in range(1, 9):
             submit(store, curve(number, 1000))
 
-    with pytest.raises(QueueFull) as caught:
+    with pytest.raises(BacklogFull) as caught:
         fill()
     assert caught.value.retry_after >= 1
     left = store.jobs.page()[0]
@@ -128,7 +128,7 @@ def test_unfinished_requests_over_the_byte_budget_are_refused(store: Store, monk
 
 
 def test_a_repeated_request_counts_once(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORD_BYTES", 20_000)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_RECORD_BYTES", 20_000)
     other = submit(store)
     for _ in range(10):
         store.jobs.dismiss(submit(store, curve(5, 500)).id)
@@ -162,7 +162,7 @@ end
 def test_no_script_examines_many_jobs_for_a_list_of_few(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """As many records as there can be of both classes, of which a filter selects the first and the last."""
     first = submit(store)
-    number = MOST_SMALL_RECORDS + MOST_LARGE_RECORDS
+    number = MAX_SMALL_RECORDS + MAX_LARGE_RECORDS
     store.redis.eval(OTHER_RECORDS, 0, PREFIX, number)
     last = submit(store, curve(2))
     examined = []

@@ -1,4 +1,4 @@
-"""Which tiles are claimed next: every asker has a share, small and short jobs come first, and what is kept longest."""
+"""Which tiles are claimed next: requesters get equal shares, small and short jobs come first; what is kept longest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker.planning import Plan
-from grazemap_worker.store import Asker, Claim, QuotaUsed, Store, WorkerInfo
+from grazemap_worker.store import Claim, QuotaExceeded, Requester, Store, WorkerInfo
 from tests.support import submitting
 from tests.support.steps import commit_result, commit_tile, job_of, register
 
@@ -27,14 +27,14 @@ def worker(store: Store) -> None:
     store.workers.renew(LARGE, LEASE)
 
 
-def submit_map(store: Store, number: int, plan: Plan = HOUR, asker: Asker = Asker("one")) -> Job:  # noqa: B008
+def submit_map(store: Store, number: int, plan: Plan = HOUR, requester: Requester = Requester("one")) -> Job:  # noqa: B008
     request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return submitting.submit(store, "unfolding-maps", request, "1", plan, 10**6, asker)[0]
+    return submitting.submit(store, "unfolding-maps", request, "1", plan, 10**6, requester)[0]
 
 
-def submit_curve(store: Store, number: int, asker: Asker = Asker("one")) -> Job:  # noqa: B008
+def submit_curve(store: Store, number: int, requester: Requester = Requester("one")) -> Job:  # noqa: B008
     request = GrazingCurvesRequest(omega=[1, 2 + number])
-    return submitting.submit(store, "grazing-curves", request, "1", Plan(), 10**6, asker)[0]
+    return submitting.submit(store, "grazing-curves", request, "1", Plan(), 10**6, requester)[0]
 
 
 def claimed(store: Store, times: int, worker: WorkerInfo = LARGE) -> list[Claim]:
@@ -48,41 +48,41 @@ def test_jobs_share_the_workers_tile_by_tile(store: Store) -> None:
     assert counts == {job.id: 5 for job in jobs}
 
 
-def test_every_asker_has_the_same_share_whatever_he_queued(store: Store) -> None:
+def test_every_requester_has_the_same_share_whatever_it_queued(store: Store) -> None:
     many = [submit_map(store, number).id for number in range(20)]
-    other = submit_map(store, 100, asker=Asker("two"))
+    other = submit_map(store, 100, requester=Requester("two"))
     counts = Counter("one" if claim.job_id in many else claim.job_id for claim in claimed(store, 40))
     assert abs(counts["one"] - counts[other.id]) <= 1
 
 
-def test_a_short_job_of_another_asker_overtakes_fifty_maps(store: Store) -> None:
+def test_a_short_job_of_another_requester_overtakes_fifty_maps(store: Store) -> None:
     for number in range(51):
         submit_map(store, number)
     claimed(store, 30)
-    short = submit_map(store, 100, EIGHT, Asker("two"))
+    short = submit_map(store, 100, EIGHT, Requester("two"))
     found = claimed(store, 12)
     assert sum(claim.job_id == short.id for claim in found) == 8
 
 
 def test_a_weight_and_a_priority_are_shares(store: Store) -> None:
-    heavy = submit_map(store, 0, asker=Asker("one", weight=3.0))
-    light = submit_map(store, 1, asker=Asker("two"))
+    heavy = submit_map(store, 0, requester=Requester("one", weight=3.0))
+    light = submit_map(store, 1, requester=Requester("two"))
     counts = Counter(claim.job_id for claim in claimed(store, 40))
     assert counts[heavy.id] == pytest.approx(3 * counts[light.id], abs=2)
-    urgent = submit_map(store, 2, asker=Asker("three", priority=7))
+    urgent = submit_map(store, 2, requester=Requester("three", priority=7))
     counts = Counter(claim.job_id for claim in claimed(store, 64))
     assert counts[urgent.id] == pytest.approx(4 * counts[light.id], abs=3)
 
 
 def test_one_who_asks_again_more_urgently_raises_the_priority_of_the_job(store: Store) -> None:
-    job, other = submit_map(store, 0), submit_map(store, 1, asker=Asker("two"))
-    assert submit_map(store, 0, asker=Asker("three", priority=8)).id == job.id
+    job, other = submit_map(store, 0), submit_map(store, 1, requester=Requester("two"))
+    assert submit_map(store, 0, requester=Requester("three", priority=8)).id == job.id
     counts = Counter(claim.job_id for claim in claimed(store, 45))
     assert counts[job.id] == pytest.approx(8 * counts[other.id], abs=2)
 
 
 def test_what_takes_longer_than_estimated_counts(store: Store) -> None:
-    slow, quick = submit_map(store, 0), submit_map(store, 1, asker=Asker("two"))
+    slow, quick = submit_map(store, 0), submit_map(store, 1, requester=Requester("two"))
     counts: Counter[str] = Counter()
     for claim in claimed(store, 1) + claimed(store, 1):
         commit_tile(store, claim.job_id, claim.tile, b"", "f", 10.0 if claim.job_id == slow.id else 1.0)
@@ -115,24 +115,24 @@ def test_tiles_wait_for_their_kernels(store: Store) -> None:
     job, _ = submitting.submit(store, "unfolding-maps", request, "1", HOUR, 10**6)
     assert claimed(store, 1) == []
     assert store.tiles.waiting("f") == {("long", "maps-8")}
-    store.workers.say_compiling("maps-8", "kernels for 8 masses")
+    store.workers.set_compiling("maps-8", "kernels for 8 masses")
     assert job_of(store, job.id).waiting_for == "kernels for 8 masses"
     more = WorkerInfo("more", "f", "1", KERNELS | {"maps-8"})
     assert [claim.tile for claim in claimed(store, 2, more)] == [0, 1]
 
 
-def test_a_quota_is_of_one_asker(store: Store) -> None:
-    limited = Asker("one", most_tiles=150)
-    submit_map(store, 0, asker=limited)
-    with pytest.raises(QuotaUsed):
-        submit_map(store, 1, asker=limited)
-    submit_map(store, 1, asker=Asker("two", most_tiles=150))
+def test_a_quota_is_of_one_requester(store: Store) -> None:
+    limited = Requester("one", max_tiles=150)
+    submit_map(store, 0, requester=limited)
+    with pytest.raises(QuotaExceeded):
+        submit_map(store, 1, requester=limited)
+    submit_map(store, 1, requester=Requester("two", max_tiles=150))
     submit_map(store, 2, EIGHT, limited)
 
 
 def test_a_job_goes_on_while_anybody_is_interested(store: Store) -> None:
     job = submit_map(store, 0)
-    submit_map(store, 0, asker=Asker("two"))
+    submit_map(store, 0, requester=Requester("two"))
     assert store.jobs.dismiss(job.id, "one")
     assert store.jobs.status(job.id) == "accepted"
     assert store.jobs.dismiss(job.id, "a stranger")
@@ -140,12 +140,12 @@ def test_a_job_goes_on_while_anybody_is_interested(store: Store) -> None:
     assert store.jobs.status(job.id) == "dismissed"
 
 
-def test_an_interest_runs_out_unless_its_asker_looks(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.INTEREST_SECONDS", 0)
-    jobs = [submit_map(store, number, asker=Asker("gone")) for number in range(3)]
-    monkeypatch.setattr("grazemap_worker.store.jobs.INTEREST_SECONDS", 900)
+def test_a_subscription_runs_out_unless_its_requester_looks(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grazemap_worker.store.jobs.SUBSCRIPTION_SECONDS", 0)
+    jobs = [submit_map(store, number, requester=Requester("gone")) for number in range(3)]
+    monkeypatch.setattr("grazemap_worker.store.jobs.SUBSCRIPTION_SECONDS", 900)
     for number in range(3):
-        submit_map(store, number, asker=Asker("two"))
+        submit_map(store, number, requester=Requester("two"))
     store.jobs.get(jobs[1].id, "gone")
     store.jobs.get(jobs[2].id, "a stranger")
     assert [store.jobs.dismiss(job.id, "two") for job in jobs] == [False, True, False]
@@ -158,7 +158,7 @@ def test_everybodys_job_can_be_dismissed(store: Store) -> None:
 
 
 def test_many_small_jobs_leave_the_maps_alone(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 10)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_SMALL_RECORDS", 10)
     budget = Store(store.redis, result_bytes=1000)
     maps = [submit_map(store, number, Plan(estimate=Estimate(seconds=1.0))) for number in range(3)]
     for job in maps:

@@ -9,7 +9,7 @@ import pytest
 
 from grazemap.results import BifurcationCurves, UnfoldingDiagram
 from grazemap.wire.processes import canonical, parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import refused_at, result_of, tiled, whole
 from tests.support.thorough import every_fourth
 
@@ -84,7 +84,7 @@ def test_curves_in_closed_form_have_every_field(clearance: dict[str, Any], famil
     grazing = [curve for curve in curves if curve["motion"] == "1-(-1)r-(-1)l"]
     assert {curve["type"] for curve in grazing} == {"GR"}
     assert not any(np.any(curve["impact_velocity"]) for curve in grazing)
-    assert PROCESSES["bifurcation-curves"].plan(parse_request("bifurcation-curves", body)).estimate.seconds > 0.0
+    assert IMPLEMENTATIONS["bifurcation-curves"].plan(parse_request("bifurcation-curves", body)).estimate.seconds > 0.0
 
 
 @pytest.mark.parametrize(

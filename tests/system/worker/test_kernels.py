@@ -58,7 +58,7 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
     kernels = Kernels(())
     kernels.want(["core", "maps-", "maps-x", "maps-0", "another", "-3"])
     assert not kernels.advance()
-    assert kernels.said() == {}
+    assert kernels.status_texts() == {}
 
 
 @pytest.mark.parametrize("masses", [1, 2, 8])
@@ -100,14 +100,14 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     assert not kernels.advance()
     components = [compiler.components for compiler in kernels._compilers.values()]
     assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep-3"]]
-    said = kernels.said()
+    said = kernels.status_texts()
     assert said["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
     assert said["trajectories"] == "kernels for trajectories, after others"
     assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
-    assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
+    assert kernels.status_texts()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
     assert not kernels.advance()
     kernel_folder.record("lockstep-3")
     assert not kernels.advance()  # a map also needs what names its motions

@@ -32,7 +32,7 @@ from grazemap_core.errors import LinearisationError
 from grazemap_core.orbits import simulated_orbits
 from grazemap_core.simulation import observables as core
 from grazemap_worker.planning.costs import compiling_seconds
-from grazemap_worker.processes import PROCESSES, kernels_of
+from grazemap_worker.processes import IMPLEMENTATIONS, kernels_of
 from tests.support.computed import result_of, tiled, whole
 
 ASKED: dict[str, Any] = {
@@ -191,7 +191,7 @@ def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> N
     assert warmup.is_step(step)
     assert step != kernels_of(process, plain)
     assert compiling_seconds(step) > 0.0
-    estimates = [PROCESSES[process].plan(one).estimate.seconds for one in (plain, asked)]
+    estimates = [IMPLEMENTATIONS[process].plan(one).estimate.seconds for one in (plain, asked)]
     assert estimates[1] > estimates[0]
 
 

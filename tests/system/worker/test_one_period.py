@@ -15,7 +15,7 @@ from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from grazemap_worker.processes.conversion import core_oscillator
 from tests.slow.one_period import compared, computed, declared, requests, systems
 
@@ -133,7 +133,7 @@ def test_a_note_says_what_a_period_is_and_the_estimate_is_the_same(process: str,
     here, there = (parse_request(process, of) for of in (body, declared(body, 2)))
     assert "forcing-period" not in [note.code for note in notes_on(here)]
     assert [note.code for note in notes_on(there)].count("forcing-period") == (process != "structures")
-    plans = [PROCESSES[process].plan(of).estimate for of in (here, there)]
+    plans = [IMPLEMENTATIONS[process].plan(of).estimate for of in (here, there)]
     assert plans[1].periods == plans[0].periods
     assert plans[1].seconds == pytest.approx(plans[0].seconds, rel=1e-9)
 

@@ -18,7 +18,7 @@ from grazemap_worker.planning.rates import (
     TILE_SECONDS,
     WORST_TILE_SECONDS,
 )
-from grazemap_worker.processes import PROCESSES, kernels_of
+from grazemap_worker.processes import IMPLEMENTATIONS, kernels_of
 from grazemap_worker.processes.conversion import core_oscillator
 
 DEFAULT = Oscillator()
@@ -26,7 +26,7 @@ SIDES = {"omega": {"start": 0.26, "stop": 0.3, "points": 300}, "clearance": {"st
 
 
 def plan(process: str, request: ProcessRequest) -> Plan:
-    return PROCESSES[process].plan(request)
+    return IMPLEMENTATIONS[process].plan(request)
 
 
 def map_request(columns: int, rows: int, max_periods: int = 1000, start: float = 0.26) -> UnfoldingMapsRequest:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap.wire import parse_request
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import tiled, whole
 
 OMEGA = {"vary": "omega", "values": {"start": 0.265, "stop": 0.295}}
@@ -72,7 +72,7 @@ def test_a_diagram_of_any_plane_has_its_grazing_curves_and_borders(
 ) -> None:
     axes = [{"vary": name, "values": {"start": start, "stop": stop, "points": 8}} for name, start, stop in (across, up)]
     body = {"horizontal": axes[0], "vertical": axes[1], "max_periods": 400, "borders": True, "max_multiple": 1, **more}
-    plan = PROCESSES["unfolding-diagrams"].plan(parse_request("unfolding-diagrams", body))
+    plan = IMPLEMENTATIONS["unfolding-diagrams"].plan(parse_request("unfolding-diagrams", body))
     assert (plan.rows, plan.columns) == (8, 8)
     assert plan.estimate.seconds > 0.0
     found = tiled("unfolding-diagrams", body, 8, 5)

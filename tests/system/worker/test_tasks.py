@@ -1,4 +1,4 @@
-"""`drain` with planted processes: what a worker computes when a bell rings, and the problem when that fails."""
+"""`compute_waiting_tiles` with planted processes: what a worker computes, and the problem when that fails."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from grazemap_worker import tasks
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
-from grazemap_worker.queue import horse
+from grazemap_worker.queue import compute_process
 from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from tests.support import parsing, submitting
 from tests.support.planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
@@ -38,14 +38,14 @@ SMALL = replace(INFO, name="s", small=True)
 def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """This process as a worker of planted maps."""
     store.workers.renew(INFO, 60)
-    monkeypatch.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("fast")})
+    monkeypatch.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted("fast")})
     return monkeypatch
 
 
-def drain(store: Store, info: WorkerInfo = INFO, tiles: int = 1000) -> None:
+def compute_all(store: Store, info: WorkerInfo = INFO, tiles: int = 1000) -> None:
     """Compute what is to be claimed, or a number of tiles of it."""
     left = iter([False] * tiles)
-    tasks.drain(tasks.Context(store, info, NUMERICS, stopping=lambda: next(left, True)))
+    tasks.compute_waiting_tiles(tasks.WorkerContext(store, info, NUMERICS, stopping=lambda: next(left, True)))
 
 
 def submit(store: Store, plan: Plan = TWO) -> Job:
@@ -65,12 +65,12 @@ def whole(store: Store, identity: str) -> bytes:
 
 def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Store) -> None:
     job = submit(store)
-    drain(store, tiles=1)
+    compute_all(store, tiles=1)
     assert store.results.data(job.id) is None
     tile, meta = decode_npz(store.tiles.data(job.id, 0) or b"")
     np.testing.assert_array_equal(tile["product"], [[1, 2, 3]])
     assert meta["tile"] == {"index": 0, "rows": [0, 1], "columns": [0, 3]}
-    drain(store, tiles=1)
+    compute_all(store, tiles=1)
     document, meta = decode_npz(whole(store, job.id))
     np.testing.assert_array_equal(document["product"], [[1, 2, 3], [2, 4, 6]])
     assert meta["request"]["max_periods"] == 1000
@@ -79,9 +79,9 @@ def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Sto
 
 @pytest.mark.parametrize("mode", ["busy", "slow"])
 def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted(mode)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted(mode)})
     job = submit(store)
-    drain(store)
+    compute_all(store)
     done = job_of(store, job.id)
     assert done.status == "successful"
     assert done.cpu_seconds is not None
@@ -91,27 +91,27 @@ def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPa
 
 def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> None:
     job = submit(store)
-    drain(store)
+    compute_all(store)
     cut_in_two = whole(store, job.id)
     store.redis.flushall()
     store.workers.renew(INFO, 60)
     assert submit(store, ONE).id == job.id
-    drain(store)
+    compute_all(store)
     assert whole(store, job.id) == cut_in_two
 
 
 def test_when_the_assembling_worker_dies_another_assembles(worker: object, store: Store) -> None:
     job = submit(store)
-    drain(store, tiles=1)
+    compute_all(store, tiles=1)
     assert store.tiles.claim(job.id, 1, "dead", "planted", 5)
     assert commit_tile(store, job.id, 1, store.tiles.data(job.id, 0) or b"", "planted", 0.0) == 0
     assert store.tiles.claim(job.id, ASSEMBLY, "dead", "planted", 5)
-    drain(store)
+    compute_all(store)
     assert store.results.data(job.id) is None  # it is held
     store.workers.remove("dead")
     assert store.tiles.lost_claims() == [(job.id, ASSEMBLY, "dead")]
     store.tiles.record_failure(job.id, ASSEMBLY, "lost", "dead")
-    drain(store)
+    compute_all(store)
     assert whole(store, job.id)
 
 
@@ -124,11 +124,11 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
         processes.append(os.getpid())
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
     jobs = [submit_curve(store, number) for number in range(20)]
     store.redis.config_resetstat()
     watched: list[str] = []
-    tasks.drain(tasks.Context(store, SMALL, NUMERICS, watched=watched.append))
+    tasks.compute_waiting_tiles(tasks.WorkerContext(store, SMALL, NUMERICS, report_small_tile=watched.append))
     assert processes == [os.getpid()] * 20
     assert watched == [said for job in jobs for said in (job.id, "")]
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
@@ -172,20 +172,20 @@ def test_tiles_share_a_process_until_it_has_worked_for_a_while(
 ) -> None:
     worker.setattr(tasks, "TILE_SECONDS", 2.5 * BUSY_SECONDS)
     maps = noting(tmp_path / "notes", lambda row: compute_for(BUSY_SECONDS))
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     job = submit_six(store)
-    drain(store)
+    compute_all(store)
     assert store.jobs.status(job.id) == "successful"
     assert noted(tmp_path / "notes") == [[0, 1, 2], [3, 4, 5]]
 
 
 def test_a_process_goes_on_with_the_next_job(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:
     worker.setattr(tasks, "_RENEW_SECONDS", 0.0)  # whether the job is wanted is asked all the time
-    worker.setattr(horse, "_LOOK_SECONDS", 0.001)
+    worker.setattr(compute_process, "_LOOK_SECONDS", 0.001)
     maps = noting(tmp_path / "notes", lambda row: time.sleep(0.02))
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     jobs = [submit_six(store, SIX.model_copy(update={"max_periods": 10 + k})) for k in range(3)]
-    drain(store)
+    compute_all(store)
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 3
     (rows,) = noted(tmp_path / "notes")
     assert sorted(rows) == sorted(3 * list(range(6)))
@@ -200,9 +200,9 @@ def test_a_tile_after_others_in_its_process_fails_alone(
             (tmp_path / "died").touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
     job = submit_six(store)
-    drain(store)
+    compute_all(store)
     assert store.jobs.status(job.id) == "successful"
     first, second = noted(tmp_path / "notes")
     assert first == [0, 1]
@@ -213,13 +213,13 @@ def test_a_tile_after_others_in_its_process_fails_alone(
 def test_the_limit_of_a_tile_counts_from_its_own_start(
     worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
 ) -> None:
-    worker.setattr(tasks, "CPU_MORE", 0.3)
+    worker.setattr(tasks, "EXTRA_CPU_SECONDS", 0.3)
     worker.setattr(tasks, "CPU_FACTOR", 0.0)
-    worker.setattr(horse, "_LOOK_SECONDS", 0.01)
+    worker.setattr(compute_process, "_LOOK_SECONDS", 0.01)
     maps = noting(tmp_path / "notes", lambda row: compute_for(1.0 if row == 5 else 0.1))
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": maps})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     job = submit_six(store)
-    drain(store)
+    compute_all(store)
     problem = problem_of(store, job.id)
     assert problem.type == "urn:grazemap:problem:computation-too-long"
     assert "tile 5" in problem.detail.lower()
@@ -232,11 +232,11 @@ def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch
             raise ZeroDivisionError
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
     jobs = [submit_curve(store, number) for number in range(5)]
-    drain(store, SMALL)
+    compute_all(store, SMALL)
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 2 + ["running"] + ["successful"] * 2
-    drain(store)  # in a process of its own
+    compute_all(store)  # in a process of its own
     assert store.jobs.status(jobs[2].id) == "failed"
 
 
@@ -254,7 +254,7 @@ def aborted_near_the_limit() -> None:
         (os.abort, {}, 4000, "worker-lost", {"failures:lost": 10}),
         (
             lambda: compute_for(30.0),
-            {"tasks.CPU_MORE": 0.3, "tasks.CPU_FACTOR": 0.1},
+            {"tasks.EXTRA_CPU_SECONDS": 0.3, "tasks.CPU_FACTOR": 0.1},
             200,
             "computation-too-long",
             {"failures:timeout": 1},
@@ -286,9 +286,9 @@ def test_a_process_that_cannot_go_on_is_tried_again_and_ends_with_a_problem(
         compute()
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": Process(whole=whole_map)})
     job = submit(store, ONE)
-    tasks.drain(tasks.Context(store, INFO, NUMERICS, megabytes << 20))
+    tasks.compute_waiting_tiles(tasks.WorkerContext(store, INFO, NUMERICS, megabytes << 20))
     problem = problem_of(store, job.id)
     assert problem.type == f"urn:grazemap:problem:{kind}"
     assert ("200 MiB" in problem.detail) == (kind == "too-much-memory")
@@ -299,12 +299,12 @@ def test_a_process_that_cannot_go_on_is_tried_again_and_ends_with_a_problem(
 def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
     worker: pytest.MonkeyPatch, store: Store, estimate: float, limit: float, stopped: bool
 ) -> None:
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("busy")})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted("busy")})
     plan = TWO.model_copy(update={"estimate": Estimate(seconds=estimate)})
     # a tile ends before it is looked at, so it is the commit that notices
-    worker.setattr(horse, "_LOOK_SECONDS", 60.0)
+    worker.setattr(compute_process, "_LOOK_SECONDS", 60.0)
     job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
-    drain(store)
+    compute_all(store)
     found = job_of(store, job.id)
     assert found.status == ("failed" if stopped else "successful")
     if stopped:
@@ -316,16 +316,16 @@ def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
         assert f"{found.cpu_seconds:.3g} s" in found.problem.detail
         # another request goes on from there, with the same time again
         submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
-        drain(store)
+        compute_all(store)
         assert job_of(store, job.id).status == "successful"
 
 
 def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.MonkeyPatch, store: Store) -> None:
     process = Process(whole=lambda request, report: compute_for(30.0) or {"x": np.zeros(1)})
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": process})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": process})
     plan = ONE.model_copy(update={"estimate": Estimate(seconds=0.1)})
     job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
-    drain(store)
+    compute_all(store)
     problem = problem_of(store, job.id)
     assert problem.type == "urn:grazemap:problem:too-much-time"
     assert "its limit is 0.4 s" in problem.detail
@@ -335,9 +335,9 @@ def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyP
     def refuse(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=refuse)})
     job = submit_curve(store)
-    drain(store, SMALL)
+    compute_all(store, SMALL)
     failed = job_of(store, job.id)
     assert failed.status == "failed"
     assert failed.problem is not None
@@ -351,9 +351,9 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
         report(1, 4)
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
     job = submit_curve(store, plan=LONG)
-    drain(store)
+    compute_all(store)
     reported = [event.data for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
 
@@ -373,16 +373,16 @@ def counting(*said: tuple[int, int]) -> Process:
 
 def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
     said = [(k, 1000) for k in range(1000)]
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": counting(*said)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": counting(*said)})
     job = submit(store, TWO.model_copy(update={"after": 10}))
-    drain(store)
+    compute_all(store)
     told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [one for one in told if one > 2] == list(range(3, 13))
     assert told == sorted(told)
     # whose plan has none is told of tiles alone
     store.redis.flushall()
     job = submit(store)
-    drain(store)
+    compute_all(store)
     units = {event.data["unit"] for event in store.jobs.events(job.id) if event.name == "progress"}
     assert units == {"tiles"}
 
@@ -394,30 +394,30 @@ def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, sto
         (tmp_path / "reached").touch()
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
     job = submit_curve(store, plan=LONG)
-    drain(store)
+    compute_all(store)
     assert list(tmp_path.iterdir()) == []
     assert store.jobs.status(job.id) == "dismissed"
     assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
 
 
 class Here:
-    """A `Horse` in this process, so that what it calls can be counted."""
+    """A `ComputeProcess` in this process, so that what it calls can be counted."""
 
-    def __init__(self, run: Callable[[], int], memory_bytes: int, slate: horse.Slate) -> None:
+    def __init__(self, run: Callable[[], int], memory_bytes: int, state: compute_process.SharedState) -> None:
         run()
 
-    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> horse.Ended:
-        return horse.Ended(0)
+    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> compute_process.ProcessEnd:
+        return compute_process.ProcessEnd(0)
 
 
 def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
     job = submit(store)
-    worker.setattr(tasks, "Horse", Here)
+    worker.setattr(tasks, "ComputeProcess", Here)
     counts = parsing.count(worker)
-    drain(store, tiles=1)
+    compute_all(store, tiles=1)
     assert counts == {"parsed": 1, "canonicalised": 0}
-    drain(store, tiles=1)  # and the assembly
+    compute_all(store, tiles=1)  # and the assembly
     assert counts == {"parsed": 3, "canonicalised": 0}
     assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)

@@ -10,7 +10,7 @@ import pytest
 from grazemap.wire import Estimate, Job
 from grazemap_service.redis_server import RedisServer, packaged_program
 from grazemap_worker.planning import Plan
-from grazemap_worker.store import Asker, Claim, Store, WorkerInfo
+from grazemap_worker.store import Claim, Requester, Store, WorkerInfo
 from tests.support.steps import commit_result, fingerprint_of, job_of, lane_of, pending
 from tests.support.submitting import submit_curve, submit_map
 
@@ -18,7 +18,7 @@ LEASE = 5.0
 KERNELS = frozenset({"curves", "maps-3"})
 SMALL = [WorkerInfo(f"small {k}", "f", "1", KERNELS, small=True) for k in range(2)]
 ORDINARY = [WorkerInfo(f"ordinary {k}", "f", "1", KERNELS) for k in range(3)]
-UNFAIR, FAIR = Asker("unfair"), Asker("fair")
+UNFAIR, FAIR = Requester("unfair"), Requester("fair")
 SECOND = Plan(rows=4, estimate=Estimate(tiles=4, seconds=4.0))
 MINUTES = Plan(estimate=Estimate(seconds=344.0))
 
@@ -50,7 +50,7 @@ def finish(store: Store, *identities: str) -> None:
 
 
 def test_a_small_tile_that_overruns_is_moved_alone(store: Store) -> None:
-    jobs = [submit_curve(store, number, asker=UNFAIR) for number in range(5)]
+    jobs = [submit_curve(store, number, requester=UNFAIR) for number in range(5)]
     assert claim(store, SMALL[0]) == [job.id for job in jobs]
     store.tiles.overran(jobs[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
@@ -60,12 +60,12 @@ def test_a_small_tile_that_overruns_is_moved_alone(store: Store) -> None:
     assert claim(store, ORDINARY[0]) == [jobs[0].id]
 
 
-def test_the_next_small_tiles_of_its_asker_are_claimed_one_by_one_by_one_worker(store: Store) -> None:
-    first = submit_curve(store, 0, asker=UNFAIR)
+def test_the_next_small_tiles_of_its_requester_are_claimed_one_by_one_by_one_worker(store: Store) -> None:
+    first = submit_curve(store, 0, requester=UNFAIR)
     assert claim(store, SMALL[0]) == [first.id]
     store.tiles.overran(first.id, 0, SMALL[0].name, 2.0)
-    jobs = [submit_curve(store, number, asker=UNFAIR) for number in range(1, 6)]
-    others = [submit_curve(store, number, asker=FAIR) for number in range(10, 13)]
+    jobs = [submit_curve(store, number, requester=UNFAIR) for number in range(1, 6)]
+    others = [submit_curve(store, number, requester=FAIR) for number in range(10, 13)]
     taken = [claim(store, SMALL[0]) for _ in range(2)]
     assert sorted(map(len, taken)) == [1, 3]  # never with those of others
     assert {*taken[0], *taken[1]} == {jobs[0].id, *(job.id for job in others)}
@@ -76,12 +76,12 @@ def test_the_next_small_tiles_of_its_asker_are_claimed_one_by_one_by_one_worker(
     assert claim(store, SMALL[0]) == [jobs[2].id]
 
 
-def test_what_overran_counts_for_its_asker(store: Store) -> None:
-    unfair = [submit_curve(store, number, asker=UNFAIR) for number in range(40)]
+def test_what_overran_counts_for_its_requester(store: Store) -> None:
+    unfair = [submit_curve(store, number, requester=UNFAIR) for number in range(40)]
     assert claim(store, SMALL[0]) == [job.id for job in unfair[:16]]
     store.tiles.overran(unfair[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
-    fair = [submit_curve(store, 100 + number, asker=FAIR) for number in range(40)]
+    fair = [submit_curve(store, 100 + number, requester=FAIR) for number in range(40)]
     store.workers.renew(SMALL[0], LEASE)
     counts: Counter[str] = Counter()
     for _ in range(3):
@@ -220,7 +220,7 @@ def waiting_for(store: Store, job: Job) -> str | None:
 
 
 def test_workers_that_cannot_take_a_job_are_not_waited_for(store: Store) -> None:
-    job, curve = submit_map(store, 0, SECOND, FAIR), submit_curve(store, 1, asker=FAIR)
+    job, curve = submit_map(store, 0, SECOND, FAIR), submit_curve(store, 1, requester=FAIR)
     assert "free" in (waiting_for(store, job) or "")
     for worker in ORDINARY:
         store.workers.remove(worker.name)

@@ -40,7 +40,7 @@ PLANTS = {
         "from grazemap_worker import tasks",
     ),
     "The service and the workers share the store and the queues": (
-        "worker/grazemap_worker/queue/bells.py",
+        "worker/grazemap_worker/queue/wake_ups.py",
         "import numba",
     ),
     "The store works without RQ": ("worker/grazemap_worker/store/ledger.py", "from rq import Queue"),

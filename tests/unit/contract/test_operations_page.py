@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from grazemap_service.problems import KINDS
-from grazemap_service.settings import Settings, StackSettings
+from grazemap_service.settings import ServiceSettings, StackSettings
 from grazemap_worker.store import EVENT_KINDS
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -24,7 +24,7 @@ DOCUMENTED = {
 }
 FIELDS = {
     f"GRAZEMAP_{name}".upper(): field
-    for model in (Settings, StackSettings)
+    for model in (ServiceSettings, StackSettings)
     for name, field in model.model_fields.items()
 }
 

@@ -1,9 +1,9 @@
-"""The cost of a forcing period of an oscillator, and the number of periods of a pixel.
+"""The cost of a forcing period of an oscillator, and the number of periods of a pixel until its motion settles.
 
-A forcing period is computed in cells, in each of which the fastest mode turns by a radian, and impact by impact. The
+A forcing period is computed cell by cell and impact by impact; in a cell, the fastest mode turns by one radian. The
 time of a cell and of an impact grows with the number of masses. The number of impacts is estimated from the force that
-presses the contact against a stop: it bounces between stops that are close, and its chatter ends in rest where the
-restitution is below 1.
+presses the contact against a stop: the contact bounces between stops that are close, and with a restitution below 1 its
+chatter ends in rest.
 """
 
 from __future__ import annotations
@@ -57,20 +57,20 @@ def fastest_exponent(oscillator: Oscillator) -> float:
 
 
 def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats, Floats]:
-    """Return the amplitude of the force on the held contact at each omega, and the contact's amplitude if it is free.
+    """Return the amplitude of the force on the held contact, and of the free contact's displacement, at each omega.
 
-    At a resonance they are those after GROWTH_PERIODS forcing periods: the forcing grows by a factor e in that time.
-    Of a chain the masses are eliminated one by one, from the ground.
+    The forcing is taken to grow by a factor e in GROWTH_PERIODS forcing periods, so both amplitudes are finite at a
+    resonance too. The masses of a chain are eliminated one by one, beginning at the ground.
     """
     if oscillator.beyond_the_chain() is not None:
         growth = oscillator.common_divisor / (2.0 * math.pi * rates.GROWTH_PERIODS)
-        found = linear.contact_forces(oscillator, np.ravel(omega), growth)
-        return found[0].reshape(np.shape(omega)), found[1].reshape(np.shape(omega))
+        held_force, amplitude = linear.contact_forces(oscillator, np.ravel(omega), growth)
+        return held_force.reshape(np.shape(omega)), amplitude.reshape(np.shape(omega))
     rate = omega * (1j + 1.0 / (2.0 * math.pi * rates.GROWTH_PERIODS))
     forces, force, dynamic = oscillator.amplitudes, 0.0 * rate, 0.0 * rate
     for i in reversed(range(oscillator.size)):
         link = oscillator.stiffnesses[i] + rate * _link_damping(oscillator, i)
-        # the link from this mass to the next one, which is eliminated; the last one is joined to the ground
+        # the next mass, to which the link leads, is eliminated already; the link of the last mass leads to the ground
         share = link / (dynamic + link) if i < oscillator.size - 1 else 0.0 * link
         force = forces[i] + share * force
         dynamic = oscillator.masses[i] * rate * rate + link * (1.0 - share)
@@ -78,46 +78,46 @@ def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats
 
 
 class Points(NamedTuple):
-    """Forcing frequencies, and the stops at each."""
+    """Points of a parameter plane: forcing frequencies, and the stops at each."""
 
     omega: Floats
     """(k,) Forcing frequencies."""
     nearer: Floats
     """(k,) Distance of the nearer stop."""
     half_distance: Floats
-    """(k,) Half the distance between the stops; infinite where there is one."""
+    """(k,) Half the distance between the stops; infinite if there is only one stop."""
 
     @property
-    def stops(self) -> Floats:
-        """The number of stops."""
+    def stop_count(self) -> Floats:
+        """(k,) Number of stops."""
         return np.where(np.isinf(self.half_distance), 1.0, 2.0)
 
     @classmethod
-    def of(cls, places: Iterable[tuple[float, float | ClearancePair]]) -> Points:
+    def create(cls, places: Iterable[tuple[float, float | ClearancePair]]) -> Points:
         """Return the points with these frequencies and clearances."""
         rows = []
         for omega, clearance in places:
             pair = as_pair(clearance)
-            stops = [one for one in (pair.right, pair.left) if one is not None]
-            rows.append((omega, abs(min(stops)), 0.5 * sum(stops) if len(stops) == 2 else math.inf))
+            gaps = [gap for gap in (pair.right, pair.left) if gap is not None]
+            rows.append((omega, abs(min(gaps)), 0.5 * sum(gaps) if len(gaps) == 2 else math.inf))
         return cls(*np.array(rows).T)
 
     def width(self, amplitude: Floats) -> Floats:
-        """Return half the width of motions; `amplitude` is that without stops, of which one may be out of reach."""
+        """Return half the width of the motion at each point; `amplitude` (k,) is that of the motion without stops."""
         return np.fmin(self.half_distance, np.fmax(self.nearer, amplitude))
 
 
 def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
     """Return the expected number of impacts of a forcing period at each point.
 
-    A mass under an acceleration a bounces a/(2 v) times in a unit of time, v being its speed. That is the smallest of
-    three: of a flight between the stops under a; of the motion without stops where it meets a stop, with the part of a
-    beyond the stop; of a flight under an acceleration that rises from zero with the forcing. With a restitution below 1
-    the chatter on each stop ends in rest after a number of impacts that depends on it alone. With 1 it goes on, ever
-    faster as the damper takes energy.
+    A mass with speed v under an acceleration a bounces a/(2 v) times in a unit of time. The speed v is the minimum of
+    three speeds: that of a flight between the stops under a; that of the motion without stops where it meets a stop;
+    and that of a flight under an acceleration that rises from zero with the forcing. With a restitution below 1, the
+    chatter on each stop ends in rest after a number of impacts that depends on the restitution alone. With restitution
+    1 the contact goes on bouncing, and ever more often, because the damper takes energy.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        # one number is faster than an array of one
+        # numpy is faster with a float than with an array of one element
         omega = points.omega
         force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
         mass, slowing = _contact_mass(oscillator)
@@ -135,17 +135,19 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
             steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
             return np.asarray(0.5 * period * acceleration * drag / np.fmin(np.fmin(flight, steady), rising))
 
-        # a motion at one stop begins at the stop's distance; if it does not come to rest it becomes as wide as without
-        begins = bounces(np.where(points.stops == 1.0, points.nearer, clearance))
+        # with one stop, the motion first bounces at the distance of the stop; if it does not come to rest, it becomes
+        # as wide as the motion without stops
+        first_impacts = bounces(np.where(points.stop_count == 1.0, points.nearer, clearance))
         to_rest = _impacts_to_rest(oscillator, points)
-        impacts = np.where(begins < rates.REST_SHARE * to_rest, bounces(clearance), to_rest)
-        return np.fmin(impacts, rates.MOST_PERIOD_IMPACTS)
+        impacts = np.where(first_impacts < rates.REST_SHARE * to_rest, bounces(clearance), to_rest)
+        return np.fmin(impacts, rates.MAX_PERIOD_IMPACTS)
 
 
 def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False) -> Floats:
     """Return the cost of a forcing period at each point, in periods of the default oscillator.
 
-    In the `lanes` of maps it is higher where the contact comes to rest, as such lanes are computed one by one.
+    With `lanes`, it is the cost in the lanes of maps: higher where the contact comes to rest, because such lanes are
+    computed one by one.
     """
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -162,51 +164,51 @@ def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False)
 def period_cost(
     oscillator: Oscillator, omega: float, clearance: float | ClearancePair, *, lanes: bool = False
 ) -> float:
-    """Return the cost of a forcing period at one point, as `period_costs`."""
-    return float(period_costs(oscillator, Points.of([(omega, clearance)]), lanes=lanes)[0])
+    """Return the cost of a forcing period at one point; see `period_costs`."""
+    return float(period_costs(oscillator, Points.create([(omega, clearance)]), lanes=lanes)[0])
 
 
 def longest_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
-    """Return the cost of the forcing period of a request at one point."""
+    """Return the cost of a forcing period of a request with a single frequency and clearance."""
     return period_cost(request.oscillator, request.omega, request.clearance)
 
 
 class Samples:
-    """Points of a plane or of a line, evenly spaced, from which means over all its points are estimated."""
+    """Evenly spaced points of a plane or of a line, from which means over all its points are estimated."""
 
     def __init__(self, parameters: Parameters, values: Iterable[Mapping[str, float]]) -> None:
-        """Group points by the oscillators at them; `values` are those of the parameters that vary."""
+        """Group points by their oscillators; an item of `values` has the values of the varied parameters at a point."""
         groups: dict[tuple[float, ...], list[Mapping[str, float]]] = {}
         for point in values:
             groups.setdefault(tuple(value for name, value in point.items() if not is_place(name)), []).append(point)
         self._groups = [
-            (parameters.oscillator_at(points[0]), Points.of(map(parameters.place, points)))
+            (parameters.oscillator_at(points[0]), Points.create(map(parameters.place, points)))
             for points in groups.values()
         ]
         self._count = sum(map(len, groups.values()))
 
     @classmethod
-    def of(cls, varied: Plane | Line) -> Samples:
-        """Return SAMPLED_SIDE values of every parameter that varies."""
+    def create(cls, varied: Plane | Line) -> Samples:
+        """Return the points of a plane or line at SAMPLED_SIDE values of each varied parameter."""
         axes = (varied.horizontal, varied.vertical) if isinstance(varied, Plane) else (varied.axis,)
-        names, values = [axis.vary for axis in axes], [_some(axis.values) for axis in axes]
+        names, values = [axis.vary for axis in axes], [_sampled_values(axis.values) for axis in axes]
         return cls(varied.parameters, (dict(zip(names, point, strict=True)) for point in itertools.product(*values)))
 
     def mean_cost(self, *, lanes: bool = True) -> float:
-        """Return the mean cost of a forcing period, in the lanes of maps or of a single trajectory."""
+        """Return the mean cost of a forcing period: with `lanes` in the lanes of maps, else in a single trajectory."""
         costs = [period_costs(*group, lanes=lanes) for group in self._groups]
         return float(np.concatenate(costs).mean())
 
-    def settling(self, max_periods: int) -> Settling:
-        """Return `settling` of the points."""
-        found = [settling(*group, max_periods) for group in self._groups]
+    def settling(self, max_periods: int) -> SettlingEstimate:
+        """Return how the trajectories of the points settle on average."""
+        estimates = [settling(*group, max_periods) for group in self._groups]
         weights = [len(points.omega) for _, points in self._groups]
-        return Settling(*np.average(np.array(found), axis=0, weights=weights).tolist())
+        return SettlingEstimate(*np.average(np.array(estimates), axis=0, weights=weights).tolist())
 
     def observed_seconds(self, request: ObservedRequest, cost: float, unsettled: float) -> float:
-        """Return the mean seconds in which quantities are read off a motion of a map.
+        """Return the mean seconds for reading observables and outputs off a motion of a map.
 
-        `cost` is that of a period, and `unsettled` the share of motions that do not settle.
+        `cost` is the cost of a forcing period, and `unsettled` the share of motions that do not settle.
         """
         if not request.observed:
             return 0.0
@@ -226,22 +228,30 @@ def longest_period(varied: Plane | Line) -> float:
 class Zeros:
     """The expected number of zeros of the impulse response of the contact, as a function of time.
 
-    A sum of oscillations with frequencies w and amplitudes a has sqrt(sum a^2 w^2 / sum a^2) / pi zeros in a unit of
-    time on average (S. O. Rice, 1944). With time only the modes are left that decay slowly.
+    A sum of oscillations with frequencies w and amplitudes a has on average sqrt(sum a^2 w^2 / sum a^2) / pi zeros in a
+    unit of time (S. O. Rice, 1944). After a long time, only the modes that decay slowly contribute.
     """
 
     def __init__(self, oscillator: Oscillator, longest: float, shortest: float) -> None:
         frequencies, decays, amplitudes = linear.contact_modes(oscillator)
-        seen = amplitudes > rates.LEAST_AMPLITUDE * amplitudes.max()
-        frequencies, decays, amplitudes = frequencies[seen], decays[seen], amplitudes[seen] / amplitudes.max()
+        kept = amplitudes > rates.MIN_AMPLITUDE * amplitudes.max()
+        frequencies, decays, amplitudes = frequencies[kept], decays[kept], amplitudes[kept] / amplitudes.max()
         self._times = np.geomspace(shortest, longest, rates.ZERO_SAMPLES)
-        left = (amplitudes * np.exp(-np.outer(self._times, decays - decays.min()))) ** 2
-        density = np.sqrt((left @ frequencies**2) / left.sum(axis=1)) / math.pi
+        squares = (amplitudes * np.exp(-np.outer(self._times, decays - decays.min()))) ** 2
+        density = np.sqrt((squares @ frequencies**2) / squares.sum(axis=1)) / math.pi
         parts = 0.5 * (density[1:] + density[:-1]) * np.diff(self._times)
         self._until = np.concatenate(([0.0], np.cumsum(parts)))
 
-    def in_any(self, factors: Floats, start: float, stop: float) -> tuple[float, float]:
-        """Return the zeros tau with factor/tau in [start, stop] for any of the factors, and the sum over these."""
+    def count(self, factors: Floats, start: float, stop: float) -> tuple[float, float]:
+        """Count zeros tau for which factor/tau is in [start, stop].
+
+        Returns
+        -------
+        distinct : float
+            Number of zeros for which this holds for at least one factor.
+        total : float
+            Sum of the numbers of zeros over all factors.
+        """
         if not len(factors):
             return 0.0, 0.0
         ends = np.sort(factors)
@@ -257,10 +267,10 @@ def codimension_two_seconds(
     max_order: int,
     max_multiple: int,
 ) -> float:
-    """Return the seconds in which the codimension-two points between two omegas are found."""
+    """Return the seconds for finding the codimension-two points between two omegas."""
     oscillator = request.oscillator
-    own = math.gcd(*oscillator.orders) or 1
-    start, stop = own * start, own * stop
+    divisor = math.gcd(*oscillator.orders) or 1
+    start, stop = divisor * start, divisor * stop
     both = request.clearance is None and oscillator.is_symmetric
     curves = 1 if both or request.clearance is not None else 2
     orders: Floats = math.pi * np.arange(1.0 if both else 2.0, max_order + 1.0, 1.0 if both else 2.0)
@@ -270,7 +280,7 @@ def codimension_two_seconds(
     longest = max([1.0, *orders[-1:], *multiples[-1:]])
     with np.errstate(all="ignore"):
         zeros = Zeros(oscillator, longest / start, math.pi / stop)
-    (isolated, recurring), (periodic, resonant) = (zeros.in_any(each, start, stop) for each in (orders, multiples))
+    (isolated, recurring), (periodic, resonant) = (zeros.count(factors, start, stop) for factors in (orders, multiples))
     size = oscillator.size
     compared = len(orders) * isolated + 2 * len(multiples) * periodic
     seconds = compared * rates.ZERO_SECONDS + recurring * (
@@ -281,7 +291,7 @@ def codimension_two_seconds(
 
 
 def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int = 0) -> float:
-    """Return the seconds for what several harmonics add: the maxima of points of a curve, and where they are equal."""
+    """Return the seconds that several harmonics add: for the maxima at points of a curve, and for equal maxima."""
     orders = oscillator.orders
     if len(orders) < 2:
         return 0.0
@@ -291,58 +301,60 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
 
 
 def compiling_seconds(kernels: str) -> float:
-    """Return the time in which one core of a server compiles kernels, as `kernels_of` names them, roughly."""
-    name, apart = kernels.partition("-")[0], kernels.startswith("apart_")
-    return rates.COMPILING_SECONDS[name.removeprefix("apart_")] + (rates.APART_SECONDS if apart else 0.0)
+    """Return roughly the seconds in which one core compiles kernels, which are named as by `kernels_of`."""
+    name, own_tables = kernels.partition("-")[0], kernels.startswith("apart_")
+    return rates.COMPILING_SECONDS[name.removeprefix("apart_")] + (rates.OWN_TABLES_SECONDS if own_tables else 0.0)
 
 
 def setup_seconds(oscillator: Oscillator) -> float:
-    """Return the seconds in which the modes of an oscillator are found, and the tables of a frequency made."""
+    """Return the seconds for finding the modes of an oscillator and making the tables of a frequency."""
     return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2
 
 
-class Settling(NamedTuple):
+class SettlingEstimate(NamedTuple):
     """How trajectories settle on average."""
 
     periods: float
-    """Forcing periods that they run for."""
+    """Forcing periods of a trajectory until it settles or is given up."""
     unsettled: float
-    """Share of those that do not settle, and are taken for chaotic: none of them where the contact comes to rest."""
+    """Share of trajectories that do not settle and count as chaotic; 0 where the contact comes to rest."""
     orbit_seconds: float
-    """Seconds in which the orbit of a trajectory is solved for and verified, if it settles in time."""
+    """Seconds per trajectory for solving for its orbit and verifying it."""
 
 
-def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settling:
+def settling(oscillator: Oscillator, points: Points, max_periods: int) -> SettlingEstimate:
     """Return how the trajectories of points settle."""
     with np.errstate(divide="ignore"):
         decays = rates.SETTLING_DECAYS / (oscillator.forcing_period(points.omega) * linear.slowest_decay(oscillator))
     impacts = period_impacts(oscillator, points)
     rests = _rests(oscillator, points, impacts)
     free = points.nearer >= rates.FREE_FROM * contact_force(oscillator, points.omega)[1]
-    if oscillator.size == 1:  # nothing moves while the contact rests, and what was before is forgotten
+    if oscillator.size == 1:  # nothing moves while the contact rests, so the motion does not depend on its start
         free = free | rests
-    alike = rates.LEAST_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
-    # more are chaotic where impacts take less energy
+    to_settle = rates.MIN_PERIODS_TO_SETTLE + np.where(free, 0.0, decays)
+    # more trajectories are chaotic if impacts take less energy
     power = _largest_restitution(oscillator) ** rates.UNSETTLED_POWER
-    chaotic = max(rates.LEAST_UNSETTLED, rates.MOST_UNSETTLED * power)
-    share = np.where(free | rests, 0.0, np.where(alike > max_periods, 1.0, chaotic))
-    periods = np.fmin(alike + share * max_periods, max_periods)
+    chaotic = max(rates.MIN_UNSETTLED, rates.MAX_UNSETTLED * power)
+    share = np.where(free | rests, 0.0, np.where(to_settle > max_periods, 1.0, chaotic))
+    periods = np.fmin(to_settle + share * max_periods, max_periods)
     unsettled = float(share.mean())
-    counted = np.fmin(impacts, rates.MOST_ORBIT_IMPACTS)
-    solved = rates.ORBIT_SECONDS * oscillator.size * float((counted**2).mean())
+    orbit_impacts = np.fmin(impacts, rates.MAX_ORBIT_IMPACTS)
+    solved = rates.ORBIT_SECONDS * oscillator.size * float((orbit_impacts**2).mean())
     tried = 1.0 - unsettled + rates.ORBITS_TRIED * unsettled
-    return Settling(float(periods.mean()), unsettled, tried * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3))
+    return SettlingEstimate(
+        float(periods.mean()), unsettled, tried * (solved + rates.ORBIT_NORM_SECONDS * oscillator.size**3)
+    )
 
 
 def chance_seconds(trajectories: float, max_periods: int, cost: float, together: int = 1) -> float:
-    """Return the seconds in which a sample of so many chaotic trajectories is run on, `together` at once."""
+    """Return the seconds for running on a sample of so many chaotic trajectories, `together` of them side by side."""
     sample = min(rates.RUN_ON_SAMPLE, trajectories)
     period = cost / (rates.PERIODS_PER_SECOND * math.sqrt(together))
     return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * period
 
 
 def observed_seconds(request: ObservedRequest, oscillator: Oscillator, points: Points, periods: float) -> float:
-    """Return the mean seconds in which quantities are read off forcing periods of a motion; 0 where none are."""
+    """Return the mean seconds for reading observables and outputs off `periods` of a motion; 0 without any."""
     if not request.observed:
         return 0.0
     outputs = len(request.outputs) + any(name.endswith("_displacement") for name in request.observables)
@@ -352,18 +364,18 @@ def observed_seconds(request: ObservedRequest, oscillator: Oscillator, points: P
 
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
-    """Return the seconds for a point of the branch of an orbit with this number of impacts."""
-    one = rates.BRANCH_SECONDS + rates.MULTIPLIERS_SECONDS * oscillator.size**3
-    return (1.0 + impacts / rates.BRANCH_IMPACTS) * one
+    """Return the seconds for a point of the branch of an orbit with so many impacts."""
+    seconds = rates.BRANCH_SECONDS + rates.MULTIPLIERS_SECONDS * oscillator.size**3
+    return (1.0 + impacts / rates.BRANCH_IMPACTS) * seconds
 
 
 def _largest_restitution(oscillator: Oscillator) -> float:
-    given = oscillator.restitution
-    return given if isinstance(given, float | int) else max(given.right, given.left)
+    restitution = oscillator.restitution
+    return restitution if isinstance(restitution, float | int) else max(restitution.right, restitution.left)
 
 
 def _contact_mass(oscillator: Oscillator) -> tuple[float, float]:
-    """Return the mass that an impulse on the contact meets, and the rate at which damping alone slows it."""
+    """Return the effective mass of the contact under an impulse, and the rate at which damping alone slows it."""
     if oscillator.beyond_the_chain() is not None:
         return linear.contact_mass(oscillator)
     return oscillator.masses[0], _link_damping(oscillator, 0) / oscillator.masses[0]
@@ -381,7 +393,7 @@ def _damping_factor(oscillator: Oscillator) -> float:
 
 
 def _largest_row_sum(masses: list[float], links: list[float]) -> float:
-    """Return the largest absolute row sum of M^-1 times a chain's matrix, its last link to ground."""
+    """Return the largest absolute row sum of M^-1 times a chain's matrix; the last link leads to the ground."""
     after = np.array(links)
     before = np.concatenate(([0.0], after[:-1]))
     sums = before + after
@@ -391,12 +403,12 @@ def _largest_row_sum(masses: list[float], links: list[float]) -> float:
 
 def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
     highest = max(oscillator.orders, default=1) // oscillator.common_divisor
-    least = max(rates.LEAST_CELLS, 2.0 * math.pi * highest)
-    return np.asarray(np.maximum(least, fastest_exponent(oscillator) * oscillator.forcing_period(omega)))
+    min_cells = max(rates.MIN_CELLS, 2.0 * math.pi * highest)
+    return np.asarray(np.maximum(min_cells, fastest_exponent(oscillator) * oscillator.forcing_period(omega)))
 
 
 def _rests(oscillator: Oscillator, points: Points, impacts: Floats) -> NDArray[np.bool_]:
-    """Return where the contact comes to rest, of `period_impacts`."""
+    """Return at which points the contact comes to rest; `impacts` are those of `period_impacts`."""
     return np.asarray(impacts >= _impacts_to_rest(oscillator, points))
 
 
@@ -404,13 +416,12 @@ def _impacts_to_rest(oscillator: Oscillator, points: Points) -> Floats:
     """Return the number of impacts until a chatter on each stop has ended in rest."""
     restitution = _largest_restitution(oscillator)
     if 0.0 < restitution < 1.0:
-        return points.stops * (1.0 + math.log(rates.CHATTER_REST) / math.log(restitution))
-    return points.stops * (1.0 if restitution == 0.0 else math.inf)
+        return points.stop_count * (1.0 + math.log(rates.CHATTER_REST) / math.log(restitution))
+    return points.stop_count * (1.0 if restitution == 0.0 else math.inf)
 
 
-def _some(values: Grid | CoordinateRange) -> list[float]:
-    found = grid_values(values)
-    some: list[float] = found[
-        np.linspace(0, len(found) - 1, min(len(found), rates.SAMPLED_SIDE)).round().astype(int)
-    ].tolist()
-    return some
+def _sampled_values(values: Grid | CoordinateRange) -> list[float]:
+    every = grid_values(values)
+    indices = np.linspace(0, len(every) - 1, min(len(every), rates.SAMPLED_SIDE)).round().astype(int)
+    sampled: list[float] = every[indices].tolist()
+    return sampled

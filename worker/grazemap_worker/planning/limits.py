@@ -1,4 +1,4 @@
-"""The quantities of a request that a server limits."""
+"""Quantities of a request that a server limits."""
 
 from __future__ import annotations
 
@@ -7,55 +7,60 @@ from typing import NamedTuple
 from grazemap.wire import CoordinateRange, Grid, grid_points
 
 BYTES_PER_NUMBER = 8
-# A result or a tile, as npz. Redis takes no value over 512 MB, and clients hold it in memory.
-MOST_RESULT_BYTES = 256 << 20
+# Maximum bytes of a result or a tile, as npz. Redis takes no value over 512 MB, and clients hold a result in memory.
+MAX_RESULT_BYTES = 256 << 20
 
 
-class Limits(NamedTuple):
-    """The maximum quantities of a request, from the server's settings."""
+class RequestLimits(NamedTuple):
+    """The limits of the quantities of a request, from the server's settings."""
 
     points: int
-    """Points of a curve or a diagram."""
+    """Maximum points of a curve or a diagram."""
     pixels: int
-    """Pixels of a map."""
+    """Maximum pixels of a map."""
     adaptive_pixels: int
-    """Pixels of an adaptive map."""
+    """Maximum pixels of an adaptive map."""
     tile_periods: int
-    """Forcing periods of one tile."""
+    """Maximum forcing periods of one tile."""
     result_bytes: int
-    """Bytes of a result."""
+    """Maximum bytes of a result."""
 
 
 class Count(NamedTuple):
-    """A quantity that is known without a plan, and its limit."""
+    """A count that follows from the fields of a request, such as its number of points, with the limit of the server."""
 
     pointer: str
-    """Pointer of the field that decides it."""
+    """JSON pointer to the field that determines the count."""
     quantity: str
-    """What it is."""
+    """What is counted, for example "points"."""
     number: int
-    """How many there are."""
+    """The count."""
     limit: int
-    """How many there may be."""
+    """Maximum of the count."""
 
 
 class Step(NamedTuple):
     """A step after the tiles of a job."""
 
     pointer: str
-    """Pointer of the field that decides how long it takes."""
+    """JSON pointer to the field that determines how long the step takes."""
     seconds: float
     """The expected processor time."""
     timed: bool
     """Whether the time limit of one tile applies to it."""
 
 
-def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:
-    """Return the number of points of a grid, from the names and the values of its sides; the longer side decides."""
+def grid_count(
+    across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int
+) -> Count:
+    """Return the count of the points of a grid; each side is (name of the field, values).
+
+    The pointer of the count leads to the longer side.
+    """
     columns, rows = grid_points(across[1]), grid_points(down[1])
-    return Count(of_points(*(across if columns > rows else down)), "points", columns * rows, limit)
+    return Count(points_pointer(*(across if columns > rows else down)), "points", columns * rows, limit)
 
 
-def of_points(name: str, grid: Grid | CoordinateRange) -> str:
-    """Return the pointer to the field that gives the number of points of a grid."""
+def points_pointer(name: str, grid: Grid | CoordinateRange) -> str:
+    """Return the JSON pointer to the field that determines the number of points of a grid."""
     return f"/{name}" if isinstance(grid, list) else f"/{name}/points"

@@ -1,4 +1,4 @@
-"""A plan: a grid cut into rectangular tiles that take about the same time, with its estimate."""
+"""A plan: a grid that is cut into rectangular tiles of about equal time, and the estimate of the cost."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from grazemap.wire import Estimate
 from grazemap_worker.planning import rates
 
 Lane = Literal["small", "short", "long"]
-# Estimated seconds up to which a job of one tile is small, which workers of its own compute many at a time, and up to
-# which a job is short, which gets most of the time of the other workers.
+# A job of one tile with an estimate below SMALL_SECONDS is small: workers for small tiles compute many at a time.
 SMALL_SECONDS = 0.05
+# Another job with an estimate below SHORT_SECONDS is short. Short jobs get most of the time of the other workers.
 SHORT_SECONDS = 30.0
+# Shares of the lanes.
 LANE_WEIGHTS: dict[Lane, float] = {"small": 1.0, "short": 8.0, "long": 1.0}
 
 
 class Tile(NamedTuple):
-    """A rectangle of the grid [clearance, omega], stops excluded."""
+    """A rectangle of the grid [clearance, omega]; the last row and column are excluded."""
 
     row_start: int
     """First row."""
@@ -31,20 +32,20 @@ class Tile(NamedTuple):
 
     @property
     def rows(self) -> slice:
-        """Its clearances."""
+        """The rows, which are clearances."""
         return slice(self.row_start, self.row_stop)
 
     @property
     def columns(self) -> slice:
-        """Its omegas."""
+        """The columns, which are omegas."""
         return slice(self.column_start, self.column_stop)
 
 
 class Plan(BaseModel):
     """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
 
-    `after` is the number of steps in a job's progress for joining the tiles, in addition to 1 for each tile; 0: only
-    tiles are counted.
+    The progress of a job counts one step for each tile, and `after` steps for joining the tiles. If `after` is 0, it
+    counts tiles only.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -58,13 +59,13 @@ class Plan(BaseModel):
 
     @property
     def lane(self) -> Lane:
-        """The lane in which its tiles wait."""
+        """The lane in which the tiles wait."""
         if self.count == 1 and self.after == 0 and self.estimate.seconds < SMALL_SECONDS:
             return "small"
         return "short" if self.estimate.seconds < SHORT_SECONDS else "long"
 
     @property
-    def seconds_of_tile(self) -> float:
+    def tile_seconds(self) -> float:
         """The processor time that a tile is expected to take."""
         return self.estimate.seconds / self.count
 
@@ -93,28 +94,28 @@ class Plan(BaseModel):
         return Tile(row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns))
 
     def place(self, index: int) -> dict[str, Any]:
-        """Return the number of a tile, its rows and its columns, as in events, results and lists of tiles."""
+        """Return number, rows and columns of a tile, as they stand in events, results and lists of tiles."""
         row_start, row_stop, column_start, column_stop = self.tile(index)
         return {"index": index, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
 
     @property
     def tiles(self) -> list[Tile]:
-        """All tiles, row by row; the position in the list is the tile's number."""
+        """All tiles, row by row; the index in the list is the number of the tile."""
         return [self.tile(index) for index in range(self.count)]
 
 
-def pixels_per_tile(seconds: float, at_worst: float) -> int:
+def pixels_per_tile(seconds: float, max_seconds: float) -> int:
     """Return the number of pixels of a tile, from the expected and the maximum seconds of a pixel."""
-    return max(1, round(min(rates.TILE_SECONDS / seconds, rates.WORST_TILE_SECONDS / at_worst)))
+    return max(1, round(min(rates.TILE_SECONDS / seconds, rates.WORST_TILE_SECONDS / max_seconds)))
 
 
-def estimated(shape: Plan, periods: float, seconds: float, more_seconds: float) -> Plan:
-    """Return a plan with its estimate, from the forcing periods and seconds of a pixel and the seconds of all else."""
+def with_estimate(shape: Plan, periods: float, seconds: float, more_seconds: float) -> Plan:
+    """Return a plan with its estimate, from the forcing periods and seconds of a pixel, and further seconds."""
     pixels = float(shape.rows * shape.columns)
     estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds + more_seconds)
     return shape.model_copy(update={"estimate": estimate})
 
 
-def even(length: int, longest: int) -> int:
-    """Return the length of the equal pieces, at most `longest`, into which a length is cut."""
-    return -(-length // -(-length // min(length, longest)))
+def even_pieces(length: int, max_length: int) -> int:
+    """Return the length of the pieces, of at most `max_length`, into which a length is cut evenly."""
+    return -(-length // -(-length // min(length, max_length)))

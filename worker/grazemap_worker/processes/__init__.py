@@ -1,6 +1,6 @@
-"""The processes: what each of them costs and computes, one module per process, named after it.
+"""The processes: how each is planned and computed. Each process has a module of its name.
 
-The input is a validated request, the output a document that `document_of` makes with the class of the result (see
+The input is a validated request. The output is a document that `document_of` makes with the class of the result (see
 `grazemap.results`). The core is imported when a process first computes, so that the service can plan requests without
 it.
 """
@@ -10,25 +10,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 
-from grazemap.wire import PROCESSES as REQUESTS
-from grazemap.wire import ProcessRequest
+from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.observables import ObservedRequest
 from grazemap_worker.processes.process import Process, Report
 
-PROCESSES: Mapping[str, Process] = {
-    name: import_module(f"{__name__}.{name.replace('-', '_')}").PROCESS for name in REQUESTS
+IMPLEMENTATIONS: Mapping[str, Process] = {
+    name: import_module(f"{__name__}.{name.replace('-', '_')}").PROCESS for name in PROCESSES
 }
 
 
 def kernels_of(name: str, request: ProcessRequest) -> str:
-    """Return the name of the kernels that a request needs: those of maps depend on the number of masses."""
-    process, size = PROCESSES[name], request.oscillator.size
+    """Return the name of the kernels that a request needs; kernels of maps depend on the number of masses."""
+    process, size = IMPLEMENTATIONS[name], request.oscillator.size
     kernels = process.kernels
     if isinstance(request, ObservedRequest) and request.observed:
-        kernels = "map_observables" if process.of_masses else "observables"
-    if process.apart(request):
+        kernels = "map_observables" if process.per_mass_count else "observables"
+    if process.own_tables(request):
         kernels = f"apart_{kernels}"
-    return f"{kernels}-{size}" if process.of_masses else kernels
+    return f"{kernels}-{size}" if process.per_mass_count else kernels
 
 
-__all__ = ["PROCESSES", "Process", "Report", "kernels_of"]
+__all__ = ["IMPLEMENTATIONS", "Process", "Report", "kernels_of"]

@@ -1,6 +1,6 @@
 """The process basin-fractions: the shares of random initial states that lead to each attractor along a parameter.
 
-Tiles are values of the parameter by initial states.
+The rows of a tile are values of the parameter, its columns initial states.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinFractionsRequest, StateRange, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, longest_period, setup_seconds
-from grazemap_worker.planning.limits import Count, Limits, of_points
+from grazemap_worker.planning.limits import Count, RequestLimits, points_pointer
 from grazemap_worker.processes.basins import plan_of_states
 from grazemap_worker.processes.conversion import core_line, joined, known, label
 from grazemap_worker.processes.process import Process, Report
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 
 
 def _tiling(request: BasinFractionsRequest) -> Plan:
-    samples = Samples.of(request.line)
+    samples = Samples.create(request.line)
     grid = Plan(rows=grid_points(request.range), columns=request.states)
     setup = setup_seconds(request.oscillator) / request.states
     settles = samples.settling(request.max_periods)
     return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), setup)
 
 
-def _counts(request: BasinFractionsRequest, limits: Limits) -> list[Count]:
+def _counts(request: BasinFractionsRequest, limits: RequestLimits) -> list[Count]:
     values = grid_points(request.range)
     return [
-        Count(of_points("range", request.range), "points", values, min(limits.points, rates.FRACTION_VALUES)),
+        Count(points_pointer("range", request.range), "points", values, min(limits.points, rates.FRACTION_VALUES)),
         Count("/states", "points", values * request.states, limits.pixels),
     ]
 
 
 def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
-    """Return the arrays [value, state] of the core for some values and states. Raises CoreError."""
+    """Return the arrays [value, state] of the core for the values and states of a tile. Raises CoreError."""
     from grazemap_core.maps.basin_fractions import fraction_tile, random_states
 
     points = _points(request)
@@ -56,7 +56,7 @@ def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
 def assemble(
     request: BasinFractionsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
 ) -> ClassDocument:
-    """Return the attractors along the parameter with their shares, from the documents of the tiles."""
+    """Return the attractors along the parameter and their shares, from the documents of the tiles."""
     from grazemap_core.maps.basin_fractions import basin_fractions, random_states
     from grazemap_core.maps.chaotic_transients import chance_in_fractions
 
@@ -64,16 +64,16 @@ def assemble(
     points = _points(request)
     ranges = _ranges(request, points)
     states = random_states(points, ranges, request.states, request.seed)
-    found = basin_fractions(whole)
+    fractions = basin_fractions(whole)
     values = grid_values(request.range)
     chance = chance_in_fractions(whole["kind"], points, states, request.phase, request.max_periods, request.max_period)
     return document_of(
         results.BasinFractions,
-        found,
+        fractions,
         parameter=values,
         attractors=[
-            _attractor(attractor, values[there > 0])
-            for attractor, there in zip(found.attractors, found.states, strict=True)
+            _attractor(attractor, values[states > 0])
+            for attractor, states in zip(fractions.attractors, fractions.states, strict=True)
         ],
         displacement=ranges.displacement,
         velocity=ranges.velocity,
@@ -94,13 +94,13 @@ def _ranges(request: BasinFractionsRequest, points: list[Point]) -> Ranges:
 
 
 def _pairs(ranges: list[StateRange] | None) -> Any:
-    return None if ranges is None else np.array([(one.start, one.stop) for one in ranges])
+    return None if ranges is None else np.array([(interval.start, interval.stop) for interval in ranges])
 
 
-def _attractor(found: Attractor, values: NDArray[np.float64]) -> Document:
+def _attractor(attractor: Attractor, values: NDArray[np.float64]) -> Document:
     """Return the document of an attractor with its label, and the values between which it was found."""
     ends = {"first": float(values[0]), "last": float(values[-1])}
-    return document_of(results.ContinuedAttractor, found, label=label(found), found=len(values), **ends)
+    return document_of(results.ContinuedAttractor, attractor, label=label(attractor), found=len(values), **ends)
 
 
 PROCESS = Process(
@@ -110,5 +110,5 @@ PROCESS = Process(
     counts=_counts,
     longest_period=lambda request: longest_period(request.line),
     kernels="maps",
-    of_masses=True,
+    per_mass_count=True,
 )

@@ -14,15 +14,15 @@ from grazemap.wire import BasinCoordinate, BasinFractionsRequest, BasinsRequest,
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import (
     Points,
-    Settling,
+    SettlingEstimate,
     chance_seconds,
     longest_at_point,
     period_cost,
     settling,
     setup_seconds,
 )
-from grazemap_worker.planning.limits import Count, Limits, of_grid
-from grazemap_worker.planning.plan import estimated, even, pixels_per_tile
+from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
+from grazemap_worker.planning.plan import even_pieces, pixels_per_tile, with_estimate
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator, joined, known, label, reasons
 from grazemap_worker.processes.process import Process, Report
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def _tiling(request: BasinsRequest) -> Plan:
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
-    settles = settling(request.oscillator, Points.of([(request.omega, request.clearance)]), request.max_periods)
+    settles = settling(request.oscillator, Points.create([(request.omega, request.clearance)]), request.max_periods)
     return plan_of_states(request, Plan(rows=rows, columns=columns), rows * columns, settles, cost)
 
 
@@ -41,7 +41,7 @@ def plan_of_states(
     request: BasinsRequest | BasinFractionsRequest,
     grid: Plan,
     together: int,
-    settles: Settling,
+    settles: SettlingEstimate,
     cost: float,
     setup: float = 0.0,
 ) -> Plan:
@@ -50,35 +50,36 @@ def plan_of_states(
     Parameters
     ----------
     grid : Plan
-        With its rows and columns.
+        The rows and columns of the grid.
     together : int
-        Number of states that may run side by side.
-    settles : Settling
+        Number of states that run side by side.
+    settles : SettlingEstimate
+        How the trajectories settle.
     cost : float
-        Mean cost of a forcing period, as `costs.period_costs`.
+        Mean cost of a forcing period, as `costs.period_costs` returns it.
     setup : float
-        Seconds for each state besides those of its forcing periods and of its orbit.
+        Seconds for each state in addition to those of its forcing periods and of its orbit.
     """
-    oscillator, most = request.oscillator, request.max_periods
+    oscillator, max_periods = request.oscillator, request.max_periods
     lanes = math.sqrt(rates.FULL_COLUMN / min(together, rates.FULL_COLUMN))
     seconds = settles.periods * cost * lanes / rates.BASIN_PERIODS_PER_SECOND
     seconds += rates.BASIN_ORBITS * settles.orbit_seconds + setup
-    at_worst = rates.WORST_SLOWER * most * cost / rates.MAP_PERIODS_PER_SECOND
-    sample = chance_seconds(grid.rows * grid.columns, most, cost, rates.RUN_ON_SAMPLE)
-    chance = settles.unsettled * sample  # all are chaotic, or none is
-    pixels = pixels_per_tile(seconds, at_worst)
-    tile_columns = even(grid.columns, pixels)
-    tile_rows = even(grid.rows, max(1, pixels // tile_columns))
+    max_seconds = rates.WORST_SLOWER * max_periods * cost / rates.MAP_PERIODS_PER_SECOND
+    sample = chance_seconds(grid.rows * grid.columns, max_periods, cost, rates.RUN_ON_SAMPLE)
+    chance = settles.unsettled * sample  # either all trajectories are chaotic, or none is
+    pixels = pixels_per_tile(seconds, max_seconds)
+    tile_columns = even_pieces(grid.columns, pixels)
+    tile_rows = even_pieces(grid.rows, max(1, pixels // tile_columns))
     shape = grid.model_copy(update={"tile_rows": tile_rows, "tile_columns": tile_columns})
-    return estimated(shape, settles.periods, seconds, shape.count * setup_seconds(oscillator) + chance)
+    return with_estimate(shape, settles.periods, seconds, shape.count * setup_seconds(oscillator) + chance)
 
 
-def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
+def _counts(request: BasinsRequest, limits: RequestLimits) -> list[Count]:
     across, down = ("horizontal/values", request.horizontal.values), ("vertical/values", request.vertical.values)
-    return [of_grid(across, down, limits.pixels)]
+    return [grid_count(across, down, limits.pixels)]
 
 
-_OF_STATES = ("settled_after", "lyapunov", "verified", "sensitive", "transient_growth", "reason")
+_STATE_ARRAYS = ("settled_after", "lyapunov", "verified", "sensitive", "transient_growth", "reason")
 
 
 def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
@@ -95,18 +96,18 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
     from grazemap_core.maps.chaotic_transients import chance_in_basins
 
     whole = joined(plan, tiles)
-    labels, found = attractors(whole)
+    labels, every_attractor = attractors(whole)
     chance = chance_in_basins(whole["kind"], *_arguments(request, slice(None), slice(None)))
     sides = {name: grid_values(getattr(request, name).values) for name in ("horizontal", "vertical")}
-    even = all(map(evenly_spaced, sides.values()))
-    measured = {"basin_entropy": basin_entropy, "uncertainty": uncertainty} if even else {}
-    boundary = {name: measure(labels) for name, measure in measured.items()}
+    is_even = all(map(evenly_spaced, sides.values()))
+    measures = {"basin_entropy": basin_entropy, "uncertainty": uncertainty} if is_even else {}
+    boundary = {name: measure(labels) for name, measure in measures.items()}
     return document_of(
         results.Basins,
         **sides,
         label=labels,
-        attractors=list(map(_attractor, found)),
-        **{name: whole[name] for name in _OF_STATES},
+        attractors=list(map(_attractor, every_attractor)),
+        **{name: whole[name] for name in _STATE_ARRAYS},
         reasons=np.array(reasons()),
         **known(boundary | {"chance_to_settle": chance}),
     )
@@ -135,10 +136,10 @@ def _coordinate(coordinate: BasinCoordinate, part: slice) -> Coordinate:
     return Coordinate(coordinate.quantity, coordinate.mass, grid_values(coordinate.values)[part])
 
 
-def _attractor(found: Attractor) -> Document:
-    """Return the document of an attractor with the label of its motion, None for figures that are not known."""
-    unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(getattr(found, name))}
-    return document_of(results.Attractor, found, label=label(found), **unknown)
+def _attractor(attractor: Attractor) -> Document:
+    """Return the document of an attractor with the label of its motion; unknown figures are None."""
+    unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(getattr(attractor, name))}
+    return document_of(results.Attractor, attractor, label=label(attractor), **unknown)
 
 
 PROCESS = Process(
@@ -148,5 +149,5 @@ PROCESS = Process(
     counts=_counts,
     longest_period=longest_at_point,
     kernels="maps",
-    of_masses=True,
+    per_mass_count=True,
 )

@@ -1,6 +1,7 @@
-"""The process bifurcation-curves: borders between motions, in a window of the plane.
+"""The process bifurcation-curves: curves on which motions appear or change, in a window of a parameter plane.
 
-In closed form for motions with few impacts, or by continuation for motions that are named.
+Curves of motions with few impacts are computed in closed form, curves of motions that the request names by
+continuation.
 """
 
 from __future__ import annotations
@@ -41,25 +42,25 @@ if TYPE_CHECKING:
     from grazemap_core.maps.planes import Axis, Plane
     from grazemap_core.orbits.varied_gaps import Varied
 
-_OF_BOTH = {"clearance", "forcing"}
-"""Parameters that keep equal stops equal."""
+_SHARED_PARAMETERS = {"clearance", "forcing"}
+"""Parameters that change both stops alike."""
 
 
 def _periods(request: BifurcationCurvesRequest) -> float:
     """Return the expected number of forcing periods of the trajectories that search for motions."""
     places = 0
     for motion in [] if request.is_explicit else request.followed:
-        placed = all(getattr(motion, name) is not None for name in request.axes)
+        has_place = all(getattr(motion, name) is not None for name in request.axes)
         if motion.phases is None:
-            places += 1 if placed else CURVES_PLACES
+            places += 1 if has_place else CURVES_PLACES
     return places * SEARCH_PERIODS
 
 
 def expected_seconds(request: BifurcationCurvesRequest) -> float:
     """Return the expected processor time.
 
-    A point of a curve that is followed needs singular values and differences, and costs a few times as much as a point
-    of a branch.
+    A point of a continued curve needs singular values and differences, so it costs a few times as much as a point of a
+    branch.
     """
     if request.is_explicit:
         return request.max_multiple * request.points * _frequency_seconds(request)
@@ -73,14 +74,14 @@ def expected_seconds(request: BifurcationCurvesRequest) -> float:
 
 
 def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
-    """Return the seconds for a frequency and a period of the curves in closed form."""
+    """Return the seconds for one frequency and one period of the curves in closed form."""
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
-    stops = [one for one in (clearance.right, clearance.left) if one is not None]
-    alike = oscillator.is_symmetric and oscillator.has_equal_restitution and {*request.plane.names} & _OF_BOTH
-    if alike and len(stops) == 2 and stops[0] == stops[1] and len(oscillator.orders) == 1:
+    gaps = [gap for gap in (clearance.right, clearance.left) if gap is not None]
+    alike = oscillator.is_symmetric and oscillator.has_equal_restitution and {*request.plane.names} & _SHARED_PARAMETERS
+    if alike and len(gaps) == 2 and gaps[0] == gaps[1] and len(oscillator.orders) == 1:
         return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size
     harmonics = len(oscillator.orders)
-    return len(stops) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
+    return len(gaps) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
 
 
 def _longest_period(request: BifurcationCurvesRequest) -> float | None:
@@ -94,7 +95,7 @@ NOTHING_FOUND = (
 
 
 def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
-    """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
+    """Return the curves, one record for each piece in the window, and the requested motions. Raises CoreError."""
     if request.is_explicit:
         return document_of(results.BifurcationCurves, curves=_closed_form(request), motions=[])
     plane = core_plane(request.plane)
@@ -103,17 +104,17 @@ def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
     followed = request.followed
     for number, motion in enumerate(followed):
         report(number, len(followed))
-        found = _orbit(plane, request, motion)
-        known: Document
-        if isinstance(found, str):
-            known = {**dict.fromkeys(request.axes), "label": None, "admissible": False, "reason": found}
+        start = _orbit(plane, request, motion)
+        fields_of_start: Document
+        if isinstance(start, str):
+            fields_of_start = {**dict.fromkeys(request.axes), "label": None, "admissible": False, "reason": start}
         else:
-            orbit, at = found
+            orbit, point = start
             label = motion_label(orbit.least_period, *orbit.impacts_per_period)
-            known = {"label": label, "admissible": orbit.admissible, "reason": None}
-            known |= zip(request.axes, map(at.value, plane.names), strict=True)
-            curves += _continued(plane, request, number, found)
-        motions.append(document_of(results.FollowedMotion, period=motion.period, stops=motion.stops, **known))
+            fields_of_start = {"label": label, "admissible": orbit.admissible, "reason": None}
+            fields_of_start |= zip(request.axes, map(point.value, plane.names), strict=True)
+            curves += _continued(plane, request, number, start)
+        motions.append(document_of(results.FollowedMotion, period=motion.period, stops=motion.stops, **fields_of_start))
     return document_of(results.BifurcationCurves, curves=curves, motions=motions)
 
 
@@ -122,9 +123,9 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
 
     plane = request.plane
     across, up = plane.horizontal, plane.vertical
-    omega, other = (across, up) if across.vary == "omega" else (up, across)
+    omega, second = (across, up) if across.vary == "omega" else (up, across)
     oscillator = core_oscillator(request.oscillator)
-    varied = _varied(other.vary, plane.parameters)
+    varied = _varied(second.vary, plane.parameters)
     names = request.axes if omega is across else request.axes[::-1]
     return [
         document_of(
@@ -135,66 +136,69 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
             motion=motion_label(piece.period, piece.impacts_right, piece.impacts_left),
             ends=list(piece.ends),
         )
-        for piece in window_curves(oscillator, omega.ends, other.ends, request.max_multiple, request.points, varied)
+        for piece in window_curves(oscillator, omega.ends, second.ends, request.max_multiple, request.points, varied)
     ]
 
 
 def _varied(name: str, parameters: Parameters) -> Varied:
-    """Return which stop or which factor varies."""
+    """Return the curve parameter of the core: the stop, or the factor of the forces, that varies."""
     from grazemap_core.grazing.one_stop import VariedStop
     from grazemap_core.orbits.varied_gaps import VariedFactor
     from grazemap_core.orbits.window_curves import BOTH
 
     right, left = parameters.right, parameters.left
     if not name.startswith("clearance"):
-        both = (math.inf if one is None else one for one in (right, left))
-        return VariedFactor("bias" if name == "bias" else "forcing", *both)
+        gaps = (math.inf if gap is None else gap for gap in (right, left))
+        return VariedFactor("bias" if name == "bias" else "forcing", *gaps)
     if name == "clearance":
         return BOTH
     return VariedStop(1, left) if name == "clearance_right" else VariedStop(-1, right)
 
 
 def _orbit(plane: Plane, request: BifurcationCurvesRequest, motion: CurveMotion) -> OrbitPoint | str:
-    """Return an orbit of a motion in the window, or why there is none."""
+    """Return an orbit of a motion in the window, or the reason why there is none."""
     from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.continuation.motion_curves import orbit_in_window
     from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
-    given = [getattr(motion, name) for name in request.axes]
+    place = [getattr(motion, name) for name in request.axes]
     if motion.phases is not None:
         assert motion.velocities is not None  # both or neither
-        at = plane.at.varied(plane.names[0], given[0]).varied(plane.names[1], given[1])
+        point = plane.at.varied(plane.names[0], place[0]).varied(plane.names[1], place[1])
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
-        orbit = periodic_orbit(at.applied(plane.oscillator), at.omega, at.clearance, guess)
-        return OrbitPoint(orbit, at) if orbit.converged else orbit.reason
+        orbit = periodic_orbit(point.applied(plane.oscillator), point.omega, point.clearance, guess)
+        return OrbitPoint(orbit, point) if orbit.converged else orbit.reason
     ranges = {
         axis.name: _ends(axis) if value is None else (value, value)
-        for value, axis in zip(given, plane.axes, strict=True)
+        for value, axis in zip(place, plane.axes, strict=True)
     }
-    found = orbit_in_window(plane.oscillator, plane.at, ranges, motion.period, motion.stops)
-    return NOTHING_FOUND if found is None else found
+    start = orbit_in_window(plane.oscillator, plane.at, ranges, motion.period, motion.stops)
+    return NOTHING_FOUND if start is None else start
 
 
 def _ends(axis: Axis) -> tuple[float, float]:
     return float(axis.values[0]), float(axis.values[-1])
 
 
-def _continued(plane: Plane, request: BifurcationCurvesRequest, number: int, found: OrbitPoint) -> Iterator[Document]:
-    """Yield the pieces of a motion's curves; `number` is that of the motion in the request."""
+def _continued(plane: Plane, request: BifurcationCurvesRequest, number: int, start: OrbitPoint) -> Iterator[Document]:
+    """Yield the pieces of the curves of a motion; `number` is the index of the motion in the request."""
     from grazemap_core.continuation.motion_curves import motion_curves
 
-    impacts = len(found.orbit.impacts.whole.stops)
+    impacts = len(start.orbit.impacts.whole.stops)
     across, up = map(_ends, plane.axes)
-    for curve in motion_curves(plane.oscillator, found, across, up, plane=plane.names):
+    for curve in motion_curves(plane.oscillator, start, across, up, plane=plane.names):
         further = curve.impact is not None and len(curve.stops) > impacts // (2 if curve.symmetric else 1)
         yield from _pieces(curve, number, further, request.axes)
 
 
 def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[Document]:
-    """Yield the pieces of a curve, each wholly admissible or wholly inadmissible; `axes` names its two parameters."""
+    """Yield the pieces of a curve, each of which is admissible as a whole or inadmissible as a whole.
+
+    `further` says whether the curve has a contact that the motion does not have. `axes` names the two parameters.
+    """
     keep = np.ones(len(curve.stops), dtype=np.bool_)
-    if further and curve.impact is not None:  # the motion without the contact that appears
+    if further and curve.impact is not None:  # leave out the contact that the motion does not have
         keep[curve.impact] = False
     stops, phases, velocities = whole_period(
         curve.stops[keep],
@@ -205,18 +209,20 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
     )
     right, left = impacts_on(stops)
     impact = None if further else curve.impact
-    strikes = np.abs(velocities)
+    speeds = np.abs(velocities)
     if impact is not None:
         vanishing = [impact, impact + len(curve.stops)] if curve.symmetric else [impact]
-        strikes = np.delete(strikes, vanishing, axis=1)
-    least = np.min(strikes, axis=1) if strikes.shape[1] else np.zeros(len(strikes))
+        speeds = np.delete(speeds, vanishing, axis=1)
+    min_speeds = np.min(speeds, axis=1) if speeds.shape[1] else np.zeros(len(speeds))
     ends = ["window" if end == "range" else end for end in curve.ends]
-    # runs of equal neighbours
+    # indices of consecutive points with equal admissibility
     runs = np.split(np.arange(len(curve.admissible)), np.flatnonzero(np.diff(curve.admissible)) + 1)
-    for place, members in enumerate(runs):
+    for position, members in enumerate(runs):
         if len(members) < 2:
             continue
-        each = ("clearance_right", "clearance_left") if axes[0] == "omega" and curve.plane[1] != "clearance" else ()
+        gap_names = (
+            ("clearance_right", "clearance_left") if axes[0] == "omega" and curve.plane[1] != "clearance" else ()
+        )
         yield document_of(
             results.BifurcationCurve,
             **fields(curve, "type", "period", "symmetric"),
@@ -226,9 +232,9 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
             admissible=bool(curve.admissible[members[0]]),
             stop=0 if curve.impact is None else int(curve.stops[curve.impact]),
             **{axes[0]: curve.horizontal[members], axes[1]: curve.vertical[members]},
-            **{name: finite(curve.values_of(name)[members]) for name in each},
-            impact_velocity=least[members],
-            ends=[ends[0] if place == 0 else "admissible", ends[1] if place == len(runs) - 1 else "admissible"],
+            **{name: finite(curve.values_of(name)[members]) for name in gap_names},
+            impact_velocity=min_speeds[members],
+            ends=[ends[0] if position == 0 else "admissible", ends[1] if position == len(runs) - 1 else "admissible"],
             of_motion=number,
             impact=impact,
             stops=stops.tolist(),

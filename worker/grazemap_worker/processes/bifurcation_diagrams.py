@@ -13,7 +13,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationDiagramsRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
-from grazemap_worker.planning.limits import MOST_RESULT_BYTES, Count, Limits, of_points
+from grazemap_worker.planning.limits import MAX_RESULT_BYTES, Count, RequestLimits, points_pointer
 from grazemap_worker.processes.conversion import core_line, counted, known
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
@@ -29,27 +29,27 @@ def _periods(request: BifurcationDiagramsRequest) -> float:
 
 def _seconds(request: BifurcationDiagramsRequest) -> float:
     values = grid_values(request.range)
-    each = request.transient_periods + request.periods
-    samples = Samples.of(request.line)
+    periods = request.transient_periods + request.periods
+    samples = Samples.create(request.line)
     costs = len(values) * samples.mean_cost(lanes=False)
-    watched = each + rates.DIAGRAM_SETTLING_PERIODS
+    watched = periods + rates.DIAGRAM_SETTLING_PERIODS
     settling = samples.settling(watched)
-    # a motion that has not settled is looked at once more from the end of the record
-    named = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
-    seconds = costs * (each + rates.GROWTH_SLOWER * named) / rates.PERIODS_PER_SECOND
+    # a motion that has not settled is classified once more from the end of the record
+    classified = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
+    seconds = costs * (periods + rates.GROWTH_SLOWER * classified) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
     orbit = settling.orbit_seconds
     seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
     return seconds + len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
 
 
-def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
-    values, each = grid_points(request.range), request.transient_periods + request.periods
-    most = "/transient_periods" if request.transient_periods > request.periods else "/periods"
+def _counts(request: BifurcationDiagramsRequest, limits: RequestLimits) -> list[Count]:
+    values, periods = grid_points(request.range), request.transient_periods + request.periods
+    pointer = "/transient_periods" if request.transient_periods > request.periods else "/periods"
     return [
-        Count(of_points("range", request.range), "points", values, limits.points),
+        Count(points_pointer("range", request.range), "points", values, limits.points),
         Count("/periods", "samples", values * request.periods, limits.points),
-        Count(most, "periods", values * each, limits.tile_periods),
+        Count(pointer, "periods", values * periods, limits.tile_periods),
     ]
 
 
@@ -58,38 +58,38 @@ REPORTS = 100
 
 
 def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocument:
-    """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
+    """Return parameter (n,) and sections, one record for each value in increasing order. Raises CoreError."""
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
     values = grid_values(request.range)
     line = core_line(request.line)
-    found = sections(
+    computed = sections(
         line,
         request.policy,
         request.periods,
         request.transient_periods,
         request.max_period,
-        MOST_RESULT_BYTES,
+        MAX_RESULT_BYTES,
         core_observables(request),
     )
-    listed = list(counted(found, len(values), report, REPORTS))
+    increasing = list(counted(computed, len(values), report, REPORTS))
     if request.policy == "sweep-down":
-        listed.reverse()
+        increasing.reverse()
     watched = request.transient_periods + request.periods + EXPONENT_PERIODS
-    chance = chance_in_diagram(line, listed, watched, request.max_period)
+    chance = chance_in_diagram(line, increasing, watched, request.max_period)
     return document_of(
         results.BifurcationDiagram,
         parameter=values,
-        sections=list(map(_section, listed)),
+        sections=list(map(_section, increasing)),
         **known({"chance_to_settle": chance}),
-        **observed_document(request, np.stack([section.figures for section in listed], axis=1)),
+        **observed_document(request, np.stack([section.figures for section in increasing], axis=1)),
     )
 
 
-def _section(found: Section) -> Document:
-    growth = None if math.isnan(found.transient_growth) else found.transient_growth
-    return document_of(results.Section, found, motion=motion_document(found.motion), transient_growth=growth)
+def _section(section: Section) -> Document:
+    growth = None if math.isnan(section.transient_growth) else section.transient_growth
+    return document_of(results.Section, section, motion=motion_document(section.motion), transient_growth=growth)
 
 
 PROCESS = Process(
@@ -99,5 +99,5 @@ PROCESS = Process(
     counts=_counts,
     longest_period=lambda request: longest_period(request.line),
     kernels="diagrams",
-    of_masses=True,
+    per_mass_count=True,
 )

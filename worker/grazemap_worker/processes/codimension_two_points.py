@@ -1,4 +1,4 @@
-"""The process codimension-two-points: every such point of the grazing curve over an interval of omega."""
+"""The process codimension-two-points: all codimension-two points of the grazing curves over an interval of omega."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def expected_seconds(request: CodimensionTwoPointsRequest) -> float:
 def varied_stops(
     request: CodimensionTwoPointsRequest | GrazingCurvesRequest | DiscontinuityMappingsRequest,
 ) -> list[VariedStop]:
-    """Return the stops whose grazes are asked for one by one; none where two stops are grazed at once."""
+    """Return the stops with separate grazing curves; an empty list if both stops are always grazed at once."""
     from grazemap_core.grazing.one_stop import VariedStop
     from grazemap_core.model.drive import is_half_wave_symmetric
     from grazemap_core.model.equilibrium import contact_equilibrium
@@ -44,18 +44,23 @@ def varied_stops(
 def special_points(
     oscillator: Oscillator, start: float, stop: float, max_order: int, max_multiple: int, varied: list[VariedStop]
 ) -> list[CodimensionTwoPoint]:
-    """Return the codimension-two points of the curves of these stops, by increasing omega."""
+    """Return the codimension-two points of the grazing curves of some stops, in increasing omega.
+
+    If `varied` is empty, they are those of the curve on which both stops are grazed at once.
+    """
     from grazemap_core.grazing.codimension_two import codimension_two_points
 
-    each: list[VariedStop | None] = [*varied] or [None]
+    stops: list[VariedStop | None] = [*varied] or [None]
     points = [
-        point for one in each for point in codimension_two_points(oscillator, start, stop, max_order, max_multiple, one)
+        point
+        for varied_stop in stops
+        for point in codimension_two_points(oscillator, start, stop, max_order, max_multiple, varied_stop)
     ]
     return sorted(points, key=lambda point: point.omega)
 
 
 def compute(request: CodimensionTwoPointsRequest, report: Report) -> ClassDocument:
-    """Return points, a list of records in the order of omega. Raises CoreError."""
+    """Return points, a list of records in increasing omega. Raises CoreError."""
     oscillator, omega = core_oscillator(request.oscillator), request.omega
     orders = request.max_order, request.max_multiple
     points = special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))

@@ -1,4 +1,4 @@
-"""From wire models to the core's objects, and from the core's dataclasses to plain records."""
+"""Conversion of wire models into objects of the core, and of objects of the core into documents."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 STOPS = {"A": 1, "C": -1}
-"""The numbers of the stops by their names in the paper."""
+"""The sides of the stops by the names of the stops in the paper."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
-    """Return the core's oscillator, the same object for equal ones asked for one after another: its modes are kept.
+    """Return the core's oscillator. Equal oscillators give the same object for a while, because it keeps its modes.
 
     Raises
     ------
     CoreError
-        The core's theory does not cover it.
+        The theory of the core does not cover the oscillator.
     """
     return _core_oscillator(oscillator.model_dump_json())
 
 
 @lru_cache(maxsize=16)
-def _core_oscillator(described: str) -> CoreOscillator:
+def _core_oscillator(text: str) -> CoreOscillator:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
-    oscillator = Oscillator.model_validate_json(described)
+    oscillator = Oscillator.model_validate_json(text)
     if oscillator.beyond_the_chain() is not None:
         return _general(oscillator)
     return CoreOscillator.create(
@@ -73,16 +73,16 @@ def _general(described: Oscillator) -> CoreOscillator:
         damping = described.matrices.damping
         kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
         structure = CoreMatrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
-    orders = described.orders  # amplitudes that add up to zero may do so in exact arithmetic only
+    orders = described.orders  # without harmonics whose amplitudes cancel exactly; rounded sums need not be zero
     parts = [
         force(
-            one.harmonic,
-            np.array(one.amplitude),
-            None if one.phase is None else np.array(one.phase),
-            unbalance=one.law == "unbalance",
+            forcing.harmonic,
+            np.array(forcing.amplitude),
+            None if forcing.phase is None else np.array(forcing.phase),
+            unbalance=forcing.law == "unbalance",
         )
-        for one in described.harmonics or [Forcing.model_validate({"amplitude": described.forcing})]
-        if one.harmonic in orders
+        for forcing in described.harmonics or [Forcing.model_validate({"amplitude": described.forcing})]
+        if forcing.harmonic in orders
     ]
     if described.base is not None and 1 in orders:
         base = described.base
@@ -111,36 +111,36 @@ def core_line(line: Line) -> CoreLine:
 
 
 def varying_oscillator(oscillator: Oscillator, *varied: str) -> CoreOscillator:
-    """Return the core's oscillator; those of the parameters named that are of its structure may vary."""
-    found, names = core_oscillator(oscillator), [name for name in varied if is_structural(name)]
+    """Return the core's oscillator; the structural ones of the named parameters may vary."""
+    base, names = core_oscillator(oscillator), [name for name in varied if is_structural(name)]
     if not names:
-        return found
+        return base
     from grazemap_core.model.oscillator import Variants
 
     def create(values: Mapping[str, float]) -> CoreOscillator:
-        of = oscillator
+        variant = oscillator
         for name, value in values.items():
-            of = with_parameter(of, name, value)
-        return core_oscillator(of)
+            variant = with_parameter(variant, name, value)
+        return core_oscillator(variant)
 
     values = {name: structure_value(oscillator, name) for name in names}
-    return dataclasses.replace(found, variants=Variants(values, create))
+    return dataclasses.replace(base, variants=Variants(values, create))
 
 
 def parameter_point(oscillator: CoreOscillator, parameters: Parameters) -> ParameterPoint:
-    """Return the values of the parameters that do not vary, as the core takes them."""
+    """Return the values of the fixed parameters as an object of the core."""
     from grazemap_core.continuation.parameters import ParameterPoint
 
     return ParameterPoint.of(oscillator, parameters.omega or math.nan, (parameters.right, parameters.left))
 
 
 def core_clearance(clearance: float | ClearancePair) -> float | tuple[float | None, float | None]:
-    """Return the clearance of both stops, or of the right and of the left one, as the core takes it."""
+    """Return one clearance for both stops, or a pair (right, left), as the core takes it."""
     return (clearance.right, clearance.left) if isinstance(clearance, ClearancePair) else clearance
 
 
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
-    """Return the JSON pointer of the request's field that an error of the core names, or None."""
+    """Return the JSON pointer to the field of a request that an error of the core names, or None."""
     if request.oscillator.matrices is not None and name in Matrices.model_fields:
         return f"/oscillator/matrices/{name}"
     if name in Oscillator.model_fields:
@@ -149,17 +149,17 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
         return f"/{name}"
     if name in {"displacement", "velocity", "phase"} and "initial" in type(request).model_fields:
         return f"/initial/{name}"
-    of_many = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
-    return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None
+    match = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
+    return f"/initial/{match[1]}/{match[2]}" if match else None
 
 
-def fields(found: Any, *names: str) -> Document:
+def fields(source: Any, *names: str) -> Document:
     """Return the named attributes of an object."""
-    return {name: getattr(found, name) for name in names}
+    return {name: getattr(source, name) for name in names}
 
 
 def label(motion: Motion | Attractor) -> str | None:
-    """Return the label of a motion; None where its period or its impacts are not known."""
+    """Return the label of a motion; None if its period or its impacts are not known."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return None
     return motion_label(motion.period, motion.impacts_right, motion.impacts_left)
@@ -170,30 +170,32 @@ def known(values: Mapping[str, Any]) -> Document:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def nothing_in(record: RecordSchema, **values: Any) -> Document:
-    """Return the document of what was not found: arrays without entries, NaN, 0 and False, but for some values."""
-    return {one.name: nothing_of(one) for one in record if not one.optional and one.name not in values} | values
+def empty_record(record: RecordSchema, **values: Any) -> Document:
+    """Return the document of a record that was not found: fields without a value are empty arrays, NaN, 0 or False."""
+    return {
+        field.name: empty_value(field) for field in record if not field.optional and field.name not in values
+    } | values
 
 
-def nothing_of(one: Field) -> Any:
-    """Return the value of a field in such a document; that of a text must be given."""
-    if isinstance(one.type, RecordSchema):
-        return [] if one.dims else nothing_in(one.type)
-    if one.dims:
-        return np.zeros([0] * len(one.dims), one.stored_dtype)
-    return {"float": np.nan, "int": 0, "bool": False}[str(one.type)]
+def empty_value(field: Field) -> Any:
+    """Return the value of a field, other than a text, in the document of a record that was not found."""
+    if isinstance(field.type, RecordSchema):
+        return [] if field.dims else empty_record(field.type)
+    if field.dims:
+        return np.zeros([0] * len(field.dims), field.stored_dtype)
+    return {"float": np.nan, "int": 0, "bool": False}[str(field.type)]
 
 
-def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
-    """Yield `count` items, and report their number about `times` times."""
-    for done, item in enumerate(found):
+def counted(items: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
+    """Yield `count` items, and report the number of yielded items about `times` times."""
+    for done, item in enumerate(items):
         if done % -(-count // times) == 0:
             report(done, count)
         yield item
 
 
 def joined(plan: Plan, tiles: Sequence[Document], but: Container[str] = ()) -> Document:
-    """Return the arrays of the grid, joined from those of its tiles in the plan's order, but for some."""
+    """Return the arrays of the grid, joined from the arrays of its tiles in the order of the plan; leave out `but`."""
     whole = {}
     for name in tiles[0]:
         if name not in but:
@@ -204,7 +206,7 @@ def joined(plan: Plan, tiles: Sequence[Document], but: Container[str] = ()) -> D
 
 
 def reasons() -> list[str]:
-    """Return the reasons why motions are unresolved, or are not verified, by their codes."""
+    """Return the reasons why motions are unresolved or not verified; the index of a reason is its code."""
     from grazemap_core.simulation.motion import REASONS
 
     return [REASONS.get(code, "") for code in range(1 + max(REASONS))]

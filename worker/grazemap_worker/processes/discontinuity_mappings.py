@@ -1,4 +1,4 @@
-"""The process discontinuity-mappings: the effect of an impact near a graze, and the later returns of the motion."""
+"""The process discontinuity-mappings: the effect of a weak impact near a graze, and later returns of the motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import DiscontinuityMappingsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost
-from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, Limits
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, RequestLimits
 from grazemap_worker.processes.codimension_two_points import varied_stops
 from grazemap_worker.processes.conversion import STOPS, core_oscillator
 from grazemap_worker.processes.process import Process, Report
@@ -21,13 +21,13 @@ def _longest_period(request: DiscontinuityMappingsRequest) -> float:
 
 def _seconds(request: DiscontinuityMappingsRequest) -> float:
     cost = _longest_period(request)
-    each = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    seconds = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
     returns = request.returns * (1 if request.are_alike else 2)
-    return rates.MAPPING_SECONDS + len(request.overshoot) * (each + returns * cost / rates.PERIODS_PER_SECOND)
+    return rates.MAPPING_SECONDS + len(request.overshoot) * (seconds + returns * cost / rates.PERIODS_PER_SECOND)
 
 
-def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count]:
-    # two states, by the map and by the motion, at every return
+def _counts(request: DiscontinuityMappingsRequest, limits: RequestLimits) -> list[Count]:
+    # two states at every return: that of the map and that of the motion
     numbers = 2 * (2 * request.oscillator.size + 1) * (request.returns + 1) * len(request.overshoot)
     return [
         Count("/returns", "bytes", numbers * BYTES_PER_NUMBER, limits.result_bytes),
@@ -55,7 +55,7 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
 
     oscillator = core_oscillator(request.oscillator)
     stop = STOPS[request.stop]
-    varied = next((one for one in varied_stops(request) if one.stop == stop), None)
+    varied = next((varied for varied in varied_stops(request) if varied.stop == stop), None)
     point = grazing_point(oscillator, request.omega, stop, varied)
     overshoot = np.array(request.overshoot)
     largest = largest_overshoot(point)
@@ -98,11 +98,11 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
         **({"margin": point.margin} if np.isfinite(point.margin) else {}),
         returns=document_of(
             results.Returns,
-            mapped=np.array([one.mapped.deviation for one in compared]),
-            simulated=np.array([one.simulated.deviation for one in compared]),
-            mapped_overshoot=np.array([one.mapped.overshoot for one in compared]),
-            simulated_overshoot=np.array([one.simulated.overshoot for one in compared]),
-            error=np.array([one.error for one in compared]),
+            mapped=np.array([returns.mapped.deviation for returns in compared]),
+            simulated=np.array([returns.simulated.deviation for returns in compared]),
+            mapped_overshoot=np.array([returns.mapped.overshoot for returns in compared]),
+            simulated_overshoot=np.array([returns.simulated.overshoot for returns in compared]),
+            error=np.array([returns.error for returns in compared]),
         ),
     )
 

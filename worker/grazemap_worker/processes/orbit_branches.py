@@ -19,7 +19,7 @@ from grazemap.wire.structure import as_pair
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, branch_point_seconds, contact_force, longest_at_point, period_impacts
 from grazemap_worker.processes import periodic_orbits
-from grazemap_worker.processes.conversion import core_oscillator, fields, nothing_in, varying_oscillator
+from grazemap_worker.processes.conversion import core_oscillator, empty_record, fields, varying_oscillator
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.periodic_orbits import clearances, orbit_asked_for
 from grazemap_worker.processes.process import Process, Report
@@ -35,8 +35,8 @@ def _seconds(request: OrbitBranchesRequest) -> float:
     if request.motion is not None:
         impacts = float(len(request.motion.stops))
     else:
-        at = Points.of([(request.omega, request.clearance)])
-        impacts = min(float(period_impacts(request.oscillator, at)[0]), rates.MOST_ORBIT_IMPACTS)
+        point = Points.create([(request.omega, request.clearance)])
+        impacts = min(float(period_impacts(request.oscillator, point)[0]), rates.MAX_ORBIT_IMPACTS)
     points = min(2 * request.max_points, _points(request)) + rates.BRANCH_SPECIAL_POINTS
     branch = points * branch_point_seconds(request.oscillator, impacts)
     if is_structural(request.vary):
@@ -50,24 +50,25 @@ def _seconds(request: OrbitBranchesRequest) -> float:
 def _points(request: OrbitBranchesRequest) -> float:
     """Return the expected number of points in both directions.
 
-    In a narrow range a branch turns, and its phases and speeds change more than the parameter; far away they do not.
+    In a narrow range a branch turns, and its phases and speeds change more than the parameter. In the rest of a wide
+    range they do not.
     """
     unit = abs(request.value) if request.vary == "omega" or is_structural(request.vary) else 1.0
     if request.vary.startswith("clearance"):
-        at = Points.of([(request.omega, request.clearance)])
-        unit = float(at.width(contact_force(request.oscillator, at.omega)[1])[0])
+        point = Points.create([(request.omega, request.clearance)])
+        unit = float(point.width(contact_force(request.oscillator, point.omega)[1])[0])
     steps = (request.range.stop - request.range.start) / (rates.BRANCH_STEP * (unit or 1.0))
     turning = min(steps * rates.BRANCH_POINTS_A_STEP, rates.BRANCH_POINTS_TURNING + steps)
     return rates.BRANCH_POINTS + turning
 
 
-_OF_EACH = ("clearance_right", "clearance_left", "restitution_right", "restitution_left", "bias", "forcing")
-# Parameters of which branches have no further fields.
-_OF_BOTH = ("clearance", "omega", "restitution")
+_STOP_FIELDS = ("clearance_right", "clearance_left", "restitution_right", "restitution_left", "bias", "forcing")
+# Parameters that change both stops alike, so that branches over them have none of the fields above.
+_SHARED_PARAMETERS = ("clearance", "omega", "restitution")
 
 
 def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
-    """Return the branch of the orbit; without an orbit, a branch without points and the reason. Raises CoreError."""
+    """Return the branch of the orbit or, if there is no orbit, an empty branch with the reason. Raises CoreError."""
     from grazemap_core.continuation.branch_switching import starts_beyond
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.continuation.pseudo_arclength import ENDS
@@ -96,7 +97,7 @@ def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
         results.OrbitBranch,
         branch,
         parameter=branch.values,
-        **{name: finite(branch.values_of(name)) for name in _further(request)},
+        **{name: finite(branch.values_of(name)) for name in _stop_fields(request)},
         stops=stops,
         phases=phases,
         velocities=velocities,
@@ -110,7 +111,7 @@ def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
 
 
 def _observed(request: OrbitBranchesRequest, branch: OrbitBranch | None) -> Document:
-    """Return the fields of what is read off the orbits of a branch, or of one without points."""
+    """Return the fields of observables and outputs of a branch, or of an empty branch."""
     from grazemap_core.continuation.branch_observables import of_branch
 
     wanted = core_observables(request)
@@ -122,15 +123,15 @@ def _observed(request: OrbitBranchesRequest, branch: OrbitBranch | None) -> Docu
     return observed_document(request, figures.T)
 
 
-def _further(request: OrbitBranchesRequest) -> tuple[str, ...]:
-    """Return the names of the fields that branches over one clearance of both stops do not have."""
+def _stop_fields(request: OrbitBranchesRequest) -> tuple[str, ...]:
+    """Return the names of the fields of single stops and forces; none if the parameter changes both stops alike."""
     both = as_pair(request.clearance)
     alike = both.right == both.left and isinstance(core_oscillator(request.oscillator).restitution_left, NoneType)
-    return () if alike and request.vary in _OF_BOTH else _OF_EACH
+    return () if alike and request.vary in _SHARED_PARAMETERS else _STOP_FIELDS
 
 
 def finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return values with NaN in place of infinity, the clearance of an absent stop."""
+    """Return values with NaN in place of infinity, which is the clearance of an absent stop."""
     return np.where(np.isinf(values), np.nan, values)
 
 
@@ -141,10 +142,10 @@ def whole_period(
     turns: float,
     symmetric: bool,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from what was solved for.
+    """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from those that were solved for.
 
-    For symmetric motions half of the impacts are solved for; the others are mirror images, half a period later. A
-    period is so many turns of the phases.
+    For symmetric motions only half of the impacts are solved for; the others are their mirror images, half a period
+    later. `turns` is the number of turns of the phase in a period.
     """
     if not symmetric:
         return stops, phases, velocities
@@ -156,16 +157,16 @@ def whole_period(
 
 
 def _no_branch(request: OrbitBranchesRequest, reason: str) -> ClassDocument:
-    """Return the document of a branch without points."""
-    nothing = nothing_in(
+    """Return the document of an empty branch."""
+    empty = empty_record(
         results.OrbitBranch.schema,
         period=0 if request.motion is None else request.motion.period,
         multipliers=np.zeros((0, 2 * request.oscillator.size, 2)),
         ends=np.array(["", ""]),
         reason=reason,
     )
-    further = dict.fromkeys(_further(request), np.zeros(0))
-    return document_of(results.OrbitBranch, **nothing, **further, **_observed(request, None))
+    stop_fields = dict.fromkeys(_stop_fields(request), np.zeros(0))
+    return document_of(results.OrbitBranch, **empty, **stop_fields, **_observed(request, None))
 
 
 def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> Document:
@@ -175,7 +176,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
         point,
         parameter=point.values.value(request.vary),
         clearance=clearances(point.clearance)["clearance"],
-        **{name: float(finite(np.array(getattr(point.values, name)))) for name in _further(request)},
+        **{name: float(finite(np.array(getattr(point.values, name)))) for name in _stop_fields(request)},
         reason=point.reason or None,
         phases=whole.phases,
         velocities=whole.velocities,
@@ -183,14 +184,14 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
         beyond=[
             document_of(results.Beyond, admissible=start.admissible, request=_request(request, start))
             for start in beyond
-            # a doubled motion may have too many impacts or periods for a request
+            # a period-doubled motion may have too many impacts or periods for a request
             if len(start.impacts.whole.stops) <= MAX_IMPACTS and start.impacts.whole.period <= LONGEST_PERIOD
         ],
     )
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:
-    """Return the request for an orbit beyond a special point; with a range, it is a request for its branch."""
+    """Return the request for an orbit beyond a special point. A client adds a range to request the branch of it."""
     impacts, clearance = start.impacts.whole, start.clearance
     return {
         "oscillator": _oscillator(request, start.values),
@@ -208,14 +209,14 @@ def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]
 
 
 def _oscillator(request: OrbitBranchesRequest, values: ParameterPoint) -> dict[str, Any]:
-    """Return the oscillator of a request with the values at a point."""
+    """Return the oscillator of a request with the parameters of a point."""
     described = request.oscillator
     named = {"restitution_right": values.restitution_right, "restitution_left": values.restitution_left}
     named |= {name: factor for name in ("bias", "forcing") if (factor := getattr(values, name)) != 1.0}
     for name, value in (named | dict(values.structure)).items():
         described = with_parameter(described, name, value)
-    found: dict[str, Any] = described.model_dump(mode="json")
-    return found
+    oscillator: dict[str, Any] = described.model_dump(mode="json")
+    return oscillator
 
 
 PROCESS = Process(

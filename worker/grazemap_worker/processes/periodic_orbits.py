@@ -1,4 +1,4 @@
-"""The process periodic-orbits: an orbit near given impacts, or near the motion that a trajectory settles to."""
+"""The process periodic-orbits: an orbit near requested impacts, or near the motion to which a trajectory settles."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import PeriodicOrbitsRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import longest_at_point, period_cost, setup_seconds
-from grazemap_worker.planning.limits import Count, Limits
-from grazemap_worker.processes.conversion import core_clearance, core_oscillator, fields, nothing_in, nothing_of
+from grazemap_worker.planning.limits import Count, RequestLimits
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, empty_record, empty_value, fields
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.trajectories import motion_document
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def expected_periods(request: PeriodicOrbitsRequest) -> float:
-    """Return the expected number of forcing periods of the trajectories that lead to the orbit."""
+    """Return the expected number of simulated forcing periods until there is an initial guess of the orbit."""
     if request.motion is None:
         return float(request.transient_periods)
     return rates.SEARCH_PERIODS if request.motion.phases is None else 0.0
@@ -41,8 +41,8 @@ def expected_seconds(request: PeriodicOrbitsRequest) -> float:
     return seconds + setup_seconds(request.oscillator)
 
 
-def counts(request: PeriodicOrbitsRequest, limits: Limits) -> list[Count]:
-    """Return the periods of the transient."""
+def counts(request: PeriodicOrbitsRequest, limits: RequestLimits) -> list[Count]:
+    """Return the count of the transient periods."""
     return [Count("/transient_periods", "periods", request.transient_periods, limits.tile_periods)]
 
 
@@ -58,7 +58,10 @@ _OTHER_START = "Remedy: give the motion as (period, stops), another initial stat
 
 
 def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
-    """Return the orbit, or why there is none; one with rests is taken from the simulation. Raises CoreError."""
+    """Return the orbit, or the reason why there is none. Raises CoreError.
+
+    An orbit on which the contact rests is taken from the simulation.
+    """
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
 
@@ -67,17 +70,17 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
     if run is not None and run.motion.kind == "periodic" and run.motion.sticking:
         try:
             clearance = core_clearance(request.clearance)
-            found = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
+            simulated = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
         except LinearisationError as error:
             return _no_orbit(request, str(error), _observed(request, str(error)))
-        return _simulated(found, _observed(request, found))
+        return _simulated(simulated, _observed(request, simulated))
     orbit = orbit_asked_for(oscillator, request, run)
     observed = _observed(request, orbit)
     return _no_orbit(request, orbit, observed) if isinstance(orbit, str) else _document(orbit, observed)
 
 
 def _observed(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOrbit | str) -> Document:
-    """Return the fields of what is read off an orbit; NaN where there is none, or it is not admissible."""
+    """Return the fields of observables and outputs of an orbit; NaN if there is no orbit or it is not admissible."""
     from grazemap_core.orbits.orbit_observables import of_orbit
 
     wanted = core_observables(request)
@@ -92,7 +95,10 @@ def _observed(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOr
 def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
-    """Return the requested orbit, or why there is no initial guess; `run` is the settled trajectory, if known."""
+    """Return the requested orbit, or the reason why there is no initial guess of it.
+
+    `run` is the settled trajectory, if it is known already.
+    """
     from grazemap_core import codes
     from grazemap_core.errors import ParameterError
     from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
@@ -112,10 +118,10 @@ def orbit_asked_for(
     elif motion.phases is not None and motion.velocities is not None:
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
     else:
-        found = sequence_of_stops(oscillator, request.omega, clearance, motion.period, motion.stops)
-        if found is None:
+        sequence = sequence_of_stops(oscillator, request.omega, clearance, motion.period, motion.stops)
+        if sequence is None:
             return NOTHING_FOUND
-        guess = found
+        guess = sequence
     return periodic_orbit(oscillator, request.omega, clearance, guess)
 
 
@@ -124,7 +130,7 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
     from grazemap_core.simulation.trajectories import trajectory
 
     initial = request.initial
-    assert initial is not None  # the model fills it in where both were left out
+    assert initial is not None  # the model sets it if both were left out
     return trajectory(
         oscillator,
         request.omega,
@@ -150,14 +156,14 @@ def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
         period=orbit.impacts.period,
         **fields(whole, "stops", "phases", "velocities"),
         times=whole.phases / orbit.omega,
-        sticking=nothing_of(results.PeriodicOrbit.schema["sticking"]),
+        sticking=empty_value(results.PeriodicOrbit.schema["sticking"]),
         motion=motion_document(orbit.motion),
         **observed,
     )
 
 
 def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
-    """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
+    """Return the document of an orbit with rests. It is not verified, and its `reason` says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return document_of(
         results.PeriodicOrbit,
@@ -183,22 +189,22 @@ def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
 
 
 def clearances(clearance: float | tuple[float | None, float | None]) -> Document:
-    """Return the clearance of both stops or, where they differ, that of each."""
+    """Return the fields of the clearance: one for both stops or, if they differ, one for each."""
     if not isinstance(clearance, tuple):
         return {"clearance": clearance}
-    right, left = (np.nan if one is None else one for one in clearance)
+    right, left = (np.nan if gap is None else gap for gap in clearance)
     if right == left:
         return {"clearance": right}
     return {"clearance": np.nan, "clearance_right": right, "clearance_left": left}
 
 
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> ClassDocument:
-    """Return the document of an orbit that was not found: without impacts, its numbers NaN."""
+    """Return the document of an orbit that was not found: it has no impacts, and its numbers are NaN."""
     from grazemap_core.simulation.motion import Motion
 
     count = request.oscillator.size
-    nowhere = np.full(count, np.nan)
-    nothing = nothing_in(
+    unknown = np.full(count, np.nan)
+    empty = empty_record(
         results.PeriodicOrbit.schema,
         omega=request.omega,
         **clearances(core_clearance(request.clearance)),
@@ -207,10 +213,10 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -
         period=0 if request.motion is None else request.motion.period,
         multipliers=np.full((2 * count, 2), np.nan),
         contacts="not searched",
-        start={"displacement": nowhere, "velocity": nowhere, "phase": 0.0},
+        start={"displacement": unknown, "velocity": unknown, "phase": 0.0},
         motion=motion_document(Motion(kind="unresolved", reason=reason)),
     )
-    return document_of(results.PeriodicOrbit, **nothing, **observed)
+    return document_of(results.PeriodicOrbit, **empty, **observed)
 
 
 PROCESS = Process(

@@ -1,4 +1,4 @@
-"""A process: how it is planned, what a server limits, and how the worker computes its result."""
+"""The implementation of a process: its plan, the counts that a server limits, and the computation of its result."""
 
 from __future__ import annotations
 
@@ -9,58 +9,58 @@ from typing import Any
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument
 from grazemap.wire import Estimate
-from grazemap_worker.planning import Limits, Plan, Tile
+from grazemap_worker.planning import Plan, RequestLimits, Tile
 from grazemap_worker.planning.limits import Count, Step
 
 Report = Callable[[int, int], object]
-"""Called with (steps done, steps in all) by processes that count steps."""
+"""Processes that count steps call it with (number of steps done, number of all steps)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Process:
-    """The functions of a process, each of the validated request.
+    """The functions that plan and compute a process. The first argument of each is the validated request.
 
-    A process of one tile has `whole`, `seconds` and, if it simulates, `periods`; others have `tile`, `assembled` and
-    `tiling`.
+    A process with one tile has `whole`, `seconds` and, if it simulates, `periods`. A process with several tiles has
+    `tile`, `assembled` and `tiling`.
     """
 
     whole: Callable[[Any, Report], ClassDocument] | None = None
-    """(request, report): computes everything at once."""
+    """(request, report): computes the whole result."""
     tile: Callable[[Any, Tile], Document] | None = None
     """(request, tile): computes a rectangle of the grid."""
     assembled: Callable[[Any, Plan, list[Document], Report], ClassDocument] | None = None
-    """(request, plan, tiles, report): joins the tiles' documents, in the plan's order; `report` is for plans with steps
-    after the tiles."""
+    """(request, plan, tiles, report): joins the documents of the tiles, in the order of the plan; `report` is used for
+    plans with steps after the tiles."""
     lasting: Callable[[Document], bool] = lambda document: True
-    """Whether a result is the answer whenever the request is made again; else it is computed again then."""
+    """(document): whether the result also answers later submissions of the request; otherwise they compute it again."""
 
     seconds: Callable[[Any], float] | None = None
-    """The expected processor time."""
+    """The expected processor time in seconds."""
     periods: Callable[[Any], float] = lambda request: 0.0
-    """The expected number of forcing periods that are simulated."""
+    """The expected number of simulated forcing periods."""
     tiling: Callable[[Any], Plan] | None = None
     """The tiles, with the expected time and forcing periods."""
     after: Callable[[Any], list[Step]] = lambda request: []
     """The steps after the tiles."""
 
-    counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
-    """The quantities that are limited. The service counts them before it plans, so that a range of 10**18 points costs
-    nothing."""
+    counts: Callable[[Any, RequestLimits], list[Count]] = lambda request, limits: []
+    """The counts that the server limits. The service checks them before it makes a plan, so that a range of 10**18
+    points costs nothing."""
     longest_period: Callable[[Any], float | None] = lambda request: None
-    """The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
-    it is checked before the plan is made, whose numbers could overflow."""
+    """The cost of the longest simulated forcing period, as `costs.period_cost` returns it; None without simulation.
+    Like the counts, it is checked before the plan is made, because numbers of the plan could overflow."""
 
     kernels: str = "curves"
-    """The step of `grazemap_core.warmup` that compiles its kernels, without a number of masses."""
-    apart: Callable[[Any], bool] = lambda request: False
-    """Whether it has trajectories from rest that share no tables, for which more is compiled."""
-    of_masses: bool = False
-    """Whether its kernels are compiled for each number of masses."""
+    """The step of `grazemap_core.warmup` that compiles the kernels, without the number of masses."""
+    own_tables: Callable[[Any], bool] = lambda request: False
+    """Whether trajectories from rest have their own tables, which need further kernels."""
+    per_mass_count: bool = False
+    """Whether the kernels are compiled separately for each number of masses."""
 
     def plan(self, request: Any) -> Plan:
         """Return the tiles of a request, and the estimate of its cost."""
         if self.tiling is not None:
             return self.tiling(request)
         if self.seconds is None:
-            raise TypeError("a process says how its requests are planned, by `tiling` or `seconds`")
+            raise TypeError("a process needs `tiling` or `seconds`, to plan its requests")
         return Plan(estimate=Estimate(periods=self.periods(request), seconds=self.seconds(request)))

@@ -1,6 +1,6 @@
-"""Work with a limit of processor time that holds inside long steps of compiled libraries too.
+"""Runs a function with a limit of processor time, which holds within long calls of compiled libraries too.
 
-The work is done in a forked process, which the operating system ends at the limit.
+The function runs in a forked process, which the operating system ends at the limit.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from grazemap_worker.parent_death import die_with_parent
 Step = TypeVar("Step")
 
 
-def within(seconds: float, work: Callable[[], Iterator[Step]]) -> tuple[list[Step], bool]:
-    """Return what a function yields within a limit of processor time, and whether the limit ended it.
+def run_limited(seconds: float, work: Callable[[], Iterator[Step]]) -> tuple[list[Step], bool]:
+    """Return the items that a function yields within a limit of processor time, and whether it reached the limit.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def within(seconds: float, work: Callable[[], Iterator[Step]]) -> tuple[list[Ste
 
 
 def _steps(data: bytes) -> Iterator[Step]:
-    """Yield the steps that were written; the last one may not be whole."""
+    """Yield the written steps, without the last one if it is incomplete."""
     stream = io.BytesIO(data)
     while stream.tell() < len(data):
         try:

@@ -1,4 +1,4 @@
-"""The process trajectories: samples, impacts, intervals of sticking, motion and end of one trajectory, or of many."""
+"""The process trajectories: samples, impacts, intervals of sticking, motion and end of one or more trajectories."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
-from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MOST_RESULT_BYTES, Count, Limits
+from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MAX_RESULT_BYTES, Count, RequestLimits
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator, counted, label
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
@@ -37,17 +37,17 @@ def _seconds(request: TrajectoriesRequest) -> float:
     size = request.oscillator.size
     sample = size * (rates.SAMPLE_MASS_SECONDS + rates.SAMPLE_SQUARE_SECONDS * size)
     seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
-    points = Points.of([(request.omega, request.clearance)])
+    points = Points.create([(request.omega, request.clearance)])
     return seconds + len(request.states) * observed_seconds(request, request.oscillator, points, request.periods)
 
 
-def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
+def _counts(request: TrajectoriesRequest, limits: RequestLimits) -> list[Count]:
     states, periods = len(request.states), request.periods + request.transient_periods
     samples = states * request.samples
     sampled = "/samples_per_period" if request.times is None else "/times"
     if states * periods > limits.tile_periods >= periods:
         return [Count("/initial", "periods", states * periods, limits.tile_periods)]
-    # the time, and displacement and velocity of every mass
+    # a sample has the time, and displacement and velocity of every mass
     sample_bytes = BYTES_PER_NUMBER * (1 + 2 * request.oscillator.size)
     return [
         Count("/periods", "periods", states * periods, limits.tile_periods),
@@ -56,7 +56,7 @@ def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
     ]
 
 
-# The unfolding map's default, so that both give a motion the same name.
+# The default of unfolding maps, so that trajectories and maps give a motion the same label.
 MAX_PERIOD = 32
 NOT_VERIFIED = (
     "a trajectory is simulated, and no orbit is solved for. Remedy: solve for the orbit (periodic-orbits), which is "
@@ -67,7 +67,7 @@ REPORTS = 20
 
 
 def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
-    """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
+    """Return a trajectory or, for a list of initial states, a list of trajectories. Raises CoreError."""
     from grazemap_core.simulation.start import forced_oscillator
     from grazemap_core.simulation.trajectories import trajectories
 
@@ -75,7 +75,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
     rest: NDArray[np.float64] | None = None
     if any(state.displacement is None for state in request.states):
         rest = forced_oscillator(oscillator, request.omega, clearance).rest
-    found = trajectories(
+    computed = trajectories(
         oscillator,
         request.omega,
         clearance,
@@ -85,55 +85,60 @@ def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
         request.samples_per_period,
         MAX_PERIOD,
         None if request.times is None else np.array(request.times),
-        MOST_RESULT_BYTES,
+        MAX_RESULT_BYTES,
     )
     observed = _observed(request)
     if isinstance(request.initial, InitialState):
-        one = next(found)
-        return _document(one, observed(one))
-    listed = counted(found, len(request.states), report, REPORTS)
-    return document_of(results.Trajectories, trajectories=[_document(one, observed(one)) for one in listed])
+        trajectory = next(computed)
+        return _document(trajectory, observed(trajectory))
+    documents = [
+        _document(trajectory, observed(trajectory))
+        for trajectory in counted(computed, len(request.states), report, REPORTS)
+    ]
+    return document_of(results.Trajectories, trajectories=documents)
 
 
 def _observed(request: TrajectoriesRequest) -> Callable[[Trajectory], Document]:
-    """Return a function that returns the fields of what is read off the record of a trajectory."""
+    """Return a function that returns the fields of observables and outputs of a trajectory."""
     from grazemap_core.simulation.observables import of_record
     from grazemap_core.simulation.start import forced_oscillator
 
     wanted = core_observables(request)
     if wanted is None:
-        return lambda found: {}
+        return lambda trajectory: {}
     oscillator, clearance = core_oscillator(request.oscillator), core_clearance(request.clearance)
     models = forced_oscillator(oscillator, request.omega, clearance).models
-    return lambda found: observed_document(request, of_record(found.record, models, wanted, request.periods))
+    return lambda trajectory: observed_document(request, of_record(trajectory.record, models, wanted, request.periods))
 
 
 def _state(state: InitialState, rest: NDArray[np.float64] | None) -> State:
     from grazemap_core.simulation.start import State
 
-    # the model has filled in values that were left out, except where rest is not at 0
-    given = rest if state.displacement is None else np.array(state.displacement)
-    assert given is not None
-    return State(given, np.array(state.velocity), state.phase)
+    # the model sets a displacement that was left out, unless the rest position is not 0
+    displacement = rest if state.displacement is None else np.array(state.displacement)
+    assert displacement is not None
+    return State(displacement, np.array(state.velocity), state.phase)
 
 
-def _document(found: Trajectory, observed: Document) -> ClassDocument:
-    return document_of(results.Trajectory, found, motion=motion_document(_explained(found.motion)), **observed)
+def _document(trajectory: Trajectory, observed: Document) -> ClassDocument:
+    return document_of(
+        results.Trajectory, trajectory, motion=motion_document(_explained(trajectory.motion)), **observed
+    )
 
 
-def _explained(found: Motion) -> Motion:
+def _explained(motion: Motion) -> Motion:
     """Return the motion that a trajectory settles to, with the reason why a periodic one is not verified."""
     from grazemap_core import codes
     from grazemap_core.simulation.motion import REASONS
 
-    if found.kind != "periodic":
-        return found
-    return replace(found, reason=REASONS[codes.STICKS] if found.sticking else NOT_VERIFIED)
+    if motion.kind != "periodic":
+        return motion
+    return replace(motion, reason=REASONS[codes.STICKS] if motion.sticking else NOT_VERIFIED)
 
 
-def motion_document(found: Motion) -> Document:
+def motion_document(motion: Motion) -> Document:
     """Return the document of a motion of the core, with its label; unknown values are None."""
-    return document_of(results.Motion, **vars(found), label=label(found))
+    return document_of(results.Motion, **vars(motion), label=label(motion))
 
 
 PROCESS = Process(

@@ -1,4 +1,4 @@
-"""The process unfolding-diagrams: a map in tiles, and with them the curves, points and borders over it."""
+"""The process unfolding-diagrams: a map in tiles, and after them the curves, points and borders over the map."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.planning.costs import longest_period
-from grazemap_worker.planning.limits import Count, Limits, Step
+from grazemap_worker.planning.limits import Count, RequestLimits, Step
 from grazemap_worker.planning.rates import (
     BORDERS_POINT_SECONDS,
     BORDERS_SIDE_SECONDS,
     BORDERS_STEPS,
-    MOST_BORDER_NUMBERS,
-    MOST_STEPS_AFTER,
+    MAX_BORDER_NUMBERS,
+    MAX_STEPS_AFTER,
 )
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
 from grazemap_worker.processes.process import Process, Report
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 
 def _tiling(request: UnfoldingDiagramsRequest) -> Plan:
-    """Return the plan of the map, with the steps after its tiles, each of about the time of a tile."""
+    """Return the plan of the map with steps after its tiles; such a step takes about the time of a tile."""
     shape = unfolding_maps.tiling(request.unfolding_map)
     seconds = _curves_seconds(request) + _borders_seconds(request)
-    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
+    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MAX_STEPS_AFTER))
     estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
     return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
 
@@ -55,11 +55,11 @@ def _borders_seconds(request: UnfoldingDiagramsRequest) -> float:
     return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
 
 
-def _counts(request: UnfoldingDiagramsRequest, limits: Limits) -> list[Count]:
+def _counts(request: UnfoldingDiagramsRequest, limits: RequestLimits) -> list[Count]:
     (grid,) = unfolding_maps.counts(request.unfolding_map, limits)
     if not request.borders:
         return [grid]
-    return [grid, Count("/borders", "points", grid.number, MOST_BORDER_NUMBERS // request.oscillator.size)]
+    return [grid, Count("/borders", "points", grid.number, MAX_BORDER_NUMBERS // request.oscillator.size)]
 
 
 def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
@@ -70,30 +70,30 @@ def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
 
 
 def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
-    """Return a rectangle of the map, as the process unfolding-maps would. Raises CoreError."""
+    """Return a rectangle of the map, equal to that of the process unfolding-maps. Raises CoreError."""
     return unfolding_maps.compute_tile(request.unfolding_map, tile)
 
 
 def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> ClassDocument:
-    """Return the documents of the map, the curves and the points, and borders where they are asked for.
+    """Return the map, the curves and the points, and on request the borders. Raises CoreError.
 
-    Each equals the document of its own process. Only the steps of the borders are reported. Raises CoreError.
+    Each document equals that of its own process. Only the steps of the borders are reported.
     """
     from grazemap_core.maps.plane_grazes import graze_lines
 
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
-    over = (
-        _of_steady_motion(request)
+    overlays = (
+        _grazing_documents(request)
         if request.horizontal is None
         else {"grazing_curves": graze_lines(unfolding_maps.core_plane(request.plane))}
     )
-    over |= _bifurcation_curves(request)
+    overlays |= _bifurcation_curves(request)
     borders = {"borders": _borders(request, whole, report)} if request.borders else {}
-    return document_of(results.UnfoldingDiagram, unfolding_map=whole, **over, **borders)
+    return document_of(results.UnfoldingDiagram, unfolding_map=whole, **overlays, **borders)
 
 
 def _bifurcation_curves(request: UnfoldingDiagramsRequest) -> Document:
-    """Return the document of the curves of motions with one impact, without a curve where a factor moves no stop."""
+    """Return the curves of motions with one impact; none if the varied factor of the forces has no such curves."""
     from grazemap_core.errors import ParameterError
 
     if request.bifurcation_curves is None:
@@ -106,10 +106,10 @@ def _bifurcation_curves(request: UnfoldingDiagramsRequest) -> Document:
         return {"bifurcation_curves": document_of(results.BifurcationCurves, curves=[], motions=[])}
 
 
-def _of_steady_motion(request: UnfoldingDiagramsRequest) -> Document:
-    """Return the documents of the grazing curve, or those of each stop, and of its points.
+def _grazing_documents(request: UnfoldingDiagramsRequest) -> Document:
+    """Return the grazing curve of both stops or of each stop, and the special points.
 
-    There is no curve and no point where the equilibrium lies beyond the fixed stop.
+    There are none if the equilibrium lies beyond the fixed stop.
     """
     from grazemap_core.errors import ParameterError
 
@@ -120,30 +120,30 @@ def _of_steady_motion(request: UnfoldingDiagramsRequest) -> Document:
         if request.grazing_curve.clearance is None or error.name != "clearance":
             raise
         return {"codimension_two_points": document_of(results.CodimensionTwoPoints, points=[])}
-    at_once = "clearance" in curve
-    return {"grazing_curve" if at_once else "stop_grazing_curves": curve, "codimension_two_points": points}
+    both_stops = "clearance" in curve
+    return {"grazing_curve" if both_stops else "stop_grazing_curves": curve, "codimension_two_points": points}
 
 
 def _silent(done: int, total: int) -> None:
-    """Report nothing: these steps are not counted."""
+    """Report nothing, because these steps are not counted."""
 
 
 def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:
-    """Return arrays (p,) of the pairs of neighbouring points, and the curves that explain them, a list of records."""
+    """Return arrays (p,) of the pairs of neighbouring points on borders, and the curves that explain the borders."""
     from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
 
-    found = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
+    borders = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
     return document_of(
         results.MapBorders,
-        found,
+        borders,
         explanations=np.array(EXPLANATIONS),
         reasons=np.array(REASONS),
-        curves=[_curve(found, number, curve, request) for number, curve in enumerate(found.curves)],
-        without_orbit=int(np.count_nonzero(found.without_orbit)),
+        curves=[_curve(borders, number, curve, request) for number, curve in enumerate(borders.curves)],
+        without_orbit=int(np.count_nonzero(borders.without_orbit)),
     )
 
 
-def _curve(found: MapBorders, number: int, curve: BorderCurve, request: UnfoldingDiagramsRequest) -> Document:
+def _curve(borders: MapBorders, number: int, curve: BorderCurve, request: UnfoldingDiagramsRequest) -> Document:
     name = curve.name
     return document_of(
         results.BorderCurve,
@@ -155,7 +155,7 @@ def _curve(found: MapBorders, number: int, curve: BorderCurve, request: Unfoldin
         impacts_right=name.right,
         impacts_left=name.left,
         symmetric=name.symmetric,
-        pairs=int(np.count_nonzero(found.curve == number)),
+        pairs=int(np.count_nonzero(borders.curve == number)),
         ends=["window", "window"] if curve.orbits is None else list(curve.orbits.ends),
     )
 
@@ -168,6 +168,6 @@ PROCESS = Process(
     longest_period=lambda request: longest_period(request.plane),
     after=_after,
     kernels="diagrams",
-    apart=lambda request: unfolding_maps.apart(request.unfolding_map),
-    of_masses=True,
+    own_tables=lambda request: unfolding_maps.own_tables(request.unfolding_map),
+    per_mass_count=True,
 )

@@ -1,7 +1,7 @@
-"""The process unfolding-maps: the motion that every point of a grid settles to, in tiles of the grid.
+"""The process unfolding-maps: the motion to which every point of a grid settles, in tiles of the grid.
 
-The document of an adaptive map has arrays of the grid for values that are known at inferred points too. All others are
-in `at_computed`, with values at computed points only, in the order of numpy's ``array[computed]``.
+The document of an adaptive map has arrays of the whole grid for values that are known at inferred points too. The other
+values are in `at_computed`, for computed points only, in the order of numpy's ``array[computed]``.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_v
 from grazemap.wire.planes import Plane, is_scalar, is_structural
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
-from grazemap_worker.planning.limits import Count, Limits, of_grid
-from grazemap_worker.planning.plan import estimated, even, pixels_per_tile
+from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
+from grazemap_worker.planning.plan import even_pieces, pixels_per_tile, with_estimate
 from grazemap_worker.processes.conversion import (
     fields,
     joined,
@@ -41,9 +41,11 @@ if TYPE_CHECKING:
 def tiling(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
     rows, columns = request.plane.shape
-    samples, sweeps = Samples.of(request.plane), request.policy.startswith("sweep")
-    # the trajectories of a sweep, one after another, never share a lockstep
-    cost = samples.mean_cost() * (rates.ALONE_SLOWER if _share_none(request.plane) and not sweeps else 1.0)
+    samples, sweeps = Samples.create(request.plane), request.policy.startswith("sweep")
+    # a sweep computes trajectories one after another, never in lockstep
+    cost = samples.mean_cost() * (
+        rates.OWN_TABLES_SLOWER if _points_have_own_tables(request.plane) and not sweeps else 1.0
+    )
     settling = samples.settling(request.max_periods)
     rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
@@ -58,23 +60,23 @@ def tiling(request: UnfoldingMapsRequest) -> Plan:
         together = rates.RUN_ON_TOGETHER if request.policy == "rest" else 1
         more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost, together)
     if not sweeps:
-        cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.LONGEST_COLUMN))
+        cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.MAX_COLUMN))
     if request.adaptive:
         period = cost / rates.MAP_PERIODS_PER_SECOND
         return _adaptive_plan(request, starts, settling.periods, period, starts * orbit, more + columns * column)
     pixel_seconds = settling.periods * cost / rate + starts * orbit + column / rows + observed
-    at_worst = request.max_periods * cost / rate + observed
+    max_seconds = request.max_periods * cost / rate + observed
     if request.resolve_sensitive:
         pixel_seconds += starts * rates.SENSITIVE * rates.RESOLUTION_SECONDS
-        at_worst += starts * rates.RESOLUTION_AT_WORST
-    pixels = pixels_per_tile(pixel_seconds, rates.WORST_SLOWER * at_worst)
-    tile_rows = rows if sweeps else even(rows, min(pixels, rates.TALLEST_TILE))
-    tile_columns = even(columns, max(1, pixels // tile_rows))
-    if not sweeps and _rows_share(request.plane):
-        tile_columns = even(columns, min(pixels, rates.TALLEST_TILE))
-        tile_rows = even(rows, max(1, pixels // tile_columns))
+        max_seconds += starts * rates.RESOLUTION_AT_WORST
+    pixels = pixels_per_tile(pixel_seconds, rates.WORST_SLOWER * max_seconds)
+    tile_rows = rows if sweeps else even_pieces(rows, min(pixels, rates.MAX_TILE_ROWS))
+    tile_columns = even_pieces(columns, max(1, pixels // tile_rows))
+    if not sweeps and _rows_share_tables(request.plane):
+        tile_columns = even_pieces(columns, min(pixels, rates.MAX_TILE_ROWS))
+        tile_rows = even_pieces(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return estimated(shape, starts * settling.periods, pixel_seconds, more)
+    return with_estimate(shape, starts * settling.periods, pixel_seconds, more)
 
 
 def _adaptive_plan(
@@ -85,29 +87,30 @@ def _adaptive_plan(
     orbit_seconds: float,
     more_seconds: float,
 ) -> Plan:
-    """Return a plan of strips, with the cost from the expected share of computed pixels.
+    """Return a plan of strips; its estimate is based on the expected share of computed pixels.
 
-    `periods_per_pixel` are those of a map that is not adaptive; `period_seconds` is the time for a forcing period of
-    all trajectories of a pixel, `orbit_seconds` that for their orbits, `more_seconds` that of all else.
+    `periods_per_pixel` is the number of forcing periods of a pixel in a map that is not adaptive. `period_seconds` is
+    the time for a forcing period of all trajectories of a pixel, `orbit_seconds` the time for their orbits, and
+    `more_seconds` the time for everything else.
     """
     (rows, columns), max_periods = request.plane.shape, request.max_periods
     share = min(1.0, (rates.ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** rates.ADAPTIVE_POWER)
     expected = rates.ADAPTIVE_PERIODS * periods_per_pixel
     periods = share * min(float(max_periods), expected)
     row_seconds = rates.WORST_SLOWER * max_periods * period_seconds * rates.ADAPTIVE_COLUMNS
-    longest = round(rates.WORST_TILE_SECONDS / row_seconds)
+    max_rows = round(rates.WORST_TILE_SECONDS / row_seconds)
     shape = Plan(
         rows=rows,
         columns=columns,
-        tile_rows=even(rows, max(1, min(longest, rates.ADAPTIVE_ROWS))),
+        tile_rows=even_pieces(rows, max(1, min(max_rows, rates.ADAPTIVE_ROWS))),
         tile_columns=min(columns, rates.ADAPTIVE_COLUMNS),
     )
     shape = shape.model_copy(update={"after": shape.count // rates.ADAPTIVE_STRIPS_CLOSED})
-    return estimated(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
+    return with_estimate(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
 
 
-def _rows_share(plane: Plane) -> bool:
-    """Return whether the points of a row share tables, or the modes that these are made of, and those of a column not.
+def _rows_share_tables(plane: Plane) -> bool:
+    """Return whether the points of a row share tables, or the modes for them, and the points of a column do not.
 
     The modes do not depend on omega.
     """
@@ -115,26 +118,26 @@ def _rows_share(plane: Plane) -> bool:
     return (is_scalar(across) and not is_scalar(up)) or (across == "omega" and is_structural(up))
 
 
-def _share_none(plane: Plane) -> bool:
-    """Return whether no two points of a plane share their tables."""
+def _points_have_own_tables(plane: Plane) -> bool:
+    """Return whether every point of a plane needs its own tables."""
     return all(axis.vary == "omega" or is_structural(axis.vary) for axis in (plane.horizontal, plane.vertical))
 
 
-def apart(request: UnfoldingMapsRequest) -> bool:
-    """Return whether trajectories from rest share no tables, and so run each with its own."""
-    return request.policy == "rest" and _share_none(request.plane)
+def own_tables(request: UnfoldingMapsRequest) -> bool:
+    """Return whether trajectories from rest have their own tables."""
+    return request.policy == "rest" and _points_have_own_tables(request.plane)
 
 
 def axes(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> tuple[str, str]:
-    """Return the names of the fields that have the values of the two parameters, in the request and in its result."""
+    """Return the names of the fields with the values of the two parameters, in the request and in the result."""
     return ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
 
 
-def counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
-    """Return the number of points of the map."""
+def counts(request: UnfoldingMapsRequest, limits: RequestLimits) -> list[Count]:
+    """Return the count of the points of the map."""
     across, up = (name if request.horizontal is None else f"{name}/values" for name in axes(request))
-    most = limits.adaptive_pixels if request.adaptive else limits.pixels
-    return [of_grid((across, request.plane.horizontal.values), (up, request.plane.vertical.values), most)]
+    max_pixels = limits.adaptive_pixels if request.adaptive else limits.pixels
+    return [grid_count((across, request.plane.horizontal.values), (up, request.plane.vertical.values), max_pixels)]
 
 
 _AXES = ("omega", "clearance", "horizontal", "vertical")
@@ -144,10 +147,10 @@ _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed"
 
 
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
-    """Return a rectangle of the map: the values of its parameters, and the arrays [vertical, horizontal] of the core.
+    """Return a rectangle of the map: the values of the parameters, and the arrays [vertical, horizontal] of the core.
 
-    The values are slices of those of the whole grid, so the bytes of a map that is not adaptive do not depend on its
-    tiles (those of a sweep are as tall as the map). Raises CoreError.
+    The values are slices of the values of the whole grid. Therefore the bytes of a map that is not adaptive do not
+    depend on how it is cut into tiles. The tiles of a sweep are as tall as the map. Raises CoreError.
     """
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
@@ -159,7 +162,7 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     texts[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
     arrays: Document
     if request.adaptive:
-        arrays = _without_figures_of_inferred(adaptive_map_tile(plane, **settings))
+        arrays = _adaptive_document(adaptive_map_tile(plane, **settings))
         assert len(texts) == NOT_COMPUTED
         texts.append(NOT_COMPUTED_REASON)
     else:
@@ -178,14 +181,14 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
 def assemble(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
 ) -> ClassDocument:
-    """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
+    """Return the whole map from the documents of its tiles in the order of the plan. Raises CoreError."""
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
     plane = core_plane(request.plane)
     whole = joined(plan, tiles, but=(*_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
     if OUTPUTS in tiles[0]:
-        each = zip(*(tile[OUTPUTS] for tile in tiles), strict=True)
-        whole[OUTPUTS] = [of_tiles[0] | joined(plan, of_tiles, but=("name", "unit")) for of_tiles in each]
+        outputs = zip(*(tile[OUTPUTS] for tile in tiles), strict=True)
+        whole[OUTPUTS] = [parts[0] | joined(plan, parts, but=("name", "unit")) for parts in outputs]
     if request.adaptive:
         whole |= _completed(request, plan, tiles, whole, report)
     chance = chance_in_map(whole["kind"], plane, **fields(request, *_SETTINGS))
@@ -205,27 +208,27 @@ def core_plane(plane: Plane) -> CorePlane:
 
     across, up = plane.horizontal, plane.vertical
     oscillator = varying_oscillator(plane.parameters.oscillator, across.vary, up.vary)
-    axes = (Axis(one.vary, grid_values(one.values)) for one in (across, up))
+    axes = (Axis(axis.vary, grid_values(axis.values)) for axis in (across, up))
     return CorePlane(oscillator, parameter_point(oscillator, plane.parameters), *axes)
 
 
 def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
-    """Return the values of the parameters, named omega and clearance where they are given as ranges of these."""
+    """Return the values of the two parameters, in the fields that `axes` names."""
     return dict(zip(axes(request), (plane.horizontal.values, plane.vertical.values), strict=True))
 
 
 def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
-    """Return how far the stops are from the steady motion, whose zeros are the grazing curves in any plane."""
+    """Return the distances of the stops from the steady motion; the zeros of the distances are the grazing curves."""
     from grazemap_core.maps.margins import grazing_margins
 
-    if request.horizontal is None:  # their curves are those of grazing-curves
+    if request.horizontal is None:  # the process grazing-curves has the curves of such a plane
         return {}
     margins = zip(("margin_right", "margin_left"), grazing_margins(plane), strict=True)
     return {name: np.where(np.isinf(margin), np.nan, margin) for name, margin in margins}
 
 
 def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
-    """Return what decides where a sensitive point of a map leads."""
+    """Return a text that says how to find out the motion of a sensitive point of a map."""
     if request.policy.startswith("sweep"):
         return "Remedy: a map from rest with resolve_sensitive; a point of a sweep starts at a rounded state."
     if request.adaptive:
@@ -235,8 +238,8 @@ def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
     return "Remedy: an unfolding map with resolve_sensitive, which computes the point in more digits."
 
 
-def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
-    """Return an adaptive map's document."""
+def _adaptive_document(arrays: dict[str, NDArray[Any]]) -> Document:
+    """Return the document of an adaptive map, with figures at computed points only."""
     from grazemap_core.maps.adaptive_map import LABEL
 
     dense = (*LABEL, "computed")
@@ -247,15 +250,15 @@ def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
 def _completed(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
 ) -> Document:
-    """Complete an adaptive map, in place. Return the values at computed points, and how many inferred ones are wrong.
+    """Complete an adaptive map in place; return the values at computed points, and the number of wrongly inferred ones.
 
-    Without a point that is inferred to have a motion, or to be chaotic, the latter is left out.
+    This number is left out if no point is inferred to have a motion or to be chaotic.
     """
     from grazemap_core.maps.adaptive_map import complete_map
 
     rows, columns, fresh, wrong = complete_map(
         core_plane(request.plane),
-        whole | {"sensitive": _of_grid(plan, tiles, "sensitive")},
+        whole | {"sensitive": _dense_array(plan, tiles, "sensitive")},
         list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **fields(request, *_SETTINGS),
@@ -263,16 +266,16 @@ def _completed(
     if report is not None:
         report(1, 2)
     figures: Document = {}
-    for name in tiles[0][_AT_COMPUTED]:  # one at a time, as each needs an array of the grid
-        array = _of_grid(plan, tiles, name)
+    for name in tiles[0][_AT_COMPUTED]:  # one after the other, because each needs an array of the whole grid
+        array = _dense_array(plan, tiles, name)
         if len(rows):
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
     return {_AT_COMPUTED: document_of(FiguresAtComputedPoints, **figures), **known({"inferred_wrong": wrong})}
 
 
-def _of_grid(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:
-    """Return an array of the grid from the values at the computed points of its tiles; 0 or false at the others."""
+def _dense_array(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:
+    """Return an array of the grid from the values at computed points of its tiles; elsewhere it is 0 or False."""
     array = np.zeros((plan.rows, plan.columns), dtype=tiles[0][_AT_COMPUTED][name].dtype)
     for place, tile in zip(plan.tiles, tiles, strict=True):
         array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]
@@ -286,6 +289,6 @@ PROCESS = Process(
     counts=counts,
     longest_period=lambda request: longest_period(request.plane),
     kernels="maps",
-    apart=apart,
-    of_masses=True,
+    own_tables=own_tables,
+    per_mass_count=True,
 )

@@ -1,1 +1,1 @@
-"""RQ: entries for tiles, the worker that performs them, cleaning up after killed workers; nothing is imported here."""
+"""RQ: entries that wake workers, the worker that takes them, the clean-up after killed workers. It imports nothing."""

@@ -1,8 +1,9 @@
-"""Refuses entries of the queue that are not bells.
+"""Refuses entries of the queue that are not wake-ups.
 
 The serializer is no protection: a program that can write to Redis can name any function, method, callback or address to
-post to, and can make RQ repeat an entry, enqueue others after it, or add it to other registries. So an entry may have
-only the fields that `bells.ring` writes. One with any other field is refused, even if this version of RQ ignores it.
+post to. It can make RQ repeat an entry, enqueue others after it, or add it to other registries. Therefore an entry may
+have only the fields that `wake_ups.wake_worker` writes. An entry with any other field is refused, even if this version
+of RQ ignores that field.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 from rq.exceptions import DeserializationError, NoSuchJobError
 from rq.job import Job
 
-from grazemap_worker.queue.bells import DRAIN
+from grazemap_worker.queue.wake_ups import MARKER
 
 _FIELDS = {
     "created_at",
@@ -27,10 +28,10 @@ _FIELDS = {
 
 
 class Entry(Job):
-    """An entry as a worker reads it; a field that RQ cannot read makes it unreadable, but does not end the worker."""
+    """An entry as a worker reads it. A field that RQ cannot read makes the entry unreadable; the worker goes on."""
 
     def restore(self, raw_data: Any) -> None:
-        """Take the fields of an entry."""
+        """Set the fields of this entry from those in Redis."""
         try:
             super().restore(raw_data)
         except NoSuchJobError:
@@ -40,17 +41,17 @@ class Entry(Job):
 
 
 def refusal(job: Job) -> str | None:
-    """Return why an entry must not be performed, or None."""
+    """Return why an entry is not a wake-up, or None if it is one."""
     try:
         name, arguments, keywords, instance = job.func_name, job.args, job.kwargs, job.instance
     except DeserializationError:
         return "unreadable"
-    if name != DRAIN or instance is not None:
+    if name != MARKER or instance is not None:
         return "not a function of ours"
     if keywords or arguments:
         return "not the arguments of a bell"
-    if others := sorted(field for field, value in job.to_dict().items() if value and field not in _FIELDS):
-        return f"carries {', '.join(others)}"
+    if unknown := sorted(field for field, value in job.to_dict().items() if value and field not in _FIELDS):
+        return f"carries {', '.join(unknown)}"
     if job.result_ttl:
         return "is kept after its end"
     if job.timeout != -1:

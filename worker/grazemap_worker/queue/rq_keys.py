@@ -1,6 +1,6 @@
-"""The undocumented names of RQ's keys in Redis, and the objects that they come from.
+"""The undocumented names of RQ's keys in Redis.
 
-They are taken from RQ's objects, so that RQ_KEY_PREFIX applies. That variable must be the same for every
+They are read from RQ's objects, so that the environment variable RQ_KEY_PREFIX applies. It must be the same for every
 service and worker on one Redis.
 """
 
@@ -23,7 +23,7 @@ def entry_key(entry: str) -> str:
 
 
 def queue_of(queue_key: str) -> str:
-    """Return the name of the queue that has this key."""
+    """Return the name of the queue with a key."""
     return queue_key.removeprefix(Queue.redis_queue_namespace_prefix)
 
 
@@ -33,25 +33,25 @@ def waiting_key(target: Queue) -> str:
 
 
 def taken_key(target: Queue) -> str:
-    """Return the key of the list of entries that workers have taken and not begun."""
+    """Return the key of the list of a queue's entries that workers have taken and not begun."""
     return str(target.intermediate_queue_key)
 
 
 def started_key(target: Queue) -> str:
-    """Return the key of the sorted set of executions ("entry:execution") by the time until which they are renewed."""
+    """Return the key of the sorted set of running executions ("entry:execution"), by the time at which they expire."""
     return str(target.started_job_registry.key)
 
 
 def failed_key(target: Queue) -> str:
-    """Return the key of the sorted set of failed entries by the time until which they are kept."""
+    """Return the key of the sorted set of failed entries, by the time until which they are kept."""
     return str(target.failed_job_registry.key)
 
 
 def worker_keys(name: str) -> tuple[str, str]:
-    """Return the keys of a worker: of its description, and of the set of its executions."""
+    """Return two keys of a worker: that of its description, and that of the set of its executions."""
     return Worker.redis_worker_namespace_prefix + name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name)
 
 
 def listeners_key(name: str) -> str:
-    """Return the key of the set of the workers that listen to the queue of this name."""
+    """Return the key of the set of workers that listen to a queue."""
     return str(WORKERS_BY_QUEUE_KEY % name)

@@ -1,7 +1,7 @@
-"""Everything that grazemap keeps in Redis: job records, the ledger of tiles, results, workers.
+"""The store: everything that grazemap keeps in Redis, which is job records, the ledger of tiles, results and workers.
 
-The service and the workers use it. Every change is one Lua script, so any number of them may run at once; of two
-commits of the same tile or result the first wins.
+The service and the workers use it. Every change is one Lua script, so any number of services and workers may run at
+once. Of two commits of the same tile or result, the first wins.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY, queue_name
 from grazemap_worker.store.problems import full_problem, refused_problem
 from grazemap_worker.store.records import (
-    ANYBODY,
+    ANONYMOUS,
     EVENT_KINDS,
-    Asker,
-    Bell,
+    BacklogFull,
     Claim,
     Counts,
     Finished,
-    QueueFull,
-    QuotaUsed,
+    QuotaExceeded,
+    Requester,
     ResultInfo,
     ResultTooLarge,
     Submission,
     WorkerInfo,
+    WorkerQueue,
 )
 from grazemap_worker.store.store import Store
 
@@ -34,21 +34,21 @@ def core_version() -> str:
 
 
 __all__ = [
-    "ANYBODY",
+    "ANONYMOUS",
     "ASSEMBLY",
     "EVENT_KINDS",
-    "Asker",
-    "Bell",
+    "BacklogFull",
     "Claim",
     "Counts",
     "Finished",
-    "QueueFull",
-    "QuotaUsed",
+    "QuotaExceeded",
+    "Requester",
     "ResultInfo",
     "ResultTooLarge",
     "Store",
     "Submission",
     "WorkerInfo",
+    "WorkerQueue",
     "connect",
     "core_version",
     "full_problem",

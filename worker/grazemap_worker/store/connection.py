@@ -24,10 +24,11 @@ from redis.retry import Retry
 
 from grazemap_worker.store.keys import PREFIX
 
-# Seconds: longer than any script takes, short enough for a client. RQ's workers set their own for blocking reads.
+# Seconds until a command fails: longer than any script takes, short enough for a client. RQ's workers set their own
+# timeout for blocking reads.
 SOCKET_TIMEOUT = 5.0
 _AWAY = re.compile(r"\b(?:MISCONF|OOM|LOADING|READONLY|BUSY|MASTERDOWN|NOREPLICAS|TRYAGAIN)\b")
-# Refusals of writes for want of room. For snapshots Redis does not say why they fail.
+# Errors of writes for lack of memory or disk space. Redis does not report why a snapshot failed, so any reason counts.
 _FULL = re.compile(r"\bOOM\b|\bMISCONF\b.*(?:No space left|quota exceeded|File too large|RDB snapshots)")
 
 
@@ -59,46 +60,46 @@ def trouble(error: RedisError) -> str:
 
 @cache
 def script_text(name: str) -> str:
-    """Return the text of a script, preceded by what all scripts share."""
+    """Return the text of a script, after the prelude that all scripts share."""
     folder = files("grazemap_worker.store").joinpath("lua")
     return "\n".join(folder.joinpath(f"{part}.lua").read_text("utf-8") for part in ("prelude", name))
 
 
 def is_away(error: RedisError) -> bool:
-    """Return whether an error means that Redis takes no commands for now, so that a later attempt may succeed."""
+    """Return whether Redis takes no commands for now, according to its error, so that a later attempt may succeed."""
     if isinstance(error, ConnectionError | TimeoutError | OutOfMemoryError | ReadOnlyError):
         return True
-    # an error inside a script has the code somewhere in its text
+    # the text of an error inside a script has the code anywhere in it
     return _AWAY.search(str(error)) is not None
 
 
 def is_full(error: RedisError) -> bool:
-    """Return whether Redis refuses writes, and no reads, because its disk or its memory is full; it is away too."""
+    """Return whether Redis refuses writes, but no reads, because it is out of disk or memory; `is_away` is true too."""
     return isinstance(error, OutOfMemoryError) or _FULL.search(str(error)) is not None
 
 
 class Scripts:
-    """Runs the store's scripts; each is one atomic step."""
+    """Runs the store's Lua scripts; each call of a script is one atomic step."""
 
     def __init__(self, redis: Redis) -> None:
-        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        # redis-py types every answer as bytes | str; after `connect` it is bytes
         self.redis: Any = redis
         self._scripts: dict[str, Any] = {}
 
     def run(self, name: str, *data: bytes, **arguments: Any) -> Any:
-        """Return the answer of a script. Arguments are sent as JSON; None is left out. Bytes follow as they are."""
+        """Return the answer of a script. Arguments that are not None are sent as JSON, then `data` as bytes."""
         return self._script(name)(args=_sent(data, arguments))
 
     def run_each(self, name: str, calls: Sequence[tuple[Sequence[bytes], Mapping[str, Any]]]) -> list[Any]:
-        """Return the answers of a script to bytes and arguments, in their order, or a RedisError in place of one.
+        """Return the answers of a script to several calls (bytes, arguments), or a RedisError in place of an answer.
 
-        They are sent together; those of other clients may come in between.
+        The calls are sent together. Commands of other clients may run between them.
         """
         script, pipeline = self._script(name), self.redis.pipeline(transaction=False)
         sent = [_sent(data, arguments) for data, arguments in calls]
         for arguments in sent:
             pipeline.evalsha(script.sha, 0, *arguments)
-        # Redis forgets its scripts when it is started again
+        # Redis does not keep its scripts over a restart
         return [
             script(args=arguments) if isinstance(answer, NoScriptError) else answer
             for answer, arguments in zip(pipeline.execute(raise_on_error=False), sent, strict=True)

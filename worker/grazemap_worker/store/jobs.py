@@ -1,4 +1,4 @@
-"""Job records: submitting, reading, listing, binding, ending; their events."""
+"""Job records: they are submitted, read, listed, bound to a fingerprint, and ended; and the events of jobs."""
 
 from __future__ import annotations
 
@@ -19,23 +19,32 @@ from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
     EXAMINED_AT_ONCE,
     FINGERPRINT_REMEMBERED,
-    INTEREST_SECONDS,
     LISTED_REQUEST_BYTES,
-    MOST_LARGE_RECORDS,
-    MOST_RECORD_BYTES,
-    MOST_SMALL_RECORDS,
+    MAX_LARGE_RECORDS,
+    MAX_RECORD_BYTES,
+    MAX_SMALL_RECORDS,
     PREFIX,
     SPENT_FACTOR,
+    SUBSCRIPTION_SECONDS,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
 from grazemap_worker.store.problems import costly_problem, outdated_problem
-from grazemap_worker.store.records import ANYBODY, Asker, Bell, Event, QueueFull, QuotaUsed, Submission
+from grazemap_worker.store.records import (
+    ANONYMOUS,
+    BacklogFull,
+    JobEvent,
+    QuotaExceeded,
+    Requester,
+    Submission,
+    WorkerQueue,
+)
 from grazemap_worker.store.workers import Workers
 
+# The answer of the script that ends a job when other requesters are subscribed to the job.
 GOES_ON = 2
 EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
-"""The form of the ids of events; 19 digits at most, which Redis always accepts."""
+"""The form of the id of an event: at most 19 digits, which Redis always accepts."""
 
 
 class Jobs:
@@ -51,34 +60,34 @@ class Jobs:
         submissions: Sequence[Submission],
         core_version: str,
         max_pending_tiles: int,
-        asker: Asker = ANYBODY,
+        requester: Requester = ANONYMOUS,
         max_seconds: float | None = None,
-    ) -> list[tuple[Job, Bell | None] | QueueFull | RedisError]:
-        """Start the jobs of requests, unless they exist already; all are sent to Redis together.
+    ) -> list[tuple[Job, WorkerQueue | None] | BacklogFull | RedisError]:
+        """Start the jobs of requests, unless they exist already; all requests are sent to Redis together.
 
-        A job is stopped when its processor time is more than `max_seconds` and `SPENT_FACTOR` times its estimate.
+        A job is stopped when its processor time exceeds both `max_seconds` and `SPENT_FACTOR` times its estimate.
 
         Returns
         -------
         list
-            For each request either an error, when nothing was stored, or its job and a bell. The job's id is the hash
-            of process, core version and canonical request. The bell says where to ring for a worker if the job is new,
-            or was started again after it had failed, was dismissed or had lost its result; it is None if the job goes
-            on as it is. The errors: `QueueFull`, the unfinished tiles of all jobs would be more than
-            `max_pending_tiles`, or their requests more than `MOST_RECORD_BYTES`; `QuotaUsed`, those of this asker would
-            be more than his own limit; what Redis says.
+            For each request a pair (job, queue), or an error if nothing was stored. The id of the job is the hash of
+            process, core version and canonical request. The queue is the one whose workers are to be woken, because
+            the job is new or was started again: it had failed, had been dismissed, or had lost its result. It is None
+            if the job existed and goes on. The errors are `BacklogFull`, if the unfinished tiles of all jobs would be
+            more than `max_pending_tiles` or the bytes of their requests more than `MAX_RECORD_BYTES`; `QuotaExceeded`,
+            if the unfinished tiles of this requester would be more than its limit; or the `RedisError` of the script.
         """
-        of_all = {
+        common = {
             "core_version": core_version,
-            "asker": asker.name,
-            "priority": asker.priority,
+            "asker": requester.name,
+            "priority": requester.priority,
             "most_tiles": max_pending_tiles,
-            "asker_tiles": asker.most_tiles,
-            "most_small": MOST_SMALL_RECORDS,
-            "most_large": MOST_LARGE_RECORDS,
-            "most_bytes": MOST_RECORD_BYTES,
-            "interest": INTEREST_SECONDS,
-            "group": asker.group,
+            "asker_tiles": requester.max_tiles,
+            "most_small": MAX_SMALL_RECORDS,
+            "most_large": MAX_LARGE_RECORDS,
+            "most_bytes": MAX_RECORD_BYTES,
+            "interest": SUBSCRIPTION_SECONDS,
+            "group": requester.group,
         }
         calls = []
         for process, request, plan, kernels in submissions:
@@ -91,41 +100,42 @@ class Jobs:
                 "tiles": plan.count,
                 "after": plan.after,
                 "lane": plan.lane,
-                "long_tiles": plan.seconds_of_tile > SHORT_SECONDS,
+                "long_tiles": plan.tile_seconds > SHORT_SECONDS,
                 "kernels": kernels,
-                "weight": asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[plan.lane],
-                "cost": plan.seconds_of_tile,
+                "weight": requester.weight * 2.0 ** (requester.priority - ANONYMOUS.priority) * LANE_WEIGHTS[plan.lane],
+                "cost": plan.tile_seconds,
                 "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),
             }
-            calls.append(((text, plan.model_dump_json(exclude={"estimate"}).encode()), of_all | arguments))
-        workers = cache(lambda: max(1, len(self._workers.live())))  # asked for once, and only after a refusal
-        outcomes: list[tuple[Job, Bell | None] | QueueFull | RedisError] = []
-        for one, (_, sent), answer in zip(submissions, calls, self._scripts.run_each("submit", calls), strict=True):
+            calls.append(((text, plan.model_dump_json(exclude={"estimate"}).encode()), common | arguments))
+        workers = cache(lambda: max(1, len(self._workers.live())))  # read once, and only after a refusal
+        outcomes: list[tuple[Job, WorkerQueue | None] | BacklogFull | RedisError] = []
+        answers = self._scripts.run_each("submit", calls)
+        for submission, (_, sent), answer in zip(submissions, calls, answers, strict=True):
             if isinstance(answer, RedisError):
                 outcomes.append(answer)
             elif answer[0] in (b"full", b"quota"):
-                most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
-                wait = math.ceil((answer[1] + one.plan.count - most) * TILE_SECONDS / workers())
-                kind = QuotaUsed if answer[0] == b"quota" else QueueFull
+                max_tiles = requester.max_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
+                wait = math.ceil((answer[1] + submission.plan.count - max_tiles) * TILE_SECONDS / workers())
+                kind = QuotaExceeded if answer[0] == b"quota" else BacklogFull
                 outcomes.append(kind(retry_after=min(120, max(1, wait))))
             elif (job := self._seen(str(sent["id"]), answer[1])) is None:
-                # its record could not be read, and is gone now
-                outcomes += self.submit([one], core_version, max_pending_tiles, asker, max_seconds)
+                # its record could not be read, and was removed
+                outcomes += self.submit([submission], core_version, max_pending_tiles, requester, max_seconds)
             elif answer[0] == b"started":
                 bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
-                outcomes.append((job, Bell(bound.decode(), sent["lane"] == "small")))
+                outcomes.append((job, WorkerQueue(bound.decode(), sent["lane"] == "small")))
             else:
                 outcomes.append((job, None))
         return outcomes
 
-    def get(self, identity: str, asker: str = "", *, with_request: bool = True) -> Job | None:
-        """Return a job, or None when there is none of this id. The interest of one who asked for it goes on."""
+    def get(self, identity: str, requester: str = "", *, with_request: bool = True) -> Job | None:
+        """Return a job, or None if there is none with this id; renew the requester's subscription to it."""
         longest = None if with_request else 0
-        answer = self._scripts.run("look", id=identity, asker=asker, interest=INTEREST_SECONDS, longest=longest)
+        answer = self._scripts.run("look", id=identity, asker=requester, interest=SUBSCRIPTION_SECONDS, longest=longest)
         return None if answer is None else self._seen(identity, answer)
 
     def _seen(self, identity: str, answer: Sequence[Any]) -> Job | None:
-        """Return a job with what it waits for, from the answer of a script; None if its record cannot be read."""
+        """Return a job with the reason why it waits, from the answer of a script; None if its record cannot be read."""
         record, workers, unfinished, starting, compiling = answer
         job = self._read(identity, record)
         if job is None or job.status in FINISHED:
@@ -136,12 +146,12 @@ class Jobs:
         elif job.status == "accepted" and compiling:
             waiting_for = compiling.decode()
         elif job.status == "accepted" and unfinished > 1:
-            others = unfinished - 1
-            waiting_for = f"a free worker, beside {others} other {'job' if others == 1 else 'jobs'}"
+            count = unfinished - 1
+            waiting_for = f"a free worker, beside {count} other {'job' if count == 1 else 'jobs'}"
         return job.model_copy(update={"waiting_for": waiting_for})
 
     def status(self, identity: str) -> Status | None:
-        """Return the status of a job without reading the rest of it, or None when there is no such job."""
+        """Return the status of a job, without reading its record; None if there is no such job."""
         value = self._redis.hget(job_key(identity), "status")
         return value.decode() if value else None
 
@@ -154,11 +164,11 @@ class Jobs:
         group: str | None = None,
         small: bool | None = None,
     ) -> tuple[list[Job], str | None]:
-        """Return one page of jobs, newest first, and the cursor of the next page (None: this is the last one).
+        """Return a page of jobs, newest first, and the cursor of the next page, which is None after the last page.
 
-        Jobs that are submitted between two pages do not move the pages after them. Requests over
-        `LISTED_REQUEST_BYTES` are left out (None). Small jobs are those of one tile that takes milliseconds. Redis is
-        asked for `EXAMINED_AT_ONCE` jobs at a time, so that others need not wait where few of many jobs are selected.
+        Jobs that are submitted between two calls do not change the following pages. Requests over
+        `LISTED_REQUEST_BYTES` are left out (None). Small jobs have one tile that takes milliseconds. A script looks at
+        `EXAMINED_AT_ONCE` jobs at most, so that it does not delay other commands when few of many jobs are selected.
 
         Raises
         ------
@@ -181,39 +191,40 @@ class Jobs:
             listed, last = self._scripts.run("page", before=before, most=limit + 1 - len(page), **selection)
             page += listed
             before = last and f"({last.decode()}"
-        found = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
+        jobs = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
         following = page[limit - 1][1].decode() if len(page) > limit else None
-        return [job for job in found if job is not None], following
+        return [job for job in jobs if job is not None], following
 
-    def dismiss(self, identity: str, asker: str = ANYBODY.name, *, everyone: bool = False) -> bool:
-        """Take back an asker's interest in an unfinished job; end it and free its tiles when nobody's is left.
+    def dismiss(self, identity: str, requester: str = ANONYMOUS.name, *, everyone: bool = False) -> bool:
+        """Remove a requester's subscription to an unfinished job; end the job when no subscription is left.
 
-        Returns whether it goes on for others. A finished job is left as it is.
+        With `everyone`, the job ends in any case. Its tiles are removed when it ends. A finished job is not changed.
+        Returns whether the job goes on for other requesters.
         """
-        return int(self._scripts.run("end", id=identity, asker=asker, everyone=everyone)) == GOES_ON
+        return int(self._scripts.run("end", id=identity, asker=requester, everyone=everyone)) == GOES_ON
 
     def fail(self, identity: str, problem: Problem) -> bool:
-        """End an unfinished job with a problem, keeping its finished tiles. Returns whether this call ended it."""
+        """End an unfinished job with a problem, and keep its finished tiles. Returns whether this call ended it."""
         text = problem.model_dump_json()
         return bool(self._scripts.run("end", id=identity, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
 
     def stop_costly(self, identity: str) -> None:
-        """End a job that has taken too much processor time, with that of a tile that is unfinished."""
+        """End a job that has taken more processor time than its limit; an unfinished tile counts too."""
         names = ("estimate", "cpu_seconds", "most_seconds")
-        estimate, spent, most = self._redis.hmget(job_key(identity), *names)
-        if most is not None:
+        estimate, spent, limit = self._redis.hmget(job_key(identity), *names)
+        if limit is not None:
             seconds = Estimate.model_validate_json(estimate).seconds
-            self.fail(identity, costly_problem(seconds, max(float(spent or 0.0), float(most)), float(most)))
+            self.fail(identity, costly_problem(seconds, max(float(spent or 0.0), float(limit)), float(limit)))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
-        """Store the progress of a job whose steps are counted. Returns whether it is still wanted.
+        """Store the progress of a job that counts steps. Returns whether the job is still unfinished.
 
-        The progress that clients see never decreases, and is complete only with the result.
+        The stored progress never decreases, and is complete only when the result is stored.
         """
         return bool(self._scripts.run("progress", id=identity, done=done, total=total, unit=unit))
 
-    def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
-        """Return the events after an id, oldest first; does not wait for any.
+    def events(self, identity: str, after: str = "0", limit: int = 500) -> list[JobEvent]:
+        """Return the events after an id, oldest first, without waiting for further ones.
 
         Raises
         ------
@@ -223,19 +234,20 @@ class Jobs:
         if not EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
-        return [Event(key.decode(), fields[b"name"].decode(), fields[b"data"].decode()) for key, fields in entries]
+        return [JobEvent(key.decode(), fields[b"name"].decode(), fields[b"data"].decode()) for key, fields in entries]
 
     def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
-        """Return the next cursor and roughly `about` unfinished jobs; cursor 0 begins and ends a pass over all."""
-        after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
-        return int(after), [identity.decode() for identity in found]
+        """Return the next cursor and about `about` ids of unfinished jobs; all passes begin and end at cursor 0."""
+        following, entries = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
+        return int(following), [identity.decode() for identity in entries]
 
     def bind(self, fingerprint: str, core_version: str, identities: Collection[str]) -> list[str]:
-        """Bind to `fingerprint` those jobs of a core version whose numerics no live worker has; return their ids.
+        """Bind jobs of a core version to a fingerprint; return the ids of those that were bound.
 
-        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails.
+        A job is bound if it has no fingerprint, or one that no worker has had for `FINGERPRINT_REMEMBERED` seconds. A
+        job of another core version that no worker has had for this time fails.
         """
-        found, outdated = self._scripts.run(
+        bound, outdated = self._scripts.run(
             "bind",
             fingerprint=fingerprint,
             core_version=core_version,
@@ -244,10 +256,10 @@ class Jobs:
         )
         for identity in outdated:
             self.fail(identity.decode(), outdated_problem())
-        return [identity.decode() for identity in found]
+        return [identity.decode() for identity in bound]
 
     def _read(self, identity: str, record: Sequence[bytes]) -> Job | None:
-        """Return the job of a record; one that cannot be read is forgotten, so that its request can be posted again."""
+        """Return the job of a record. Forget a record that cannot be read, so that its request can be posted again."""
         try:
             return _read_job(identity, dict(zip(record[::2], record[1::2], strict=True)))
         except (ValueError, LookupError, TypeError, OverflowError):
@@ -255,23 +267,23 @@ class Jobs:
             return None
 
     def forget_unreadable(self, identity: str) -> None:
-        """Forget a job, and log the exception that is handled now, with which its record could not be read."""
+        """Forget a job whose record cannot be read, and log the exception that is being handled."""
         structlog.get_logger("grazemap_worker").exception("job with an unreadable record forgotten", job_id=identity)
         self._scripts.run("forget", id=identity)
 
     def plan_of(self, identity: str) -> Plan | None:
-        """Return how a job is cut into tiles, or None when there is no such job."""
+        """Return the plan of a job, or None if there is no such job."""
         plan, estimate = self._redis.hmget(job_key(identity), "plan", "estimate")
         return read_plan(plan.decode(), estimate.decode()) if plan else None
 
 
 def read_plan(plan: str, estimate: str) -> Plan:
-    """Return a plan from the two fields of a record that hold it."""
+    """Return a plan from the two fields of a record, as JSON, that hold it."""
     return Plan.model_validate_json(plan).model_copy(update={"estimate": Estimate.model_validate_json(estimate)})
 
 
 def _read_job(job_id: str, record: Mapping[bytes, bytes]) -> Job:
-    """Return the job that a record describes, without links, which the service adds."""
+    """Return the job of a record, without links, which the service adds."""
     fields = {name.decode(): value.decode() for name, value in record.items()}
     steps = fields["unit"] == "steps"
     eta, spent = fields.get("eta"), fields.get("cpu_seconds")

@@ -1,11 +1,12 @@
 """The ledger of tiles, and the results: what workers claim and commit.
 
-The ledger has, for every tile, whether it is done, which worker holds it, and how often it failed. Only the ledger
-decides: an entry of RQ's queues says that there is something to claim, and a second one finds nothing.
+The ledger holds for every tile whether it is finished, which worker has claimed it, and how often it has failed. Only
+the ledger decides which worker computes a tile. An entry in RQ's queues merely wakes a worker, and a superfluous one
+does no harm.
 
-Results are whole npz files, content-addressed; over a byte budget the least recently used ones are removed. A result
-is a function of its request, the core version and the numerics fingerprint, which are all in its key; one that is lost
-is computed again.
+Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only,
+and its key is made of these. When all results together exceed a byte budget, the least recently used ones are removed;
+a removed result is computed again on request.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from typing import Any, cast
 from redis.exceptions import RedisError
 
 from grazemap.wire import parse_request
-from grazemap_worker.planning.limits import MOST_RESULT_BYTES
+from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.planning.plan import Lane
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs, read_plan
 from grazemap_worker.store.keys import (
     ALONE_SECONDS,
-    MOST_EXCEPTIONS,
-    MOST_LOST,
+    MAX_EXCEPTIONS,
+    MAX_LOST,
     PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     TILES_KEPT_AFTER_SUCCESS,
@@ -35,19 +36,21 @@ from grazemap_worker.store.keys import (
 from grazemap_worker.store.problems import failure_problem
 from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WorkerInfo
 
+# Finished tiles that are read, or jobs whose tiles are removed, in one step.
 _TILES_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {
-    "exception": MOST_EXCEPTIONS,
-    "lost": MOST_LOST,
-    "hung": MOST_EXCEPTIONS,
+    "exception": MAX_EXCEPTIONS,
+    "lost": MAX_LOST,
+    "hung": MAX_EXCEPTIONS,
     "timeout": 1,
     "memory": 1,
 }
-# The lanes of workers for small tiles, and of the others.
+# The lanes of workers for small tiles (True), and of the other workers (False).
 LANES: dict[bool, list[Lane]] = {True: ["small"], False: ["short", "long"]}
-# Tiles of small jobs that a worker claims at once, and the seconds of which they may be estimated together.
-MOST_SMALL_CLAIMS = 16
+# Maximum number of small tiles that a worker claims at once, and maximum of the sum of their estimates in seconds.
+MAX_SMALL_CLAIMS = 16
 SMALL_CLAIM_SECONDS = 0.1
+# Maximum bytes of the requests of tiles that are claimed at once.
 _CLAIMED_BYTES = 1 << 20
 
 
@@ -60,23 +63,24 @@ class Tiles:
         self._jobs = jobs
 
     def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], bool]:
-        """Claim tiles for a worker: a number of small ones, or one other. All flows of jobs get their share.
+        """Claim tiles for a worker: several small ones, or one tile of another lane, fairly among the flows of jobs.
 
-        The small ones of an asker for whom one took far too long are claimed one by one. Tiles that are long by
-        themselves leave one worker free.
+        After a small tile of a requester took far too long, the small tiles of this requester are claimed one by one.
+        Long tiles leave one worker free.
 
         Returns
         -------
         claims : list of Claim
         more : bool
-            Whether there are others to claim.
+            Whether there are more tiles to claim.
         """
         return self._claim_some(worker, lease_seconds, LANES[worker.small], {})
 
     def claim_beside(self, worker: WorkerInfo, lease_seconds: float, stopped: str, waited: float) -> Claim | None:
-        """Claim a tile of a short job that has waited for some seconds, for a worker that stops a tile meanwhile.
+        """Claim a tile of a short job that has waited for `waited` seconds while a tile of job `stopped` is stopped.
 
-        `stopped` is the job of that tile. A long one is stopped for everybody, a short one only for other askers.
+        A tile of a long job is stopped for the short jobs of all requesters, a tile of a short job only for those of
+        other requesters.
         """
         claims, _ = self._claim_some(worker, lease_seconds, ["short"], {"stopped": stopped, "waited": waited})
         return next(iter(claims), None)
@@ -91,7 +95,7 @@ class Tiles:
             lease=round(1000 * lease_seconds),
             lanes=lanes,
             kernels=sorted(worker.kernels),
-            most=MOST_SMALL_CLAIMS if worker.small else 1,
+            most=MAX_SMALL_CLAIMS if worker.small else 1,
             seconds=SMALL_CLAIM_SECONDS,
             most_bytes=_CLAIMED_BYTES,
             **more,
@@ -100,10 +104,10 @@ class Tiles:
         return [claim for claim in claims if claim is not None], bool(answer[0])
 
     def claim(self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
-        """Claim one tile of an unfinished job, or the assembly of a map whose tiles are all done.
+        """Claim one tile of an unfinished job, or the assembly of a map whose tiles are all finished.
 
-        Returns None if the job is over or gone, or bound to other numerics, if the tile is done, or if a live worker
-        holds it. A job that is bound to none is bound to `fingerprint`.
+        Returns None if the job is over, does not exist or is bound to another fingerprint, if the tile is finished, or
+        if a live worker holds it. A job that is bound to no fingerprint is bound to `fingerprint`.
         """
         answer = self._scripts.run(
             "claim",
@@ -116,7 +120,7 @@ class Tiles:
         return self._claim(holder, fingerprint, answer[1]) if len(answer) > 1 else None
 
     def _claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
-        """Return the claim that a script made; a job whose record cannot be read is forgotten."""
+        """Return the claim from the answer of a script. Forget a job whose record cannot be read, and return None."""
         identity, tile, _ = (field.decode() for field in fields[:3])
         try:
             process, text, core_version, plan, estimate, lane, left = (value.decode() for value in fields[3:])
@@ -131,15 +135,15 @@ class Tiles:
     def record_failure(
         self, identity: str, tile: int, kind: FailureKind, holder: str = "", detail: str = ""
     ) -> Verdict:
-        """Count a failed attempt at a tile and free the tile; the job fails when there are too many.
+        """Count a failed attempt at a tile and free the tile; after too many failures the job fails.
 
         Parameters
         ----------
         kind : str
-            Counted separately: 3 exceptions, 10 lost workers and 3 that hung end the job; so does 1 that took too
-            long or too much memory.
+            Each kind is counted separately. The job fails after 3 exceptions, 10 lost workers, 3 attempts that hung,
+            or 1 attempt that took too long or too much memory.
         holder : str
-            The worker whose attempt failed. Nothing is counted if another one now holds the tile. Empty: any holder.
+            The worker whose attempt failed. Nothing is counted if another worker holds the tile now. Empty: any worker.
         detail : str
             The limit that was exceeded.
         """
@@ -159,13 +163,14 @@ class Tiles:
         return "retry" if again else "failed"
 
     def give_back(self, identity: str, tile: int, holder: str) -> None:
-        """Free a tile that its holder cannot finish now; nothing is counted."""
+        """Free a tile that its holder cannot finish now, without counting a failure."""
         self._scripts.run("record_failure", id=identity, tile=tile, most=0, holder=holder)
 
     def overran(self, identity: str, tile: int, holder: str, seconds: float) -> None:
-        """Free a tile that took longer than its lane allows: the job goes on in the next lane.
+        """Free a tile that took longer than its lane allows, and move its job to the next lane.
 
-        Its asker is charged with the seconds of processor time, and his next small tiles are claimed one by one.
+        The flow of its requester is charged with `seconds`, the processor time. After a small tile, the next small
+        tiles of this requester are claimed one by one.
         """
         arguments = {"id": identity, "tile": tile, "holder": holder, "seconds": seconds}
         self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
@@ -175,7 +180,7 @@ class Tiles:
         return self._claims("")
 
     def claims_of(self, holder: str) -> list[tuple[str, int, str]]:
-        """Return (id, tile, holder) of everything that a holder has claimed and not finished."""
+        """Return (id, tile, holder) of every tile that a holder has claimed and not finished."""
         return self._claims(holder)
 
     def _claims(self, holder: str) -> list[tuple[str, int, str]]:
@@ -184,17 +189,17 @@ class Tiles:
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
     def waiting(self, fingerprint: str) -> set[tuple[str, str]]:
-        """Return (lane, kernels) of the tiles that wait to be claimed by workers with a fingerprint."""
+        """Return the pairs (lane, kernels) of waiting tiles that workers with a fingerprint can claim."""
         flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
-        found = (flow.decode("utf-8", "replace").split("|") for flow in flows)
-        return {(parts[0].partition(":")[0], parts[1]) for parts in found}
+        names = (flow.decode("utf-8", "replace").split("|") for flow in flows)
+        return {(parts[0].partition(":")[0], parts[1]) for parts in names}
 
     def sweep(self) -> None:
         """Remove the tiles of finished jobs that have been kept long enough."""
         self._scripts.run("sweep", most=_TILES_A_STEP)
 
     def finished(self, identity: str) -> list[int]:
-        """Return the numbers of the finished tiles, increasing; empty for jobs of one tile."""
+        """Return the numbers of the finished tiles in increasing order; an empty list for a job of one tile."""
         return sorted(int(tile) for tile in self._redis.hkeys(job_key(identity, "tiles")))
 
     def data(self, identity: str, index: int) -> bytes | None:
@@ -203,14 +208,14 @@ class Tiles:
         return data
 
     def many(self, identity: str, indices: Iterable[int]) -> Iterator[bytes | None]:
-        """Yield the npz bytes of finished tiles, or None where one is missing; a few are read at a time."""
+        """Yield the npz bytes of tiles, or None for one that is not finished; a few are read at a time."""
         numbers = iter(indices)
-        while some := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
-            yield from self._redis.hmget(job_key(identity, "tiles"), some)
+        while part := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
+            yield from self._redis.hmget(job_key(identity, "tiles"), part)
 
 
 class Results:
-    """The results of finished jobs; `budget` is in bytes, of all results together."""
+    """The results of finished jobs; `budget` is the maximum bytes of all results and tiles together."""
 
     def __init__(self, scripts: Scripts, budget: int) -> None:
         self._scripts = scripts
@@ -218,39 +223,39 @@ class Results:
         self._budget = budget
 
     def commit(self, finished: Sequence[Finished]) -> list[int]:
-        """Store tiles and results of claims with one fingerprint; the first commit of each wins.
+        """Store finished tiles and results, all with the same fingerprint; the first commit of a tile or result wins.
 
-        A result ends its job. Tiles of jobs that are over, and the least recently used results, are dropped until all
-        fit the byte budget; small results first when they take more than a quarter of it.
+        A result ends its job. To make room within the byte budget, tiles of finished jobs are dropped, and then the
+        least recently used results; small results first while they take more than a quarter of the budget.
 
         Returns
         -------
         list of int
-            For each, the tiles of its job that remain; 0: the assembly is to be claimed, or the job is finished. -1:
-            the job no longer wants it (finished, gone, or bound to other numerics), nothing was stored. -2: it does
-            not fit into the budget, nothing was stored. -3: the tile was stored, and the job has taken more than its
-            limit of processor time.
+            For each item of `finished`, the number of tiles that remain of its job, or a negative number. 0: the
+            assembly is to be claimed, or the job is finished. -1: nothing was stored, because the job is finished, does
+            not exist, or is bound to another fingerprint. -2: nothing was stored, because the item does not fit into
+            the budget. -3: the tile was stored, and the job has taken more than its limit of processor time.
         """
         items = []
-        for one in finished:
-            claim = one.claim
+        for result in finished:
+            claim = result.claim
             item = {
                 "id": claim.job_id,
                 "tile": claim.tile,
-                "seconds": one.seconds,
-                "whole": one.whole,
-                "size": len(one.data),
+                "seconds": result.seconds,
+                "whole": result.whole,
+                "size": len(result.data),
             }
-            if one.whole:
-                item["etag"] = hashlib.sha256(one.data).hexdigest()
-                item["lasting"] = one.lasting
+            if result.whole:
+                item["etag"] = hashlib.sha256(result.data).hexdigest()
+                item["lasting"] = result.lasting
             else:
                 item["event"] = json.dumps(claim.plan.place(claim.tile))
             items.append(item)
         answer = self._scripts.run(
             "commit",
             # in one piece: redis-py sends two messages for every large argument
-            b"".join(one.data for one in finished),
+            b"".join(result.data for result in finished),
             fingerprint=finished[0].claim.fingerprint,
             budget=self._budget,
             kept=TILES_KEPT_AFTER_SUCCESS,
@@ -259,25 +264,25 @@ class Results:
         return [int(number) for number in answer]
 
     def data(self, identity: str) -> bytes | None:
-        """Return the npz bytes of a job's result, or None when it has none (any more)."""
-        answer = self._scripts.run("result", id=identity, most=MOST_RESULT_BYTES)
+        """Return the npz bytes of a job's result, or None if there is no result (any more)."""
+        answer = self._scripts.run("result", id=identity, most=MAX_RESULT_BYTES)
         return answer[2] if answer else None
 
-    def info(self, identity: str, most: int = -1) -> ResultInfo | None:
-        """Return size and entity tag of a job's result, and its bytes if it has at most `most`; None without one.
+    def info(self, identity: str, max_bytes: int = -1) -> ResultInfo | None:
+        """Return size and entity tag of a job's result, with the npz if it has at most `max_bytes`; None: no result.
 
-        The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
-        does not ask for the bytes.
+        The result becomes the most recently used one, because a client or a service that has a copy of it does not
+        fetch the npz again.
         """
-        return _info(self._scripts.run("result", id=identity, most=most))
+        return _info(self._scripts.run("result", id=identity, most=max_bytes))
 
-    def each_info(self, identities: Sequence[str], most: int) -> list[ResultInfo | None]:
-        """Return the same for each of several jobs, which are asked for together."""
-        calls = [((), {"id": identity, "most": most}) for identity in identities]
+    def each_info(self, identities: Sequence[str], max_bytes: int) -> list[ResultInfo | None]:
+        """Return `info` of each of several jobs; all requests are sent to Redis together."""
+        calls = [((), {"id": identity, "most": max_bytes}) for identity in identities]
         return [_info(answer) for answer in self._scripts.run_each("result", calls)]
 
     def etag(self, identity: str) -> str | None:
-        """Return the entity tag of a job's result, evicted or not, or None if the job has no result."""
+        """Return the entity tag of a job's result, also of an evicted one; None if the job has never had a result."""
         value = self._redis.hget(job_key(identity), "etag")
         return value.decode() if value else None
 

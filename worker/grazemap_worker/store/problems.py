@@ -1,4 +1,4 @@
-"""The problems that a failed job carries, as problem details after RFC 9457; nothing internal is in them."""
+"""The problems of failed jobs, as problem details after RFC 9457; they contain nothing internal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from grazemap.wire import Problem, ProblemError
 from grazemap_worker.planning import Plan
-from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST
+from grazemap_worker.store.keys import ASSEMBLY, MAX_EXCEPTIONS, MAX_LOST
 from grazemap_worker.store.records import FailureKind
 
 TYPE_PREFIX = "urn:grazemap:problem:"
@@ -15,15 +15,15 @@ TYPE_PREFIX = "urn:grazemap:problem:"
 def refused_problem(detail: str, pointer: str | None = None) -> Problem:
     """Return the problem of a request that the core cannot compute; the same request fails again.
 
-    `detail` is the core's own sentence about the physics (CoreError), which names no internals; `pointer` is the JSON
-    pointer to the field that it is about.
+    `detail` is the message of the CoreError, which is about the physics and names no internals. `pointer` is the JSON
+    pointer to the field that the message is about.
     """
     errors = [ProblemError(pointer=pointer, detail=detail)] if pointer else []
     return _problem("computation-refused", 422, detail, errors)
 
 
 def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -> Problem:
-    """Return the problem of a job with a tile that failed too often; it names the part of the grid, and a limit."""
+    """Return the problem of a job with a tile that failed too often; it names the part of the grid and the limit."""
     if tile == ASSEMBLY:
         where = "joining the finished tiles"
     elif plan.count == 1:
@@ -33,7 +33,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -
         where = f"tile {tile} (clearance {row_start}:{row_stop}, omega {column_start}:{column_stop} of the grid)"
     if kind == "exception":
         name = "computation-failed"
-        detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
+        detail = f"{where} failed {MAX_EXCEPTIONS} times; the worker's log has the reason."
     elif kind == "timeout":
         name = "computation-too-long"
         detail = f"{where} took too long: {limit}. Ask for fewer points or periods."
@@ -42,15 +42,15 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -
         detail = f"{where} needs more memory than a worker may take ({limit}): ask for fewer points or periods."
     elif kind == "hung":
         name = "computation-hung"
-        detail = f"{where} made no progress in {MOST_EXCEPTIONS} attempts, {limit}; the workers' log has details."
+        detail = f"{where} made no progress in {MAX_EXCEPTIONS} attempts, {limit}; the workers' log has details."
     else:
         name = "worker-lost"
-        detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log has details."
+        detail = f"{where} lost its worker {MAX_LOST} times before it ended; the workers' log has details."
     return _problem(name, 500, detail[0].upper() + detail[1:])
 
 
 def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
-    """Return the problem of a job that has taken more processor time than it may; all in seconds."""
+    """Return the problem of a job that has taken more processor time than its limit; all arguments are in seconds."""
     detail = (
         f"The job was estimated to take {estimate:.3g} s of processor time and has taken {spent:.3g} s; its limit is "
         f"{limit:.3g} s. Its finished tiles are kept for a while: post the request again to go on, or ask for less."
@@ -59,7 +59,7 @@ def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
 
 
 def outdated_problem() -> Problem:
-    """Return the problem of a job of a core version that no worker has any more."""
+    """Return the problem of a job whose core version no worker has any more."""
     return _problem("core-outdated", 409, "The workers were updated before the job was done: post its request again.")
 
 

@@ -1,4 +1,4 @@
-"""What the store returns, but for jobs: claims, events, workers, counts; and its errors."""
+"""What the store takes and returns besides jobs: claims, requesters, events, workers, counts; and its errors."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from pydantic import BaseModel
 
 from grazemap.wire import ProcessRequest, Waiting, WorkerState
 from grazemap_worker.planning import Lane, Plan, Tile
-from grazemap_worker.planning.limits import MOST_RESULT_BYTES
+from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.store.keys import ASSEMBLY
 
 FailureKind = Literal["exception", "lost", "hung", "timeout", "memory"]
 Verdict = Literal["retry", "failed"]
 
 
-class QueueFull(Exception):
-    """There is too much unfinished work already; `retry_after` is in seconds."""
+class BacklogFull(Exception):
+    """There are too many unfinished tiles; a request may succeed after `retry_after` seconds."""
 
     def __init__(self, retry_after: int) -> None:
         super().__init__(f"the queue is full; try again in {retry_after} s")
@@ -29,106 +29,106 @@ class QueueFull(Exception):
 class ResultTooLarge(Exception):
     """The result is too large for the store; it was not sent."""
 
-    def __init__(self, size: int, most: int) -> None:
-        super().__init__(f"the result takes {size} bytes; at most {most} are stored: ask for fewer values")
+    def __init__(self, size: int, max_size: int) -> None:
+        super().__init__(f"the result takes {size} bytes; at most {max_size} are stored: ask for fewer values")
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right to compute one tile, for as long as the holder's lease is renewed."""
+    """The right of a worker to compute a tile, as long as the worker renews its lease."""
 
     job_id: str
     """The job."""
     tile: int
-    """Index of the tile in the plan; ASSEMBLY: all tiles are done, and are to be joined."""
+    """Index of the tile in the plan; ASSEMBLY: all tiles are finished and are to be joined."""
     holder: str
     """The worker that has the claim."""
     fingerprint: str
-    """The numerics that the job is computed with."""
+    """Fingerprint of the numerics that the job is computed with."""
     process: str
     """Name of the process."""
     canonical: dict[str, Any]
-    """The request as the store holds it."""
+    """The canonical form of the request, as it is stored."""
     request: ProcessRequest
-    """The same, parsed."""
+    """The parsed request."""
     core_version: str
     """Version of the core that the job is computed with."""
     plan: Plan
     """How the job is cut into tiles."""
     lane: Lane = "short"
-    """The job's lane now."""
+    """The present lane of the job."""
     left_seconds: float = math.inf
     """Processor time that the job may still take."""
 
     @property
     def seconds(self) -> float:
-        """The processor time that it is expected to take."""
-        return self.plan.seconds_of_tile
+        """The expected processor time of the tile."""
+        return self.plan.tile_seconds
 
     @property
     def assembly(self) -> bool:
-        """Whether this is the step that puts the finished tiles together."""
+        """Whether this is the step that joins the finished tiles."""
         return self.tile == ASSEMBLY
 
     @property
     def rectangle(self) -> Tile:
-        """The tile's part of the grid."""
+        """The part of the grid that the tile covers."""
         return self.plan.tile(self.tile)
 
 
 @dataclass(frozen=True, slots=True)
-class Asker:
-    """Who asks for a job."""
+class Requester:
+    """The person or program that asks for a job."""
 
     name: str = "anonymous"
-    """Of the key, or of the client; those without either are one asker."""
+    """Name of its key or, without keys, of the client; all requests without either have the same requester."""
     priority: int = 5
-    """0 to 9; each step doubles the share."""
+    """0 to 9; each step doubles the share of the workers."""
     weight: float = 1.0
-    """Share of the workers, relative to other askers."""
-    most_tiles: int | None = None
-    """Maximum unfinished tiles of all jobs of this asker; None: no limit."""
+    """Share of the workers, relative to other requesters."""
+    max_tiles: int | None = None
+    """Maximum number of unfinished tiles of all its jobs; None: no limit."""
     group: str = ""
-    """Of jobs, in which lists show this one too; empty: none."""
+    """Name of the group of jobs to which the job is added; empty: none."""
 
 
-ANYBODY = Asker()
+ANONYMOUS = Requester()
 
 
 class Submission(NamedTuple):
-    """A request for a process, and what is known of it."""
+    """A request for a process, with its plan."""
 
     process: str
     """Name of the process."""
     request: ProcessRequest
     """The request."""
     plan: Plan
-    """How it is cut into tiles, and the estimate of the cost."""
+    """How the request is cut into tiles, and the estimate of its cost."""
     kernels: str
-    """Name of the kernels that it needs."""
+    """Name of the kernels that the request needs."""
 
 
-class Bell(NamedTuple):
+class WorkerQueue(NamedTuple):
     """The queue of the workers that may compute a new job."""
 
     fingerprint: str
-    """The numerics of these workers; empty: none is alive."""
+    """Fingerprint of these workers; empty: no worker is alive."""
     small: bool
-    """Whether the job is a small one."""
+    """Whether it is the queue for small jobs."""
 
 
-class QuotaUsed(QueueFull):
-    """The asker has too much unfinished work already."""
+class QuotaExceeded(BacklogFull):
+    """The requester has too many unfinished tiles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What was computed of a claim.
+    """A finished tile, or the result of a whole job.
 
     Raises
     ------
     ResultTooLarge
-        Over `MOST_RESULT_BYTES`.
+        `data` has more than `MAX_RESULT_BYTES`.
     """
 
     claim: Claim
@@ -136,25 +136,25 @@ class Finished:
     data: bytes
     """The npz of the tile, or of the result of the whole job."""
     seconds: float
-    """Processor time that it took."""
+    """Processor time of the computation."""
     whole: bool = True
     """Whether `data` is the result of the whole job."""
     lasting: bool = True
-    """Whether it is the answer whenever the request is made again; else it can be fetched, but is computed again
-    then."""
+    """Whether the result also answers later submissions of the request; otherwise it can be fetched, but a later
+    submission computes it again."""
 
     def __post_init__(self) -> None:
         """Check the size."""
-        if len(self.data) > MOST_RESULT_BYTES:
-            raise ResultTooLarge(len(self.data), MOST_RESULT_BYTES)
+        if len(self.data) > MAX_RESULT_BYTES:
+            raise ResultTooLarge(len(self.data), MAX_RESULT_BYTES)
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class JobEvent:
     """One entry of a job's stream."""
 
     id: str
-    """Orders the entries; a client resumes from it."""
+    """The id, which orders the entries; a client resumes the stream after an id."""
     name: str
     """Kind of the event."""
     text: str
@@ -162,21 +162,21 @@ class Event:
 
     @property
     def data(self) -> dict[str, Any]:
-        """What happened. Raises ValueError if the text is none of JSON."""
+        """The data of the event. Raises ValueError if the text is not JSON."""
         data: dict[str, Any] = json.loads(self.text)
         return data
 
 
 @dataclass(frozen=True, slots=True)
 class ResultInfo:
-    """A result that is stored."""
+    """A stored result."""
 
     size: int
     """Size of its npz in bytes."""
     etag: str
     """Its strong entity tag, in hex, without quotes."""
     data: bytes | None = None
-    """The npz, if it was read."""
+    """The npz, if it was read from the store."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,16 +186,16 @@ class WorkerInfo:
     name: str
     """Its name."""
     fingerprint: str
-    """The numerics that it computes with."""
+    """Fingerprint of its numerics."""
     core_version: str = ""
     """Version of its core."""
     kernels: frozenset[str] = frozenset()
-    """The kernels that it has compiled or loaded, as `planning.Plan.kernels` names them."""
+    """Names of the kernels that it has loaded, as `processes.kernels_of` returns them."""
     small: bool = False
-    """Whether it computes the tiles of small jobs only, in its own process."""
+    """Whether it computes small tiles only, in its own process."""
 
 
-# What is counted; metrics begin with 0.
+# The events that are counted. Metrics contain all of them, with 0 for those that have not happened.
 EVENT_KINDS = (
     *(f"failures:{kind}" for kind in get_args(FailureKind)),
     "overran:small",
@@ -211,7 +211,7 @@ class Counts(BaseModel):
     """What the store holds and what happens in it."""
 
     jobs: dict[str, int]
-    """By status."""
+    """Number of jobs by status."""
     pending_tiles: int
     """Number of unfinished tiles."""
     results: int
@@ -219,20 +219,20 @@ class Counts(BaseModel):
     bytes: dict[str, int]
     """Stored bytes by kind."""
     events: dict[str, int]
-    """How often something happened."""
+    """Number of events by kind, see `EVENT_KINDS`."""
     budget: int | None = None
-    """Bytes that results and tiles may take; None until a worker has said it."""
+    """Maximum bytes of results and tiles; None until a worker has stored it."""
     waiting: dict[str, Waiting]
-    """By lane."""
+    """Waiting jobs by lane."""
     workers: list[WorkerState]
-    """The live ones."""
+    """The live workers."""
     claimed_seconds: float
-    """The longest time for which a tile has been held, also by a worker that is gone."""
+    """The longest time for which a tile has been claimed, also by a worker that has ended."""
 
 
 @dataclass(frozen=True, slots=True)
 class Persistence:
-    """How Redis writes to its disk, and its memory."""
+    """The state of Redis: its writes to the disk, and its memory."""
 
     writes_ok: dict[str, bool]
     """Whether the last write of each kind succeeded."""

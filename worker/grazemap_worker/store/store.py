@@ -24,14 +24,14 @@ _WRITES = {
 
 
 class Store:
-    """Everything that the service and the workers share.
+    """Everything that the service and the workers keep in Redis.
 
     Parameters
     ----------
     redis : Redis
-        As `connect` gives it: answers are bytes.
+        A client from `connect`, whose answers are bytes.
     result_bytes : int
-        Byte budget of all results together.
+        Maximum bytes of all results and tiles together.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Store:
     Raises
     ------
     redis.exceptions.RedisError
-        From any method, when Redis is unavailable; nothing is retried here.
+        Raised by any method when Redis is unavailable; no method tries again.
     """
 
     def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:
@@ -62,25 +62,25 @@ class Store:
         self.results = Results(scripts, result_bytes)
 
     def count(self, name: str) -> None:
-        """Count something that happened, for metrics."""
+        """Add 1 to the number of events of a kind, for metrics."""
         self._redis.hincrby(f"{PREFIX}counts", name, 1)
 
     def try_write(self) -> None:
-        """Write a key of no meaning. Raises RedisError where Redis refuses writes."""
+        """Write a key without meaning. Raises RedisError if Redis refuses writes."""
         self._redis.set(f"{PREFIX}written", 1, ex=60)
 
-    def say_budget(self) -> None:
-        """Store the byte budget of results, for metrics."""
+    def set_budget(self) -> None:
+        """Store the maximum bytes of results, for metrics."""
         self._redis.set(f"{PREFIX}budget", self._result_bytes)
 
     def counts(self) -> Counts:
         """Return what the store holds and what happens in it, for metrics and the status."""
-        found = json.loads(self._scripts.run("counts"))
-        found["workers"] = found["workers"] or []
-        return Counts.model_validate(found)
+        counts = json.loads(self._scripts.run("counts"))
+        counts["workers"] = counts["workers"] or []
+        return Counts.model_validate(counts)
 
     def persistence(self) -> Persistence | None:
-        """Return what Redis says of its disk and memory; None where this user may not ask."""
+        """Return the state of Redis; None if the Redis user of this process may not read it."""
         try:
             disk, memory = (self._redis.info(section) for section in ("persistence", "memory"))
         except NoPermissionError:

@@ -1,4 +1,4 @@
-"""Workers and their leases: which workers are alive, and with which numerics."""
+"""Workers and their leases: which workers are alive, with which fingerprint and kernels."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from grazemap_worker.store.records import WorkerInfo
 
 _FIELDS = {field.name for field in fields(WorkerInfo)} - {"name"}
 _STARTING = f"{PREFIX}starting"
-# What is said of workers and kernels is of now.
-_SAID_SECONDS = 5
+# Seconds for which a text about starting workers or compiling kernels is valid.
+_TEXT_SECONDS = 5
 
 
 class Workers:
-    """Leases: a worker holds its tiles as long as it renews its lease; then they are free."""
+    """The leases of workers. A worker holds its tiles until its lease runs out."""
 
     def __init__(self, scripts: Scripts) -> None:
         self._scripts = scripts
 
     def renew(self, worker: WorkerInfo, seconds: float, job_id: str = "") -> bool:
-        """Register a live worker, or renew its lease, for so many seconds.
+        """Register a worker, or renew its lease, for so many seconds.
 
-        Returns whether the job that it computes is still wanted; True without one.
+        Returns whether the job that the worker computes is unfinished; True without a job.
         """
         description = {**asdict(worker), "kernels": sorted(worker.kernels)}
         del description["name"]
@@ -42,45 +42,46 @@ class Workers:
     def remove(self, name: str, *, return_claims: bool = False) -> None:
         """End the lease of a worker that has ended.
 
-        With `return_claims` its tiles are free and nothing is counted (an orderly stop); without, they count as lost.
+        With `return_claims`, its tiles are freed and no failure is counted, as after an orderly stop. Without, they
+        count as lost.
         """
         self._scripts.run("leave", holder=name, give_back=return_claims)
 
     def live(self) -> list[WorkerInfo]:
         """Return the live workers, by name."""
-        found = []
+        workers = []
         for name, text in self._scripts.run("workers"):
-            described = json.loads(text)
-            # a later release may store more
-            described = {field: value for field, value in described.items() if field in _FIELDS}
-            described["kernels"] = frozenset(described.get("kernels", ()))
-            found.append(WorkerInfo(name.decode(), **described))
-        return sorted(found, key=lambda worker: worker.name)
+            description = json.loads(text)
+            # a later release may store more fields
+            description = {field: value for field, value in description.items() if field in _FIELDS}
+            description["kernels"] = frozenset(description.get("kernels", ()))
+            workers.append(WorkerInfo(name.decode(), **description))
+        return sorted(workers, key=lambda worker: worker.name)
 
-    def say_starting(self, text: str) -> None:
-        """Store what workers that are not ready yet are doing, for a few seconds; empty: nothing."""
-        self._say(_STARTING, text)
+    def set_starting(self, text: str) -> None:
+        """Store for a few seconds a text about workers that are not ready yet; an empty one removes it."""
+        self._set_text(_STARTING, text)
 
     def starting(self) -> str:
-        """Return what workers that are not ready yet are doing; empty if nothing is known."""
+        """Return the text about workers that are not ready yet; empty if there is none."""
         value = self._scripts.redis.get(_STARTING)
         return value.decode() if value else ""
 
-    def say_compiling(self, kernels: str, text: str) -> None:
-        """Store for a few seconds what is done for kernels that jobs wait for; empty: nothing."""
-        self._say(f"{PREFIX}compiling:{kernels}", text)
+    def set_compiling(self, kernels: str, text: str) -> None:
+        """Store for a few seconds a text about kernels that jobs wait for; an empty one removes it."""
+        self._set_text(f"{PREFIX}compiling:{kernels}", text)
 
-    def _say(self, key: str, text: str) -> None:
+    def _set_text(self, key: str, text: str) -> None:
         if text:
-            self._scripts.redis.set(key, text.encode(), ex=_SAID_SECONDS)
+            self._scripts.redis.set(key, text.encode(), ex=_TEXT_SECONDS)
         else:
             self._scripts.redis.delete(key)
 
     def compiles_first(self, kernels: str, core_version: str) -> bool:
-        """Return whether every live worker of a core version lacks some kernels; False if no worker is ready."""
+        """Return whether no live worker of a core version has some kernels; False if there is no live worker."""
         live = [worker for worker in self.live() if worker.core_version == core_version]
         return bool(live) and not any(kernels in worker.kernels for worker in live)
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
-        """Return whether `holder` has a role, which one process has at a time, for some seconds after each call."""
+        """Return whether `holder` has a role, which only one process has at a time; it keeps it for `seconds`."""
         return bool(self._scripts.run("lead", role=role, holder=holder, milliseconds=round(1000 * seconds)))

@@ -1,1 +1,1 @@
-"""The parent of the workers: it has the kernels compiled, forks workers, replaces dead ones, and reconciles."""
+"""The supervisor of the workers: has kernels compiled, forks workers and replaces dead ones, and reconciles."""

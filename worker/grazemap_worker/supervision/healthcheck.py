@@ -1,6 +1,6 @@
 """`python -m grazemap_worker.supervision.healthcheck`: exit 0 when a worker of this host holds its lease, 1 otherwise.
 
-A health check for containers. It reads the leases in Redis and does not inspect processes.
+A health check for containers. It reads the leases in Redis and inspects no processes.
 """
 
 from __future__ import annotations

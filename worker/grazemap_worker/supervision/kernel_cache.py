@@ -1,4 +1,4 @@
-"""The folder of compiled kernels: private, marked as used, and without those that nobody has used for long."""
+"""The folder of compiled kernels: made private, marked as used, and cleared of kernels that were not used for long."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import structlog
 
 _USED = "used"
 UNUSED_SECONDS = 90 * 86400.0
-"""A folder that no worker has been started with for this time is removed, unless one still runs."""
+"""A folder of kernels is removed when no worker was started with it for this time, and none with it still runs."""
 
 
 class CacheFolderError(RuntimeError):
@@ -27,12 +27,12 @@ def use_folder(root: Path) -> Path:
     Raises
     ------
     CacheFolderError
-        The folder is a link, or another user's, and its code would be executed.
+        The folder is a link or belongs to another user, who could place code in it.
     """
     folder = root / "kernels"
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    found = folder.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
         raise CacheFolderError(f"{folder} must be a folder of this user")
     folder.chmod(0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
@@ -40,28 +40,28 @@ def use_folder(root: Path) -> Path:
 
 
 def mark_used(folder: Path) -> IO[bytes]:
-    """Mark a folder as used until the returned file is closed, and remove those beside it that are not.
+    """Mark a folder of kernels as used until the returned file is closed, and remove unused folders beside it.
 
-    A folder is removed when no process has it marked, and none has marked it for `UNUSED_SECONDS`. Nobody waits for a
-    mark, and kernels of a folder that was removed are compiled again.
+    A folder is unused when no process marks it now, and none has done so for `UNUSED_SECONDS`. No process waits for a
+    mark. Kernels of a folder that was removed are compiled again.
     """
     folder.mkdir(parents=True, exist_ok=True)
     mark = (folder / _USED).open("ab")
     os.utime(mark.fileno())
     if not _locked(mark, fcntl.LOCK_SH):
         structlog.get_logger("grazemap_worker").info("kernels are removed by another process", folder=str(folder))
-    for other in folder.parent.glob(f"kernels-*/{_USED}"):
-        if other.parent == folder or time.time() - other.stat().st_mtime < UNUSED_SECONDS:
+    for used_file in folder.parent.glob(f"kernels-*/{_USED}"):
+        if used_file.parent == folder or time.time() - used_file.stat().st_mtime < UNUSED_SECONDS:
             continue
-        with other.open("ab") as file:
+        with used_file.open("ab") as file:
             if _locked(file, fcntl.LOCK_EX):
-                shutil.rmtree(other.parent, ignore_errors=True)
-                structlog.get_logger("grazemap_worker").info("unused kernels removed", folder=str(other.parent))
+                shutil.rmtree(used_file.parent, ignore_errors=True)
+                structlog.get_logger("grazemap_worker").info("unused kernels removed", folder=str(used_file.parent))
     return mark
 
 
 def _locked(file: IO[bytes], kind: int) -> bool:
-    """Lock a file, unless that would have to wait; return whether it is locked."""
+    """Lock a file without waiting; return whether that succeeded."""
     try:
         fcntl.flock(file, kind | fcntl.LOCK_NB)
     except BlockingIOError:

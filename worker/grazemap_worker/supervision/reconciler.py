@@ -1,7 +1,7 @@
-"""Sees to it that every tile that can be claimed is claimed: the ledger decides, bells only wake workers.
+"""The reconciler: makes sure that every tile that can be claimed is claimed.
 
-One supervisor per fingerprint does this every second. It counts the tiles of ended workers as lost, binds jobs that
-were submitted while no worker was there, and rings where tiles wait and no bell does.
+One supervisor per fingerprint runs it every second. It counts the tiles of ended workers as lost, binds jobs that were
+submitted while no worker was alive, and sends wake-ups while tiles wait.
 """
 
 from __future__ import annotations
@@ -9,27 +9,28 @@ from __future__ import annotations
 import structlog
 
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.queue import bells, leftovers
+from grazemap_worker.queue import clean_up, wake_ups
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
-# Approximate number of jobs of a round: a long backlog takes several, so that none delays Redis or a signal.
+# Approximate number of unfinished jobs in a round. A long backlog takes several rounds, so that no round delays Redis
+# or the handling of a signal.
 JOBS_A_ROUND = 500
 _LEAD_SECONDS = 4.0
 
 
 class Reconciler:
-    """The reconciler of one supervisor; `name` distinguishes it from the others."""
+    """The reconciler of one supervisor; `name` distinguishes it from reconcilers of other supervisors."""
 
     def __init__(self, store: Store, numerics: Numerics, name: str) -> None:
         self._store = store
         self._fingerprint = numerics.fingerprint
         self._name = name
         self._cursor = 0
-        self._leftovers = leftovers.Leftovers(numerics.fingerprint)
+        self._queue_clean_up = clean_up.QueueCleanUp(numerics.fingerprint)
 
     def reconcile(self) -> set[str]:
-        """Do one round; return the kernels that tiles wait for. Raises redis.exceptions.RedisError."""
+        """Run one round; return the kernels that waiting tiles need. Raises redis.exceptions.RedisError."""
         store, log = self._store, structlog.get_logger("grazemap_worker")
         if not store.workers.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return {kernels for _, kernels in store.tiles.waiting(self._fingerprint)}
@@ -39,9 +40,9 @@ class Reconciler:
         self._cursor, jobs = store.jobs.some_unfinished(self._cursor, JOBS_A_ROUND)
         store.jobs.bind(self._fingerprint, core_version(), jobs)
         store.tiles.sweep()
-        store.say_budget()
-        self._leftovers.sweep(store.redis)
+        store.set_budget()
+        self._queue_clean_up.sweep(store.redis)
         waiting = store.tiles.waiting(self._fingerprint)
         for small in {lane == "small" for lane, _ in waiting}:
-            bells.ring(store.redis, self._fingerprint, small=small)
+            wake_ups.wake_worker(store.redis, self._fingerprint, small=small)
         return {kernels for _, kernels in waiting}

@@ -1,9 +1,9 @@
 """The supervisor of one machine's workers.
 
-It forks the workers from its main thread. They share the compiled code, so a new one starts in 20 ms instead of
-seconds; when more kernels are compiled, workers that have them replace the others. It replaces workers that end, gives
-back their tiles, and reconciles ledger and queue every second. When it ends, even if it is killed, its workers end with
-it.
+It forks the workers from its main thread. The workers share the compiled code, so a new worker starts in 20 ms instead
+of seconds. When more kernels are compiled, new workers that have them replace the others. The supervisor replaces
+workers that end, gives back their tiles, and reconciles ledger and queue every second. When it ends, even if it is
+killed, its workers end with it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from grazemap_worker import watchdog
 from grazemap_worker.liveness import Liveness
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import adopt_orphans, die_with_parent
-from grazemap_worker.queue import leftovers
-from grazemap_worker.queue.horse import limit_memory
+from grazemap_worker.queue import clean_up
+from grazemap_worker.queue.compute_process import limit_memory
 from grazemap_worker.restarts import Restarts
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
@@ -35,17 +35,17 @@ from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.supervision.watched import Watched
 
 _POLL_SECONDS = 0.1
-# Workers for small tiles: more would wait for the service, which is one process.
-MOST_SMALL_WORKERS = 4
-# Limits of a small tile, which is expected to take milliseconds, in a worker that cannot notice it itself: of its
-# processor time, and of the time that passes, before the lease of the worker runs out. It is computed again in a
-# process of its own.
+# Number of workers for small tiles. The service is one process, so more of them would wait for it.
+MAX_SMALL_WORKERS = 4
+# Limits of a small tile, which is expected to take milliseconds: of its processor time, and of the time that passes.
+# The supervisor kills a worker whose small tile exceeds one of them, before the lease of the worker runs out. The tile
+# is then computed again in a compute process.
 SMALL_TILE_PROCESSOR_SECONDS = 2.0
 SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
-# A worker that waits does something every few seconds, and longer than this only if it can never go on.
+# A waiting worker gives a sign of life every few seconds. One that is silent for this long counts as hung.
 _SILENT_SECONDS = 120.0
 _STOP_SECONDS = 2.0
-# Attempts of a worker's command while Redis is unavailable: 0.05 + 0.1 + ... + 1 + 1 ... is about ten seconds.
+# Attempts of a Redis command of a worker; with pauses of 0.05, 0.1, ..., 1, 1 ... s they last about ten seconds.
 _WORKER_TRIES = 14
 
 
@@ -54,19 +54,19 @@ class _Slot:
     """One place for a worker."""
 
     small: bool
-    """Whether it is a worker for small tiles."""
+    """Whether the worker computes small tiles only."""
     watched: Watched = field(default_factory=Watched.shared)
-    """What the worker shows of its work."""
+    """What the worker shares with the supervisor."""
     restarts: Restarts = field(default_factory=Restarts)
-    """When it may be started again."""
+    """When the worker may be started again."""
     liveness: Liveness | None = None
-    """Tells whether the worker goes on."""
+    """Tells whether the worker hangs."""
     pid: int = 0
-    """Its process id; 0: none runs."""
+    """Process id of the worker; 0: none runs."""
     name: str = ""
-    """Its name."""
+    """Name of the worker."""
     overran: bool = False
-    """Whether it was killed because its small tile took too long."""
+    """Whether the worker was killed because its small tile took too long."""
 
 
 class Supervisor:
@@ -79,7 +79,7 @@ class Supervisor:
         self._store = Store(settings.connect(), settings.result_bytes)
         self._reconciler = Reconciler(self._store, numerics, self._name)
         self._kernels = kernels
-        small = min(settings.workers, MOST_SMALL_WORKERS)
+        small = min(settings.workers, MAX_SMALL_WORKERS)
         self._slots = [_Slot(small=True) for _ in range(small)] + [_Slot(small=False) for _ in range(settings.workers)]
         self._stopping = False
         self._log = structlog.get_logger("grazemap_worker")
@@ -97,7 +97,7 @@ class Supervisor:
             now = time.monotonic()
             if self._kernels.advance():
                 for slot in self._slots:
-                    slot.watched.asked_to_stop = True  # those that follow have the new kernels too
+                    slot.watched.asked_to_stop = True  # its successor has the new kernels too
             for slot in self._slots:
                 if not slot.pid and slot.restarts.due:
                     self._spawn(slot)
@@ -109,7 +109,7 @@ class Supervisor:
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
                 try:
-                    with watchdog.beating():  # a round may have much to take over
+                    with watchdog.beating():  # a round may take long
                         self._round()
                     redis_away = False
                 except RedisError as error:
@@ -117,7 +117,7 @@ class Supervisor:
                         self._log.warning(trouble(error), error=type(error).__name__)
                     redis_away = True
                 except Exception:
-                    # what others put into Redis must not end the workers
+                    # data of other programs in Redis must not end the workers
                     self._log.exception("a round of the reconciler failed")
             time.sleep(_POLL_SECONDS)
         self._kernels.stop()
@@ -125,13 +125,13 @@ class Supervisor:
 
     def _round(self) -> None:
         self._kernels.want(self._reconciler.reconcile())
-        said = self._kernels.said()
-        for name, text in said.items():
-            self._store.workers.say_compiling(name, text)
-        self._store.workers.say_starting(next(iter(said.values()), ""))
+        texts = self._kernels.status_texts()
+        for name, text in texts.items():
+            self._store.workers.set_compiling(name, text)
+        self._store.workers.set_starting(next(iter(texts.values()), ""))
 
     def _hangs(self, slot: _Slot) -> str:
-        """Return why a worker must be killed; empty if it need not be."""
+        """Return why a worker must be killed; empty if it goes on."""
         if slot.liveness is not None and (reason := slot.liveness.hangs(heard=slot.watched.heard())):
             return reason
         if slot.watched.computing and (
@@ -144,7 +144,7 @@ class Supervisor:
 
     @staticmethod
     def _small_tile_seconds(slot: _Slot) -> float:
-        """Return the processor time of the small tile that a worker computes."""
+        """Return the processor time that a worker has spent on its small tile."""
         return slot.liveness.cpu_seconds - slot.watched.processor_seconds if slot.liveness is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
@@ -176,7 +176,7 @@ class Supervisor:
         slot.liveness = Liveness(slot.pid, silent_seconds=_SILENT_SECONDS, first_seconds=_SILENT_SECONDS)
 
     def _reap(self) -> None:
-        """Notice every child that ended: workers, and the work-horses that dead workers left."""
+        """Wait for every child that has ended: workers, compiling processes, and compute processes of dead workers."""
         by_pid = {slot.pid: slot for slot in self._slots if slot.pid}
         while (ended := _ended_child()) is not None:
             pid, status = ended
@@ -194,7 +194,10 @@ class Supervisor:
                 self._count("ended:worker")
 
     def _blame(self, slot: _Slot) -> bool:
-        """Count the failure of the small tile with which a worker ended; return whether it alone is to blame."""
+        """Count a failure of the small tile that an ended worker computed; return whether a failure was counted.
+
+        If so, the other claims of the worker are given back without counting a failure.
+        """
         if not slot.watched.computing:
             return False
         job_id = slot.watched.job.decode()
@@ -208,20 +211,23 @@ class Supervisor:
         return True
 
     def _count(self, name: str) -> None:
-        with suppress(RedisError):  # not counted then; the log has it
+        with suppress(RedisError):  # then only the log has it
             self._store.count(name)
 
     def _forget(self, name: str, *, return_claims: bool) -> None:
-        """Give back the tiles of a dead worker at once; if Redis is unavailable, its lease runs out."""
-        watchdog.beat()  # each may wait for Redis
+        """Remove a dead worker from the store; if Redis is unavailable, its lease runs out instead.
+
+        With `return_claims` its tiles are free at once and no failure is counted.
+        """
+        watchdog.beat()  # this may wait for Redis
         try:
             self._store.workers.remove(name, return_claims=return_claims)
-            leftovers.forget_worker(self._store.redis, name, self._numerics.fingerprint)
+            clean_up.forget_worker(self._store.redis, name, self._numerics.fingerprint)
         except RedisError as error:
             self._log.info("a worker's lease is left to run out", worker=name, error=type(error).__name__)
 
     def _stop_workers(self) -> None:
-        """Let the workers finish what they can in `_STOP_SECONDS`, then kill them; their tiles are given back."""
+        """Let the workers finish within `_STOP_SECONDS`, kill those that have not ended, and give back their tiles."""
         alive = {slot.pid: slot for slot in self._slots if slot.pid}
         for pid in alive:
             os.kill(pid, signal.SIGTERM)
@@ -241,7 +247,7 @@ class Supervisor:
 
 
 def _ended_child() -> tuple[int, int] | None:
-    """Return (process id, wait status) of a child that ended, or None."""
+    """Return (process id, wait status) of a child that has ended, or None."""
     try:
         pid, status = os.waitpid(-1, os.WNOHANG)
     except ChildProcessError:
@@ -250,9 +256,9 @@ def _ended_child() -> tuple[int, int] | None:
 
 
 def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo, watched: Watched, parent: int) -> None:
-    """Work in a process of its own until asked to stop."""
+    """Turn this forked process into a worker, and work until asked to stop."""
     from grazemap_worker import tasks
-    from grazemap_worker.queue.drainer import Drainer
+    from grazemap_worker.queue.tile_worker import TileWorker
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -265,5 +271,7 @@ def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo,
         return watched.asked_to_stop
 
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
-    context = tasks.Context(store, info, numerics, settings.memory_bytes, watched.compute, watched.beat, stopping)
-    Drainer(store, info, lambda: tasks.drain(context), watched.beat, stopping).work(logging_level=None)
+    memory, report = settings.memory_bytes, watched.report_small_tile
+    context = tasks.WorkerContext(store, info, numerics, memory, report, watched.beat, stopping)
+    worker = TileWorker(store, info, lambda: tasks.compute_waiting_tiles(context), watched.beat, stopping)
+    worker.work(logging_level=None)

@@ -1,4 +1,4 @@
-"""What a worker tells its supervisor, in memory that they share: a worker that hangs cannot tell it by itself."""
+"""The state of a worker in memory that it shares with its supervisor, which can read it even when the worker hangs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import time
 
 
 class Watched(ctypes.Structure):
-    """Values in memory that is shared with forked processes; `shared` makes them."""
+    """The shared state of a worker; `shared` makes one in memory that forked processes share."""
 
     _fields_ = (
         ("signs", ctypes.c_uint64),
@@ -19,39 +19,39 @@ class Watched(ctypes.Structure):
     )
 
     signs: int
-    """How often the worker has said that it does something."""
+    """Number of signs of life that the worker has given."""
     computing: float
-    """Since when it has computed a small tile; 0.0: it computes none."""
+    """When the worker began to compute its small tile, in monotonic seconds; 0.0: it computes none."""
     processor_seconds: float
-    """The processor time that it had taken then."""
+    """Processor time of the worker at that moment."""
     job: bytes
-    """The job of that tile."""
+    """Id of the job of that tile."""
     asked_to_stop: bool
-    """Whether the worker is to stop after what it does."""
+    """Whether the worker is to end after its current tile."""
     _heard = 0
 
     @classmethod
     def shared(cls) -> Watched:
-        """Return new ones."""
-        made = cls.from_buffer(mmap.mmap(-1, ctypes.sizeof(cls)))
-        made.reset()
-        return made
+        """Return a new shared state."""
+        state = cls.from_buffer(mmap.mmap(-1, ctypes.sizeof(cls)))
+        state.reset()
+        return state
 
     def reset(self) -> None:
-        """Begin anew, for another worker."""
+        """Reset the state for another worker."""
         self.computing, self.asked_to_stop = 0.0, False
 
     def beat(self) -> None:
-        """Say that the worker does something."""
+        """Give a sign of life of the worker."""
         self.signs += 1
 
     def heard(self) -> bool:
-        """Return whether the worker has said so since the last call, in the process that watches it."""
+        """Return whether the worker has given a sign of life since the last call; for the supervisor."""
         before, self._heard = self._heard, self.signs
         return self.signs != before
 
-    def compute(self, job_id: str) -> None:
-        """Say that the worker begins to compute the tile of a job; empty: that it has computed it."""
+    def report_small_tile(self, job_id: str) -> None:
+        """Record that the worker begins the small tile of a job or, with an empty id, that it has finished it."""
         self.beat()
         if job_id:
             self.job, self.processor_seconds = job_id.encode(), time.process_time()

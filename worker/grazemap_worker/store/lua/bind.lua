@@ -1,8 +1,7 @@
--- Binds unfinished jobs of a core version to the numerics that will compute them, when they are bound to none, or to
--- some whose workers are all long gone (their tiles are then computed again). Arguments: fingerprint, core_version,
--- remembered (seconds for which a version is), ids.
--- Returns {ids that were bound, ids that nobody can compute any more: no worker had their core version for as long as
--- it is remembered}.
+-- Binds unfinished jobs of a core version to a fingerprint: jobs that are bound to none, or to one that no live worker
+-- has had for `remembered` seconds (then their tiles are computed again). Arguments: fingerprint, core_version,
+-- remembered, ids.
+-- Returns {ids that were bound, ids of jobs whose core version no worker has had for `remembered` seconds}.
 local bound_now, outdated = {}, {}
 
 local function bind(id)
@@ -11,18 +10,18 @@ local function bind(id)
   if not (status and unfinished(status)) then
     return
   end
-  if version ~= given.core_version then
-    local young = tonumber(now()) - (tonumber(created) or 0) < given.remembered
-    if not young and not lasts(key('version', version), 1000 * given.remembered) then
+  if version ~= args.core_version then
+    local young = tonumber(now()) - (tonumber(created) or 0) < args.remembered
+    if not young and not lasts(key('version', version), 1000 * args.remembered) then
       outdated[#outdated + 1] = id
     end
     return
   end
-  if bound == given.fingerprint then
+  if bound == args.fingerprint then
     offer(id)
     return
   end
-  if bound ~= '' and lasts(key('fingerprint', bound), 1000 * given.remembered) then
+  if bound ~= '' and lasts(key('fingerprint', bound), 1000 * args.remembered) then
     return
   end
   if bound ~= '' then
@@ -33,12 +32,12 @@ local function bind(id)
     set_remaining(id, number(id, 'total'))
     progress_event(id)
   end
-  bind_to(id, given.fingerprint)
+  bind_to(id, args.fingerprint)
   offer(id)
   bound_now[#bound_now + 1] = id
 end
 
-for _, id in ipairs(given.ids) do
+for _, id in ipairs(args.ids) do
   bind(id)
 end
 return { bound_now, outdated }

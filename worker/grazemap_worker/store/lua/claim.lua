@@ -1,11 +1,12 @@
--- Claims tiles, fairly among flows. Arguments: holder, fingerprint, lease (milliseconds), lanes, kernels, most (tiles),
--- seconds (of these tiles together), most_bytes (of their requests); stopped (a job whose tile is stopped meanwhile; left
--- out: none) and waited (seconds for which others must have waited then); or job and tile, to claim this one.
--- Returns {whether there is more to claim, {id, tile, attempts that lost their worker, process, request, core version,
--- plan, estimate, lane, seconds of processor time that the job may still take}, ...}.
-local holder, fingerprint = given.holder, given.fingerprint
-local MOST_HELD = 100
-local flows, found, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
+-- Claims the next tiles, fairly among flows, or one named tile. Arguments: holder, fingerprint, lease (milliseconds).
+-- For the next tiles: lanes, kernels, most (number of tiles), seconds (estimate of these tiles together), most_bytes
+-- (of their requests). While a compute process is stopped also: stopped (the job of its tile) and waited (seconds for
+-- which other jobs must have waited). For a named tile: job, tile.
+-- Returns {1 if more tiles can be claimed, else 0; {id, tile, number of attempts that lost their worker, process,
+-- request, core version, plan, estimate, lane, seconds of processor time that the job may still take}, ...}.
+local holder, fingerprint = args.holder, args.fingerprint
+local MAX_HELD = 100
+local flows, answer, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
 
 local function take(id, tile)
   local started = get(id, 'status') == 'running'
@@ -13,7 +14,7 @@ local function take(id, tile)
   redis.call('SREM', key('job', id, 'again'), tile)
   redis.call('SADD', key('held', holder), id .. '|' .. tile)
   redis.call('SADD', key('holders'), holder)
-  renew(holder, given.lease)
+  renew(holder, args.lease)
   if not started then
     redis.call('HSET', key('job', id), 'started', now())
     set_status(id, 'running')
@@ -22,11 +23,11 @@ local function take(id, tile)
   local lost = redis.call('HGET', key('job', id, 'failures'), tile .. ':lost') or '0'
   local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate', 'lane')
   fields[#fields + 1] = tostring(left_of(id))
-  found[#found + 1] = { id, tile, lost, unpack(fields) }
+  answer[#answer + 1] = { id, tile, lost, unpack(fields) }
   bytes = bytes + string.len(fields[2] or '')
 end
 
--- The next tile of a job that is neither done nor claimed, or nil.
+-- The next tile of a job that is neither finished nor claimed; nil: there is none.
 local function next_tile(id)
   local tile = redis.call('SRANDMEMBER', key('job', id, 'again'))
   if tile then
@@ -41,18 +42,20 @@ local function next_tile(id)
   return number < total and tostring(number) or nil
 end
 
--- An asker with a small tile that took far too long gets his small tiles one by one from one worker at a time, so that
--- they hold up nobody else.
+-- Whether a small tile of an asker took far too long lately. Then the small tiles of this asker are claimed one by one,
+-- by one worker at a time, so that they do not delay the tiles of others.
 local function is_alone(asker)
   return redis.call('EXISTS', key('overran', asker)) == 1
 end
 
+-- Whether this worker may claim a small tile of such an asker: it has claimed nothing else, and no other live worker
+-- holds such a tile.
 local function may_take_alone()
-  local other = redis.call('GET', key('alone', fingerprint))
-  if #found > 1 or not other or other == holder or not alive(other) then
-    return #found == 1
+  local last_holder = redis.call('GET', key('alone', fingerprint))
+  if #answer > 1 or not last_holder or last_holder == holder or not alive(last_holder) then
+    return #answer == 1
   end
-  for _, claim in ipairs(claims_of(other)) do
+  for _, claim in ipairs(claims_of(last_holder)) do
     if is_alone(get(claim[1], 'asker') or '') then
       return false
     end
@@ -60,7 +63,7 @@ local function may_take_alone()
   return true
 end
 
--- Whether this worker may take a tile that is long by itself: such tiles leave one worker free, where there are several.
+-- Whether this worker may claim a long tile. If there are several workers, one of them is kept free of long tiles.
 local function may_take_long()
   local others, with_long = 0, 0
   for _, worker in ipairs(live_workers()) do
@@ -78,29 +81,30 @@ local function may_take_long()
   return with_long < math.max(1, others)
 end
 
--- Whether the job that is next in a flow may have a tile of a worker's time while a tile of another one is stopped: the
--- tile of a long job is stopped for everybody's short ones, any other tile only for those of other askers.
+-- Whether a tile of the next job in a flow may be computed while the tile of the job `stopped` is stopped. The tile of
+-- a long job is stopped for short tiles of any asker, another tile only for those of other askers. The next job must
+-- have waited long enough.
 local function may_interrupt(flow, asker)
-  local lane, other = unpack(redis.call('HMGET', key('job', given.stopped), 'lane', 'asker'))
-  if lane ~= 'long' and other == asker then
+  local lane, stopped_asker = unpack(redis.call('HMGET', key('job', args.stopped), 'lane', 'asker'))
+  if lane ~= 'long' and stopped_asker == asker then
     return false
   end
   local id = redis.call('ZRANGE', key('flow', fingerprint, flow), 0, 0)[1]
   local since = id and redis.call('ZSCORE', key('waiting', 'short'), id)
-  return since and tonumber(now()) - tonumber(since) >= given.waited
+  return since and tonumber(now()) - tonumber(since) >= args.waited
 end
 
 local function claimable(flow)
   local place, kernels, _, asker = string.match(flow, '^([^|]*)|([^|]*)|([^|]*)|(.*)$')
   local lane, long_tiles = string.match(place, '^(%a+)(.*)$')
-  return contains(given.lanes, lane)
-    and contains(given.kernels, kernels)
+  return contains(args.lanes, lane)
+    and contains(args.kernels, kernels)
     and (long_tiles == '' or may_take_long())
     and (lane ~= 'small' or not is_alone(asker) or may_take_alone())
-    and (not given.stopped or may_interrupt(flow, asker))
+    and (not args.stopped or may_interrupt(flow, asker))
 end
 
--- Claims one tile of the job that is next in a flow; returns its seconds, or nil if the job had none.
+-- Claims one tile of the next job in a flow; returns its estimated seconds, or nil if the job has no tile to claim.
 local function serve(flow)
   local jobs = key('flow', fingerprint, flow)
   local id = redis.call('ZRANGE', jobs, 0, 0)[1]
@@ -118,13 +122,13 @@ local function serve(flow)
   local reached = tonumber(redis.call('HGET', key('clocks'), clock) or 0)
   redis.call('HSET', key('clocks'), clock, math.max(reached, served))
   redis.call('ZADD', flows, served + charged, flow)
-  local own = tonumber(redis.call('ZSCORE', jobs, id)) + charged
-  redis.call('ZADD', jobs, own, id)
-  redis.call('HSET', key('job', id), 'served', own)
+  local job_served = tonumber(redis.call('ZSCORE', jobs, id)) + charged
+  redis.call('ZADD', jobs, job_served, id)
+  redis.call('HSET', key('job', id), 'served', job_served)
   take(id, tile)
   if get(id, 'lane') == 'small' and is_alone(get(id, 'asker') or '') then
     redis.call('SET', key('alone', fingerprint), holder)
-    cost = given.seconds -- and nothing else with it
+    cost = args.seconds -- so that no other tile is claimed with this one
   end
   if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
     withdraw(id)
@@ -134,8 +138,8 @@ local function serve(flow)
   return cost
 end
 
--- Claims a given tile of a job, unless it is done or held.
-local function take_given(id, tile)
+-- Claims a named tile of a job, unless it is finished or a live worker holds it.
+local function take_named(id, tile)
   local status, bound = unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint'))
   if not (status and unfinished(status)) or (bound ~= '' and bound ~= fingerprint) then
     return
@@ -145,9 +149,9 @@ local function take_given(id, tile)
     or redis.call('HEXISTS', key('job', id, 'tiles'), tile) == 1 then
     return
   end
-  local other = claimed_by(id, tile)
-  if other and other ~= holder then
-    if alive(other) then
+  local previous = claimed_by(id, tile)
+  if previous and previous ~= holder then
+    if alive(previous) then
       return
     end
     redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':lost', 1)
@@ -157,26 +161,26 @@ local function take_given(id, tile)
   offer(id)
 end
 
-if given.job then
-  take_given(given.job, given.tile)
-  return found
+if args.job then
+  take_named(args.job, args.tile)
+  return answer
 end
 
--- the index of what a holder has grows by each claim
-if redis.call('SCARD', key('held', holder)) > MOST_HELD then
+-- the index of a holder's claims grows with each claim, and `claims_of` shortens it
+if redis.call('SCARD', key('held', holder)) > MAX_HELD then
   claims_of(holder)
 end
 
 local function next_flow()
   local start = 0
   while true do
-    local some = redis.call('ZRANGE', flows, start, start + 99)
-    for _, flow in ipairs(some) do
+    local page = redis.call('ZRANGE', flows, start, start + 99)
+    for _, flow in ipairs(page) do
       if claimable(flow) then
         return flow
       end
     end
-    if #some < 100 then
+    if #page < 100 then
       return nil
     end
     start = start + 100
@@ -184,12 +188,12 @@ local function next_flow()
 end
 
 local flow = next_flow()
-while flow and #found <= given.most and spent < given.seconds and bytes < given.most_bytes do
+while flow and #answer <= args.most and spent < args.seconds and bytes < args.most_bytes do
   spent = spent + (serve(flow) or 0)
   if redis.call('EXISTS', key('flow', fingerprint, flow)) == 0 then
     redis.call('ZREM', flows, flow)
   end
   flow = next_flow()
 end
-found[1] = flow and 1 or 0
-return found
+answer[1] = flow and 1 or 0
+return answer

@@ -1,20 +1,21 @@
--- Arguments: holder ('': every holder that no longer renews its lease). Returns id, tile, holder, ... of its claims.
-local holders = { given.holder }
-if given.holder == '' then
+-- Returns id, tile, holder, ... of the claims of a holder or, if `holder` is '', of every holder that no longer renews
+-- its lease. Argument: holder.
+local holders = { args.holder }
+if args.holder == '' then
   holders = redis.call('SMEMBERS', key('holders'))
 end
-local found = {}
+local triples = {}
 for _, holder in ipairs(holders) do
-  if given.holder ~= '' or not alive(holder) then
+  if args.holder ~= '' or not alive(holder) then
     local claims = claims_of(holder)
     for _, claim in ipairs(claims) do
-      found[#found + 1] = claim[1]
-      found[#found + 1] = claim[2]
-      found[#found + 1] = holder
+      triples[#triples + 1] = claim[1]
+      triples[#triples + 1] = claim[2]
+      triples[#triples + 1] = holder
     end
     if #claims == 0 then
       redis.call('SREM', key('holders'), holder)
     end
   end
 end
-return found
+return triples

@@ -1,9 +1,10 @@
--- Stores what was computed; the first commit of a tile or a result wins. Arguments: fingerprint, budget (bytes of all
--- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job), lasting (whether it answers the request when it is made again),
--- event, etag, seconds (of processor time), size}. Bytes: the npz files of the items, one after another.
--- Returns, for each item, the tiles that remain (0: the assembly may be claimed), or -1 when it is not wanted (any
--- more), or -2 when there is no room, or -3 when the tile is stored and its job has taken more than its limit of
--- processor time.
+-- Stores finished tiles and results; the first commit of a tile or a result wins. Arguments: fingerprint, budget (bytes
+-- of all results and tiles), kept (seconds for which the tiles of a finished job are kept), items: {id, tile, whole
+-- (whether it is the result of the job), lasting (whether the result also answers later requests), event, etag, seconds
+-- (of processor time), size}. Bytes: the npz files of the items, one after another.
+-- Returns for each item the number of tiles that remain of its job (0: the assembly may be claimed, or the job is
+-- finished); -1: the item is not wanted (any more); -2: there is no room for it; -3: the tile is stored, and its job
+-- has taken more than its limit of processor time.
 
 local function store_tile(item, data)
   local id, tile, total = item.id, tostring(item.tile), number(item.id, 'total')
@@ -12,7 +13,7 @@ local function store_tile(item, data)
     return -1
   end
   if redis.call('HEXISTS', key('job', id, 'tiles'), tile) == 0 then
-    if not make_room(size, given.budget) then
+    if not make_room(size, args.budget) then
       return -2
     end
     redis.call('HSET', key('job', id, 'tiles'), tile, data)
@@ -24,13 +25,13 @@ local function store_tile(item, data)
     charge(id, item.seconds)
     local _, since = claimed_by(id, tile)
     if since then
-      -- Time to go: mean time of the tiles so far, shared among those that now work on this job.
+      -- Remaining time: the mean time of the finished tiles, divided by the number of workers on this job.
       redis.call('HINCRBYFLOAT', key('job', id), 'tile_seconds', math.max(0, tonumber(now()) - since))
       redis.call('HINCRBY', key('job', id), 'tiles_timed', 1)
       local mean = number(id, 'tile_seconds') / number(id, 'tiles_timed')
       local eta = mean * (total - done) / math.max(1, redis.call('HLEN', claims))
       if get(id, 'unit') == 'steps' then
-        -- Putting them together is one worker's, and counts as many steps as tiles would take so long.
+        -- The assembly is done by one worker. Each of its steps takes about the time of a tile.
         eta = eta + mean * (number(id, 'steps_total') - total)
       end
       redis.call('HSET', key('job', id), 'eta', string.format('%.3f', eta))
@@ -55,7 +56,7 @@ local function store_result(item, data)
   local id, size, class = item.id, string.len(data), class_of(item.id)
   local name = result_key(id)
   drop_result(name)
-  if not make_room(size, given.budget) then
+  if not make_room(size, args.budget) then
     return -2
   end
   redis.call('SET', name, data)
@@ -72,17 +73,17 @@ local function store_result(item, data)
   end
   charge(id, item.seconds)
   progress_event(id)
-  finish(id, 'successful', given.kept)
+  finish(id, 'successful', args.kept)
   return 0
 end
 
 local answers, position = {}, 0
-for i, item in ipairs(given.items) do
+for i, item in ipairs(args.items) do
   local status = get(item.id, 'status')
-  if not (status and unfinished(status)) or get(item.id, 'fingerprint') ~= given.fingerprint then
+  if not (status and unfinished(status)) or get(item.id, 'fingerprint') ~= args.fingerprint then
     answers[i] = -1
   else
-    local data = #given.items == 1 and ARGV[3] or string.sub(ARGV[3], position + 1, position + item.size)
+    local data = #args.items == 1 and ARGV[3] or string.sub(ARGV[3], position + 1, position + item.size)
     answers[i] = (item.whole and store_result or store_tile)(item, data)
   end
   position = position + item.size

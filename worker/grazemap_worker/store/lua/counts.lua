@@ -1,5 +1,5 @@
--- What the store holds and what happens in it. Returns it as JSON; empty lists as {}.
-local found = {
+-- Returns as JSON what the store holds and what happens in it; an empty list is {}.
+local counts = {
   jobs = {},
   pending_tiles = tonumber(redis.call('GET', key('unfinished', 'tiles')) or 0),
   results = redis.call('HLEN', key('results', 'sizes')),
@@ -11,12 +11,12 @@ local found = {
   claimed_seconds = 0,
 }
 for _, status in ipairs({ 'accepted', 'running', 'successful', 'failed', 'dismissed' }) do
-  found.jobs[status] = redis.call('ZCARD', key('status', status))
+  counts.jobs[status] = redis.call('ZCARD', key('status', status))
 end
 for _, name in ipairs({ 'bytes', 'counts' }) do
   local all = redis.call('HGETALL', key(name))
   for i = 1, #all, 2 do
-    found[name == 'counts' and 'events' or name][all[i]] = tonumber(all[i + 1])
+    counts[name == 'counts' and 'events' or name][all[i]] = tonumber(all[i + 1])
   end
 end
 
@@ -26,13 +26,13 @@ end
 
 for _, lane in ipairs({ 'small', 'short', 'long' }) do
   local first = redis.call('ZRANGE', key('waiting', lane), 0, 0, 'WITHSCORES')
-  found.waiting[lane] = {
+  counts.waiting[lane] = {
     jobs = redis.call('ZCARD', key('waiting', lane)),
     seconds = first[2] and seconds_since(first[2]) or 0,
   }
 end
 
--- What a holder has computed for longest.
+-- The claim that a holder has had for longest; nil: it has none.
 local function computed_by(holder)
   local longest
   for _, claim in ipairs(claims_of(holder)) do
@@ -48,14 +48,14 @@ end
 local computed = {}
 for _, holder in ipairs(redis.call('SMEMBERS', key('holders'))) do
   computed[holder] = computed_by(holder)
-  found.claimed_seconds = math.max(found.claimed_seconds, computed[holder] and computed[holder].seconds or 0)
+  counts.claimed_seconds = math.max(counts.claimed_seconds, computed[holder] and computed[holder].seconds or 0)
 end
 for _, worker in ipairs(live_workers()) do
   local described = cjson.decode(worker[2])
-  found.workers[#found.workers + 1] = {
+  counts.workers[#counts.workers + 1] = {
     small = described.small,
     core_version = described.core_version,
     computes = computed[worker[1]],
   }
 end
-return cjson.encode(found)
+return cjson.encode(counts)

@@ -1,4 +1,4 @@
--- Forgets a job whose record cannot be read, and counts it. Argument: id.
-forget(given.id)
+-- Removes a job whose record cannot be read, and counts it. Argument: id.
+forget(args.id)
 count('poisoned:records')
 return 1

@@ -1,7 +1,8 @@
--- Arguments: role, holder, milliseconds. Returns 1 to the one that has the role, for that long after each call.
-local name = key('lead', given.role)
-if redis.call('GET', name) ~= given.holder and lasts(name, given.milliseconds) then
+-- Gives a role to a holder, unless another holder has it. A holder keeps the role for so many milliseconds after each
+-- call. Arguments: role, holder, milliseconds. Returns 1 if the holder has the role.
+local name = key('lead', args.role)
+if redis.call('GET', name) ~= args.holder and lasts(name, args.milliseconds) then
   return 0
 end
-redis.call('SET', name, given.holder, 'PX', given.milliseconds)
+redis.call('SET', name, args.holder, 'PX', args.milliseconds)
 return 1

@@ -1,17 +1,17 @@
--- A tile took longer than its lane allows, and was stopped: its job goes on in the next lane. The time that it took counts
--- for its asker alone, whose small tiles are claimed one by one from now on. Arguments: id, tile, holder, seconds (of
--- processor time), alone (seconds for which the asker's small tiles are claimed so).
+-- Frees a tile that took longer than its lane allows, and moves its job to the next lane. The processor time is charged
+-- to the flow of its asker. After a small tile, the small tiles of this asker are claimed one by one for a while.
+-- Arguments: id, tile, holder, seconds (of processor time), alone (seconds for which they are claimed one by one).
 -- Returns 1, or 0 if the holder no longer has the tile.
-local id, tile = given.id, tostring(given.tile)
+local id, tile = args.id, tostring(args.tile)
 local status, lane, asker = unpack(redis.call('HMGET', key('job', id), 'status', 'lane', 'asker'))
-if not (status and unfinished(status)) or claimed_by(id, tile) ~= given.holder then
+if not (status and unfinished(status)) or claimed_by(id, tile) ~= args.holder then
   return 0
 end
 redis.call('HDEL', key('job', id, 'claims'), tile)
 count('overran:' .. lane)
-charge(id, given.seconds)
+charge(id, args.seconds)
 if lane == 'small' then
-  redis.call('SET', key('overran', asker or ''), 1, 'EX', given.alone)
+  redis.call('SET', key('overran', asker or ''), 1, 'EX', args.alone)
   move(id, 'short')
 else
   move(id, 'long', true)

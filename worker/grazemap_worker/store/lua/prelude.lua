@@ -1,14 +1,14 @@
--- What every script shares. ARGV[1] is the key prefix, ARGV[2] the named arguments as JSON; bytes follow. Scripts name
--- their keys themselves, so one Redis holds all of them (no cluster). A job is "unfinished" while it is accepted or
--- running.
+-- Functions that all scripts share. ARGV[1] is the key prefix, ARGV[2] the named arguments as JSON; the following ones
+-- are bytes. The scripts compute the names of their keys, so all keys must be in one Redis (no cluster). A job is
+-- "unfinished" while its status is accepted or running. An "asker" is a requester: who asked for a job.
 local prefix = ARGV[1]
-local given = cjson.decode(ARGV[2])
+local args = cjson.decode(ARGV[2])
 
--- Seconds for which the events of a job that is over are there; later the record says how it ended.
+-- Seconds for which the events of a finished job are kept; later only its record says how it ended.
 local EVENTS_KEPT = 3600
 -- The number of the step that assembles a map once its tiles are done.
 local ASSEMBLY = '-1'
--- What follows the lane in the name of a flow of jobs whose tiles are long, each by itself.
+-- Follows the lane in the name of a flow whose jobs have long tiles.
 local LONG_TILES = ':tiles'
 
 local function key(...)
@@ -21,8 +21,8 @@ local function now()
 end
 
 local function contains(list, value)
-  for _, one in ipairs(list) do
-    if one == value then
+  for _, item in ipairs(list) do
+    if item == value then
       return true
     end
   end
@@ -45,16 +45,16 @@ local function count(name, by)
   redis.call('HINCRBY', key('counts'), name, by or 1)
 end
 
--- Bytes that are stored, by what they are: requests, tiles, results:small, results:large.
+-- Number of stored bytes of a kind: requests, tiles, results:small, results:large.
 local function bytes_of(kind)
   return tonumber(redis.call('HGET', key('bytes'), kind) or 0)
 end
 
 local function add_bytes(kind, bytes)
-  redis.call('HINCRBY', key('bytes'), kind, string.format('%d', bytes)) -- not "-0", which a Redis 6.2 refuses
+  redis.call('HINCRBY', key('bytes'), kind, string.format('%d', bytes)) -- "%d" avoids "-0", which Redis 6.2 refuses
 end
 
--- Events reach those who listen at once. Those of jobs that are not small are kept for others, who come later.
+-- Publishes an event to those who listen now. Events of jobs that are not small are also kept for later listeners.
 local function event(id, name, data)
   local number = ''
   if get(id, 'lane') ~= 'small' then
@@ -67,7 +67,7 @@ end
 
 local function progress_event(id)
   if get(id, 'lane') == 'small' then
-    return -- nobody gets it
+    return -- nobody would get the event
   end
   local unit = get(id, 'unit')
   local eta = get(id, 'eta')
@@ -89,21 +89,21 @@ local function set_status(id, status)
   redis.call('ZADD', key('status', status), number(id, 'seq'), id)
 end
 
--- Whether a key that lives for so many milliseconds is there. One that would live more than twice as long is stale: the
--- clock was stepped back after it was written.
+-- Whether a key exists that was set to expire after so many milliseconds. If it has more than twice that time left, it
+-- is stale: the clock was set back after it was written.
 local function lasts(name, milliseconds)
   local left = redis.call('PTTL', name)
   return left >= 0 and left <= 2 * milliseconds
 end
 
--- Whether the worker that holds something still renews its lease, whose length is its value.
+-- Whether a worker still renews its lease; the value of the lease is its length.
 local function alive(holder)
   local name = key('worker', holder)
   return lasts(name, tonumber(redis.call('GET', name)) or 0)
 end
 
--- The first write takes no memory. After it Redis lets a script write where its memory is full, so that a worker keeps
--- what it computes.
+-- Renews the lease of a worker. The first write takes no memory; after it Redis lets the script write although its
+-- memory is full. So a worker keeps its claims.
 local function renew(holder, milliseconds)
   redis.call('PEXPIRE', key('worker', holder), milliseconds)
   redis.call('SET', key('worker', holder), milliseconds, 'PX', milliseconds)
@@ -123,20 +123,20 @@ local function claimed_by(id, tile)
   return split_claim(claim)
 end
 
--- The work that workers with the same numerics have before them, in milliseconds as estimated, grows by so many tiles.
+-- Adds tiles of a job to the load of its fingerprint: the estimated milliseconds of all unfinished tiles.
 local function add_load(id, tiles)
-  local fingerprint, each = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'tile_milliseconds'))
+  local fingerprint, milliseconds = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'tile_milliseconds'))
   if not fingerprint or fingerprint == '' then
     return
   end
-  local more = string.format('%d', tiles * (tonumber(each) or 0))
+  local more = string.format('%d', tiles * (tonumber(milliseconds) or 0))
   if redis.call('HINCRBY', key('load'), fingerprint, more) <= 0 then
     redis.call('HDEL', key('load'), fingerprint)
   end
 end
 
--- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sums over all jobs, over those
--- of its asker and over those of its numerics.
+-- Sets the number of tiles that remain of a job (0: the assembly remains; nil: the job is over). Updates the sums over
+-- all jobs, over the jobs of its asker, and over the jobs of its fingerprint.
 local function set_remaining(id, tiles)
   local before = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
   if tiles then
@@ -152,7 +152,7 @@ local function set_remaining(id, tiles)
   add_load(id, (tiles or 0) - before)
 end
 
--- Binds an unfinished job to numerics.
+-- Binds an unfinished job to a fingerprint.
 local function bind_to(id, fingerprint)
   local remaining = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
   add_load(id, -remaining)
@@ -160,10 +160,11 @@ local function bind_to(id, fingerprint)
   add_load(id, remaining)
 end
 
--- Fairness. The jobs with tiles to compute are in flows: one for each lane, kernels, priority and asker; jobs whose tiles
--- are long have others than those of many tiles. A flow has the virtual time up to which it was served, and so has each
--- job in its flow; the one with the least is served next, and advances by the seconds of the tile over its weight. A flow
--- that comes (again) begins where the others are.
+-- Fairness. Jobs with tiles to claim are in flows. There is one flow for each combination of lane, kernels, priority
+-- and asker; jobs with long tiles have separate flows. Each flow has a virtual time, and so has each job in a flow. The
+-- flow with the least virtual time is served next, and in it the job with the least. Then both virtual times advance by
+-- the seconds of the tile divided by the weight. A new flow, or one that returns, begins at the virtual time of the
+-- others.
 local function flow_of(id)
   local lane, long_tiles, kernels, priority, asker =
     unpack(redis.call('HMGET', key('job', id), 'lane', 'long_tiles', 'kernels', 'priority', 'asker'))
@@ -185,17 +186,19 @@ local function withdraw(id)
   redis.call('HSET', key('job', id), 'flow', '')
 end
 
--- The virtual time that was reached; that of small jobs, which have workers of their own, is another.
+-- The name of the clock of a flow: small jobs, which have their own workers, have their own clock.
 local function clock_of(fingerprint, flow)
   return fingerprint .. (string.match(flow, '^small|') and ':small' or '')
 end
 
+-- The least score of a sorted set; 0 if it is empty.
 local function least(set)
   local first = redis.call('ZRANGE', set, 0, 0, 'WITHSCORES')
   return tonumber(first[2] or 0)
 end
 
--- Puts an unfinished job into its flow, if it is bound to numerics and has tiles to claim. It waits from now on.
+-- Records that an unfinished job with tiles to claim waits from now on, and puts it into its flow if it is bound to a
+-- fingerprint.
 local function offer(id)
   local status, fingerprint, present, lane =
     unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint', 'flow', 'lane'))
@@ -211,32 +214,32 @@ local function offer(id)
   end
   local flow = flow_of(id)
   local jobs = key('flow', fingerprint, flow)
-  -- of equals the one that came first
+  -- of jobs with equal virtual times, the one that was submitted first is served first
   redis.call('ZADD', jobs, math.max(least(jobs), number(id, 'served')) + 1e-9 * number(id, 'seq'), id)
   local reached = redis.call('HGET', key('clocks'), clock_of(fingerprint, flow))
   redis.call('ZADD', key('flows', fingerprint), 'NX', reached or 0, flow)
   redis.call('HSET', key('job', id), 'flow', flow)
 end
 
--- A tile is to be claimed again.
+-- Marks a tile as one to be claimed again.
 local function again(id, tile)
   redis.call('SADD', key('job', id, 'again'), tile)
   offer(id)
 end
 
--- The claims of a holder, as {{id, tile}, ...}. Its index may name some that ended or went to another holder; those
--- are taken out of it here, and nowhere else.
+-- The claims of a holder, as {{id, tile}, ...}. The holder's index may still name claims that have ended or went to
+-- another holder; only this function removes them from the index.
 local function claims_of(holder)
-  local found = {}
+  local claims = {}
   for _, entry in ipairs(redis.call('SMEMBERS', key('held', holder))) do
     local id, tile = string.match(entry, '^(.*)|([^|]*)$')
     if claimed_by(id, tile) == holder then
-      found[#found + 1] = { id, tile }
+      claims[#claims + 1] = { id, tile }
     else
-      redis.pcall('SREM', key('held', holder), entry) -- where writes are refused it stays
+      redis.pcall('SREM', key('held', holder), entry) -- stays if Redis refuses writes
     end
   end
-  return found
+  return claims
 end
 
 local function result_key(id)
@@ -244,11 +247,11 @@ local function result_key(id)
 end
 
 local function drop_result(name)
-  local found = redis.call('HGET', key('results', 'sizes'), name)
-  if not found then
+  local entry = redis.call('HGET', key('results', 'sizes'), name)
+  if not entry then
     return
   end
-  local class, size = string.match(found, '^(%a+) (%d+)$')
+  local class, size = string.match(entry, '^(%a+) (%d+)$')
   redis.call('DEL', name)
   redis.call('ZREM', key('results', class), name)
   redis.call('HDEL', key('results', 'sizes'), name)
@@ -262,8 +265,10 @@ local function drop_tiles(id)
   redis.call('ZREM', key('tiles', 'kept'), id)
 end
 
--- Makes room for so many bytes: tiles of jobs that are over first, then the least recently used results, the small
--- ones where they take more than a quarter. Returns whether there is room now; tiles of unfinished jobs stay.
+-- Makes room for so many bytes within the budget. Drops tiles of finished jobs first, then the least recently used
+-- results: small ones while they take more than a quarter of the budget, else large ones. Tiles of unfinished jobs
+-- stay.
+-- Returns whether there is room now.
 local function make_room(size, budget)
   while bytes_of('tiles') + bytes_of('results:small') + bytes_of('results:large') + size > budget do
     local kept = redis.call('ZRANGE', key('tiles', 'kept'), 0, 0)[1]
@@ -286,7 +291,7 @@ local function class_of(id)
   return get(id, 'lane') == 'small' and 'small' or 'large'
 end
 
--- Makes a result of a job the most recently used one. Where Redis refuses writes, as on a full disk, the order stays.
+-- Makes the result of a job the most recently used one. If Redis refuses writes, as on a full disk, the order stays.
 local function touch(id)
   local clock = redis.pcall('INCR', key('clock'))
   if type(clock) == 'number' then
@@ -294,7 +299,7 @@ local function touch(id)
   end
 end
 
--- tile_ttl: seconds for which the finished tiles are kept; 0: freed at once.
+-- Ends a job with a status. tile_ttl: seconds for which its finished tiles are kept; 0: they are dropped at once.
 local function finish(id, status, tile_ttl)
   withdraw(id)
   set_status(id, status)
@@ -302,7 +307,8 @@ local function finish(id, status, tile_ttl)
   redis.call('HDEL', key('job', id), 'eta')
   set_remaining(id, nil)
   redis.call('ZADD', key('over', class_of(id)), number(id, 'seq'), id)
-  redis.call('DEL', key('job', id, 'claims'), key('job', id, 'failures'), key('job', id, 'again'), key('job', id, 'askers'))
+  redis.call('DEL', key('job', id, 'claims'), key('job', id, 'failures'), key('job', id, 'again'),
+    key('job', id, 'askers'))
   if tile_ttl == 0 or redis.call('EXISTS', key('job', id, 'tiles')) == 0 then
     drop_tiles(id)
   else
@@ -312,7 +318,7 @@ local function finish(id, status, tile_ttl)
   redis.call('EXPIRE', key('job', id, 'events'), EVENTS_KEPT)
 end
 
--- Counts processor time that a job has taken; what it took beyond the estimate of a tile counts for its flow.
+-- Adds to the processor time of a job. Seconds beyond the estimate of a tile advance the virtual time of its flow.
 local function charge(id, seconds)
   redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', string.format('%.9f', seconds))
   local flow = flow_of(id)
@@ -336,7 +342,7 @@ local function fail(id, problem, kept)
   finish(id, 'failed', kept)
 end
 
--- Forgets a job with all that belongs to it.
+-- Removes a job and everything that belongs to it.
 local function forget(id)
   withdraw(id)
   drop_result(result_key(id))
@@ -357,8 +363,7 @@ local function forget(id)
   redis.call('DEL', key('job', id))
 end
 
--- The record of a job without what only scripts need: names and values. A request that is longer than `longest` is left
--- out.
+-- The record of a job as names and values. A request that is longer than `longest` is left out.
 local function record(id, longest)
   local fields = redis.call('HGETALL', key('job', id))
   if not longest or redis.call('HSTRLEN', key('job', id), 'request') <= longest then
@@ -374,12 +379,12 @@ local function record(id, longest)
   return shorter
 end
 
--- The processor time that a job may still take, in seconds.
+-- Seconds of processor time that a job may still take.
 local function left_of(id)
   return tonumber(get(id, 'most_seconds') or math.huge) - number(id, 'cpu_seconds')
 end
 
--- Name, fingerprint and core version of the live workers; the others are forgotten.
+-- {name, description as JSON} of the live workers; other workers are removed.
 local function live_workers()
   local live = {}
   local all = redis.call('HGETALL', key('workers'))
@@ -387,19 +392,19 @@ local function live_workers()
     if alive(all[i]) then
       live[#live + 1] = { all[i], all[i + 1] }
     else
-      redis.pcall('HDEL', key('workers'), all[i]) -- where writes are refused they stay
+      redis.pcall('HDEL', key('workers'), all[i]) -- stays if Redis refuses writes
     end
   end
   return live
 end
 
--- Whether a worker, by its description, takes the tiles of a lane.
+-- Whether a worker with this description takes the tiles of a lane.
 local function takes(worker, lane)
   return worker.small == (lane == 'small')
 end
 
--- Number of live workers that take the tiles of a job: those of its numerics, or of its core version if it is bound to
--- none, and of its lane.
+-- Number of live workers that take the tiles of a job: workers for its lane that have its fingerprint or, if it is
+-- bound to none, its core version.
 local function workers_for(id)
   local bound, version, lane = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'core_version', 'lane'))
   local number = 0
@@ -413,8 +418,8 @@ local function workers_for(id)
   return number
 end
 
--- Returns {record of a job, live workers that take its tiles, unfinished jobs, what starting workers do, what is said of
--- its kernels}; the latter are empty when it is over.
+-- Returns {record of a job, number of live workers that take its tiles, number of unfinished jobs, text on starting
+-- workers, text on the compilation of its kernels}. For a finished job, the numbers are 0 and the texts are empty.
 local function seen(id, longest)
   if not unfinished(get(id, 'status')) then
     return { record(id, longest), 0, 0, '', '' }

@@ -1,13 +1,14 @@
--- Arguments: id, done, total, unit. Returns 1 when the job is still wanted.
-local id, total = given.id, given.total
+-- Stores the progress of a job. Arguments: id, done, total, unit. Returns 1 while the job is unfinished, else 0.
+local id, total = args.id, args.total
 local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
--- A worker that repeats a lost step reports less than was reported before; all is done only with the result.
-local done = math.max(math.min(given.done, total - 1), number(id, 'steps_done'))
-redis.call('HSET', key('job', id), 'unit', given.unit, 'steps_done', done, 'steps_total', total)
--- Time to go: as long for each step as for those since the start, or since the tiles were done.
+-- The stored progress never decreases: a worker that repeats a lost step reports less than before. The last step is
+-- done only when the result is stored.
+local done = math.max(math.min(args.done, total - 1), number(id, 'steps_done'))
+redis.call('HSET', key('job', id), 'unit', args.unit, 'steps_done', done, 'steps_total', total)
+-- Remaining time: each step takes as long as the steps since the start or, in the assembly, since it was claimed.
 local before, since, _ = 0, get(id, 'started'), nil
 if redis.call('HEXISTS', key('job', id, 'claims'), ASSEMBLY) == 1 then
   before = number(id, 'total')

@@ -1,24 +1,24 @@
--- Counts a failed attempt at a tile, frees the tile, and fails the job when it was one too many. Arguments: id, tile,
--- kind, most (failures of that kind; 0: nothing is counted, the tile is given back), holder ('': whoever holds it),
--- problem, kept (seconds for the tiles).
--- Returns 1 when the tile may be tried again, 0 when the job is over.
-local id, tile = given.id, tostring(given.tile)
+-- Counts a failed attempt at a tile and frees the tile. The job fails when `most` attempts have failed in the same way.
+-- Arguments: id, tile, kind (of the failure), most (0: nothing is counted), holder (of the failed attempt; '': any),
+-- problem (of a job that fails), kept (seconds for which its tiles are kept).
+-- Returns 1 if the tile may be tried again, 0 if the job is over.
+local id, tile = args.id, tostring(args.tile)
 local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
-if given.holder ~= '' and claimed_by(id, tile) ~= given.holder then
-  return 1 -- somebody else has it by now, or has finished it: nothing was lost
+if args.holder ~= '' and claimed_by(id, tile) ~= args.holder then
+  return 1 -- another holder has claimed or finished the tile: nothing was lost
 end
 redis.call('HDEL', key('job', id, 'claims'), tile)
-if given.most > 0 then
-  count('failures:' .. given.kind)
-  if redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':' .. given.kind, 1) >= given.most then
-    fail(id, given.problem, given.kept)
+if args.most > 0 then
+  count('failures:' .. args.kind)
+  if redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':' .. args.kind, 1) >= args.most then
+    fail(id, args.problem, args.kept)
     return 0
   end
   if get(id, 'lane') == 'small' then
-    move(id, 'short') -- it is computed in a process of its own from now on
+    move(id, 'short') -- from now on the tile is computed in a compute process
   end
 end
 again(id, tile)

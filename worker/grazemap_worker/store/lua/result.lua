@@ -1,9 +1,9 @@
--- Arguments: id, most (bytes up to which they are wanted). Returns {size, etag} or {size, etag, npz}, or nil when there is no
--- result (any more). It becomes the most recently used one.
-local name = result_key(given.id)
-if get(given.id, 'status') ~= 'successful' or redis.call('EXISTS', name) == 0 then
+-- Returns {size, etag, npz} of the result of a job, without npz if it has more than `most` bytes, and makes it the most
+-- recently used one. Returns nil if there is no result (any more). Arguments: id, most.
+local name = result_key(args.id)
+if get(args.id, 'status') ~= 'successful' or redis.call('EXISTS', name) == 0 then
   return nil
 end
-touch(given.id)
-local size, etag = unpack(redis.call('HMGET', key('job', given.id), 'size', 'etag'))
-return { size, etag, tonumber(size) <= given.most and redis.call('GET', name) or nil }
+touch(args.id)
+local size, etag = unpack(redis.call('HMGET', key('job', args.id), 'size', 'etag'))
+return { size, etag, tonumber(size) <= args.most and redis.call('GET', name) or nil }

@@ -1,35 +1,37 @@
--- Starts a job, unless it is there already. Arguments: id, process, core_version, estimate, tiles, after (steps of
--- putting the tiles together; 0: only tiles are counted), lane, long_tiles (whether each of them is long), kernels, asker,
--- priority, weight, cost (seconds of a tile), and the limits: most_seconds (of processor time of the job; left out: none), most_tiles, asker_tiles (of this
--- asker), most_small, most_large (records), most_bytes (of requests), interest (seconds); group ('': none). Bytes:
--- request, plan.
--- Returns {'there' or 'started', what `seen` does} or {'full', unfinished tiles} or {'quota', unfinished tiles of the asker}.
-local MOST_GROUPS = 8
-local id, total, request, plan = given.id, given.tiles, ARGV[3], ARGV[4]
+-- Starts a job, unless it exists already. Arguments: id, process, core_version, estimate, tiles, after (steps of the
+-- assembly; 0: only tiles are counted), lane, long_tiles (whether each tile is long), kernels, asker, priority, weight,
+-- cost (seconds of a tile), interest (seconds of a subscription), group ('': none). Limits: most_seconds (processor
+-- time of the job; left out: none), most_tiles (unfinished tiles of all jobs), asker_tiles (unfinished tiles of this
+-- asker), most_small and most_large (records of finished jobs), most_bytes (of all requests). Bytes: request, plan.
+-- Returns {'there' or 'started', the answer of `seen`}, {'full', number of unfinished tiles}, or {'quota', number of
+-- unfinished tiles of the asker}.
+local MAX_GROUPS = 8
+local id, total, request, plan = args.id, args.tiles, ARGV[3], ARGV[4]
 
+-- Subscribes the asker to the unfinished job, whose priority rises to that of the asker if it was lower.
 local function join()
-  local joined = redis.call('ZADD', key('job', id, 'askers'), 'CH', tonumber(now()) + given.interest, given.asker)
+  local joined = redis.call('ZADD', key('job', id, 'askers'), 'CH', tonumber(now()) + args.interest, args.asker)
   local before = tonumber(get(id, 'priority') or 0)
-  if joined == 1 and given.priority > before then
+  if joined == 1 and args.priority > before then
     withdraw(id)
-    redis.call('HSET', key('job', id), 'priority', given.priority, 'weight', given.weight)
+    redis.call('HSET', key('job', id), 'priority', args.priority, 'weight', args.weight)
     offer(id)
   end
 end
 
--- The last groups that it belongs to, as "|a|b|".
+-- The last groups of the job, as "|a|b|".
 local function groups()
-  local before, name = get(id, 'groups') or '|', '|' .. given.group .. '|'
-  if given.group == '' or string.find(before, name, 1, true) then
+  local before, name = get(id, 'groups') or '|', '|' .. args.group .. '|'
+  if args.group == '' or string.find(before, name, 1, true) then
     return before
   end
   local _, number = string.gsub(before, '|', '|')
-  return (number > MOST_GROUPS and string.gsub(before, '^|[^|]*', '') or before) .. given.group .. '|'
+  return (number > MAX_GROUPS and string.gsub(before, '^|[^|]*', '') or before) .. args.group .. '|'
 end
 
 local status = get(id, 'status')
-if status and given.group ~= '' then
-  redis.pcall('HSET', key('job', id), 'groups', groups()) -- where writes are refused it stays as it is
+if status and args.group ~= '' then
+  redis.pcall('HSET', key('job', id), 'groups', groups()) -- stays as it is if Redis refuses writes
 end
 if status and unfinished(status) then
   join()
@@ -39,58 +41,59 @@ if status == 'successful' and not get(id, 'passing') and redis.call('EXISTS', re
   return { 'there', seen(id) }
 end
 
-local tile_milliseconds = math.ceil(1000 * given.cost)
+local tile_milliseconds = math.ceil(1000 * args.cost)
 
--- The numerics of the live workers of that core version, by fingerprint: how many workers take the tiles of this lane,
--- whether one has the kernels, and after how long all work there would be done, this job's included.
-local function numerics()
-  local found = {}
+-- The candidates: fingerprints of the live workers of the core version. Each has the number of workers that take the
+-- tiles of this lane, whether one of them is ready, as it has the kernels, and the milliseconds per worker until all
+-- work with this fingerprint, with this job, is done.
+local function candidates()
+  local by_name = {}
   for _, worker in ipairs(live_workers()) do
     local described = cjson.decode(worker[2])
-    if described.core_version == given.core_version then
+    if described.core_version == args.core_version then
       local name = described.fingerprint
-      local one = found[name] or { name = name, workers = 0, ready = false }
-      one.workers = one.workers + (takes(described, given.lane) and 1 or 0)
-      one.ready = one.ready or contains(described.kernels, given.kernels)
-      found[name] = one
+      local candidate = by_name[name] or { name = name, workers = 0, ready = false }
+      candidate.workers = candidate.workers + (takes(described, args.lane) and 1 or 0)
+      candidate.ready = candidate.ready or contains(described.kernels, args.kernels)
+      by_name[name] = candidate
     end
   end
-  for name, one in pairs(found) do
+  for name, candidate in pairs(by_name) do
     local load = tonumber(redis.call('HGET', key('load'), name) or 0) + total * tile_milliseconds
-    one.after = load / math.max(1, one.workers)
+    candidate.after = load / math.max(1, candidate.workers)
   end
-  return found
+  return by_name
 end
 
-local function better(one, other)
-  if (one.workers > 0) ~= (other.workers > 0) then
-    return one.workers > 0
-  elseif one.ready ~= other.ready then
-    return one.ready
-  elseif one.after ~= other.after then
-    return one.after < other.after
-  elseif one.workers ~= other.workers then
-    return one.workers > other.workers
+local function better(a, b)
+  if (a.workers > 0) ~= (b.workers > 0) then
+    return a.workers > 0
+  elseif a.ready ~= b.ready then
+    return a.ready
+  elseif a.after ~= b.after then
+    return a.after < b.after
+  elseif a.workers ~= b.workers then
+    return a.workers > b.workers
   end
-  return one.name < other.name
+  return a.name < b.name
 end
 
--- The numerics that will compute it: those that did before, where its tiles are kept, else the best; '' when no worker
--- is alive.
-local function numerics_for_it(before)
-  local all, best = numerics(), nil
+-- The fingerprint for the job: `before`, that of its kept tiles, if live workers have it; else the best candidate; ''
+-- if no worker is alive.
+local function choose_fingerprint(before)
+  local all, best = candidates(), nil
   if all[before] then
     return before
   end
-  for _, one in pairs(all) do
-    if not best or better(one, best) then
-      best = one
+  for _, candidate in pairs(all) do
+    if not best or better(candidate, best) then
+      best = candidate
     end
   end
   return best and best.name or ''
 end
 
--- Forgets the oldest job that is over, a small one if there is one. Returns whether there was one.
+-- Removes the oldest finished job, a small one if there is one. Returns whether there was a finished job.
 local function forget_oldest()
   for _, class in ipairs({ 'small', 'large' }) do
     local oldest = redis.call('ZRANGE', key('over', class), 0, 0)[1]
@@ -103,28 +106,29 @@ local function forget_oldest()
 end
 
 local waiting = tonumber(redis.call('GET', key('unfinished', 'tiles')) or 0)
+-- The bytes of all requests once this one is stored.
 local function bytes_after()
   return bytes_of('requests') + string.len(request) - redis.call('HSTRLEN', key('job', id), 'request')
 end
-while bytes_after() > given.most_bytes do
+while bytes_after() > args.most_bytes do
   if not forget_oldest() then
     return { 'full', waiting }
   end
 end
-status = get(id, 'status') -- it may have been the oldest itself
+status = get(id, 'status') -- this job may have been the oldest one
 
--- A failed job goes on from the tiles that it has, as long as the same numerics will do the rest.
+-- A failed job goes on from its finished tiles, if the same fingerprint computes the rest.
 local before = status == 'failed' and redis.call('EXISTS', key('job', id, 'tiles')) == 1 and get(id, 'fingerprint')
-local fingerprint, kept = numerics_for_it(before or ''), 0
+local fingerprint, kept = choose_fingerprint(before or ''), 0
 if before and fingerprint ~= '' and fingerprint == before then
   kept = redis.call('HLEN', key('job', id, 'tiles'))
 end
-if waiting + total - kept > given.most_tiles then
+if waiting + total - kept > args.most_tiles then
   return { 'full', waiting }
 end
-local own = tonumber(redis.call('HGET', key('unfinished', 'askers'), given.asker) or 0)
-if given.asker_tiles and own > 0 and own + total - kept > given.asker_tiles then
-  return { 'quota', own }
+local asker_waiting = tonumber(redis.call('HGET', key('unfinished', 'askers'), args.asker) or 0)
+if args.asker_tiles and asker_waiting > 0 and asker_waiting + total - kept > args.asker_tiles then
+  return { 'quota', asker_waiting }
 end
 
 local more = {}
@@ -134,7 +138,7 @@ if kept > 0 then
 else
   drop_tiles(id)
 end
--- the tag of a result that is computed again, for clients that have it
+-- the entity tag of a result that is computed again is kept, for clients that have this result
 local etag = get(id, 'etag')
 if etag then
   more[#more + 1] = 'etag'
@@ -152,21 +156,21 @@ if status then
 end
 redis.call('DEL', key('job', id), key('job', id, 'events'), key('job', id, 'again'))
 local seq = redis.call('INCR', key('sequence'))
-redis.call('HSET', key('job', id), 'seq', seq, 'process', given.process, 'request', request, 'plan', plan,
-  'core_version', given.core_version, 'estimate', given.estimate, 'total', total, 'done', kept, 'unit', 'tiles',
-  'fingerprint', fingerprint, 'lane', given.lane, 'long_tiles', given.long_tiles and 1 or 0, 'kernels', given.kernels,
-  'asker', given.asker, 'priority', given.priority, 'weight', given.weight, 'cost', given.cost, 'tile_milliseconds',
+redis.call('HSET', key('job', id), 'seq', seq, 'process', args.process, 'request', request, 'plan', plan,
+  'core_version', args.core_version, 'estimate', args.estimate, 'total', total, 'done', kept, 'unit', 'tiles',
+  'fingerprint', fingerprint, 'lane', args.lane, 'long_tiles', args.long_tiles and 1 or 0, 'kernels', args.kernels,
+  'asker', args.asker, 'priority', args.priority, 'weight', args.weight, 'cost', args.cost, 'tile_milliseconds',
   tile_milliseconds, 'created', now(), unpack(more))
-if given.after > 0 then
-  redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + given.after)
+if args.after > 0 then
+  redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + args.after)
 end
-if given.most_seconds then
-  -- what was spent before counted for the job that failed
-  redis.call('HSET', key('job', id), 'most_seconds', number(id, 'cpu_seconds') + given.most_seconds)
+if args.most_seconds then
+  -- the time that the failed job has spent does not count for the job that goes on
+  redis.call('HSET', key('job', id), 'most_seconds', number(id, 'cpu_seconds') + args.most_seconds)
 end
 set_status(id, 'accepted')
 redis.call('ZADD', key('jobs'), seq, id)
-redis.call('ZADD', key('job', id, 'askers'), tonumber(now()) + given.interest, given.asker)
+redis.call('ZADD', key('job', id, 'askers'), tonumber(now()) + args.interest, args.asker)
 set_remaining(id, total - kept)
 if kept == total then
   redis.call('SADD', key('job', id, 'again'), ASSEMBLY)
@@ -175,9 +179,9 @@ end
 progress_event(id)
 offer(id)
 
--- And when there are too many records of a class, some at a time.
+-- When there are too many records of a class, some are removed at a time.
 for _, class in ipairs({ 'small', 'large' }) do
-  local most = class == 'small' and given.most_small or given.most_large
+  local most = class == 'small' and args.most_small or args.most_large
   for _ = 1, math.min(10, redis.call('ZCARD', key('over', class)) - most) do
     forget(redis.call('ZRANGE', key('over', class), 0, 0)[1])
   end

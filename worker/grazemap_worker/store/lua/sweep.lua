@@ -1,5 +1,6 @@
--- Removes the tiles of finished jobs whose time is over. Argument: most. Returns how many jobs had them.
-local over = redis.call('ZRANGEBYSCORE', key('tiles', 'kept'), '-inf', now(), 'LIMIT', 0, given.most)
+-- Removes the tiles of finished jobs that have been kept long enough. Argument: most (jobs). Returns the number of
+-- these jobs.
+local over = redis.call('ZRANGEBYSCORE', key('tiles', 'kept'), '-inf', now(), 'LIMIT', 0, args.most)
 for _, id in ipairs(over) do
   drop_tiles(id)
 end

@@ -1,2 +1,2 @@
--- Returns {name, description} of the live workers, and forgets the others.
+-- Returns {name, description} of each live worker, and removes the others.
 return live_workers()

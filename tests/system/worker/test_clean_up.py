@@ -1,4 +1,4 @@
-"""Leftovers in Redis of jobs and workers that are gone, and the memory for storing a large result."""
+"""The clean-up after jobs and workers that are gone, and the memory for storing a large result."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from grazemap.wire import Estimate, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import bells, leftovers
+from grazemap_worker.queue import clean_up, wake_ups
 from grazemap_worker.store import Store, WorkerInfo, connect
 from tests.support import submitting
 from tests.support.steps import commit_result, commit_tile, register
@@ -44,7 +44,7 @@ def test_workers_that_are_gone_are_removed_from_the_lists_of_rq(store: Store) ->
     store.redis.sadd("rq:queues", "rq:queue:grazemap:4:g", "rq:queue:of somebody else")
     store.redis.sadd("rq:workers:of somebody else", "rq:worker:gone")
     register(store, "w", "g", LEASE, "1")
-    leftovers.Leftovers("f").sweep(store.redis)
+    clean_up.QueueCleanUp("f").sweep(store.redis)
     for name in ("rq:workers", "rq:workers:grazemap:4:f", "rq:workers:grazemap:4:g"):
         assert store.redis.smembers(name) == {b"rq:worker:here"}
     assert store.redis.scard("rq:workers:of somebody else") == 1
@@ -54,9 +54,9 @@ def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
     register(store, "w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
         for small in (False, True):
-            bells.ring(store.redis, fingerprint, small=small)
+            wake_ups.wake_worker(store.redis, fingerprint, small=small)
     store.redis.sadd("rq:queues", "rq:queue:of somebody else")
-    leftovers.Leftovers("f").sweep(store.redis)
+    clean_up.QueueCleanUp("f").sweep(store.redis)
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 4
     assert store.redis.smembers("rq:queues") == {
         b"rq:queue:grazemap:4:here",

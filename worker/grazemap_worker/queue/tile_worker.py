@@ -1,7 +1,7 @@
-"""The worker: RQ's, which takes bells, holds a lease on its tiles, and never performs what is not a bell.
+"""The worker, a subclass of RQ's: it takes wake-ups, and claims and computes tiles under a lease.
 
-RQ itself notices a killed worker after minutes. Here the worker renews a lease in the store, every second while it
-works. A bell is performed in the worker: small tiles are computed there, others in a process of their own.
+RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store every second while it
+works. It computes small tiles itself, and others in a compute process. RQ's work-horse is not used.
 """
 
 from __future__ import annotations
@@ -18,47 +18,48 @@ from rq.exceptions import StopRequested
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from grazemap_worker.queue import bells, rq_keys
+from grazemap_worker.queue import rq_keys, wake_ups
 from grazemap_worker.queue.refusal import Entry, refusal
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, WorkerInfo, is_full
 
-# RQ waits for work this long less 15 s at a time, and renews its heartbeat, and the lease with it, in between.
+# RQ waits for work for WORKER_TTL - 15 seconds at a time. In between it renews its heartbeat, and the lease with it.
 WORKER_TTL = 16
 _BEAT_SECONDS = 1.0
 
 
-class Drainer(Worker):
-    """A worker on the queue of its numerics.
+class TileWorker(Worker):
+    """A worker on the queue of its fingerprint.
 
     Parameters
     ----------
     store : Store
-        Its connection is RQ's too.
+        RQ uses its connection too.
     info : WorkerInfo
-        Its name, under which it holds its tiles, and what it can compute.
-    drain : callable
+        The name under which the worker holds tiles, and what it can compute.
+    compute_tiles : callable
         Claims and computes tiles until there are no more.
     beat : callable
-        Called at least every few seconds while it waits, for those who watch it.
+        Called at least every few seconds while the worker waits; it tells the supervisor that the worker is alive.
     stopping : callable
-        Returns whether it should end as soon as it waits.
+        Returns whether the worker should end as soon as it waits.
     """
 
     max_connection_wait_time = 2.0
     log_result_lifespan = False
-    _beaten = 0.0
+    _last_heartbeat = 0.0
 
     def __init__(
         self,
         store: Store,
         info: WorkerInfo,
-        drain: Callable[[], None],
+        compute_tiles: Callable[[], None],
         beat: Callable[[], None] = lambda: None,
         stopping: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._store, self._info, self._drain, self._beat, self._stopping = store, info, drain, beat, stopping
-        self._target = bells.queue(store.redis, info.fingerprint, small=info.small)
+        self._store, self._info = store, info
+        self._compute_tiles, self._beat, self._stopping = compute_tiles, beat, stopping
+        self._target = wake_ups.queue(store.redis, info.fingerprint, small=info.small)
         super().__init__(
             [self._target],
             name=info.name,
@@ -75,9 +76,9 @@ class Drainer(Worker):
         self._beat()
         if self._stopping():
             raise StopRequested
-        if monotonic() - self._beaten < _BEAT_SECONDS:
+        if monotonic() - self._last_heartbeat < _BEAT_SECONDS:
             return
-        self._beaten = monotonic()
+        self._last_heartbeat = monotonic()
         try:
             self._store.workers.renew(self._info, LEASE_SECONDS)
             super().heartbeat(timeout, pipeline)
@@ -88,7 +89,7 @@ class Drainer(Worker):
     def dequeue_job_and_maintain_ttl(
         self, timeout: int | None, max_idle_time: int | None = None
     ) -> tuple[Job, Queue] | None:
-        """Take a bell; drop what is none and cannot even be read. Wait where Redis is full."""
+        """Take an entry; drop one that cannot be read. While Redis is full, wait and try again."""
         while True:
             try:
                 return super().dequeue_job_and_maintain_ttl(timeout, max_idle_time)
@@ -99,18 +100,18 @@ class Drainer(Worker):
                 self.heartbeat()
             except (UnicodeDecodeError, ValueError, TypeError, LookupError):
                 self._refuse("unreadable")
-                # taken by this worker or by another one, which does not miss it
+                # entries that this worker or another one has taken; another worker does not need its entry any more
                 self.connection.delete(rq_keys.taken_key(self._target))
 
     def execute_job(self, job: Job, queue: Queue) -> None:
-        """Claim and compute tiles; drop any entry that is not a bell without performing it."""
+        """Claim and compute tiles; drop an entry that is not a wake-up."""
         reason = refusal(job)
-        bells.drop(self.connection, self._target, job.id)
+        wake_ups.drop(self.connection, self._target, job.id)
         if reason is not None:
             self._refuse(reason)
             return
         try:
-            self._drain()
+            self._compute_tiles()
         except RedisError as error:
             structlog.get_logger("grazemap_worker").warning("tiles left to others", error=type(error).__name__)
             raise
@@ -120,7 +121,7 @@ class Drainer(Worker):
         self._store.count("poisoned:entries")
 
     def subscribe(self) -> None:
-        """Do nothing: no commands are sent to workers, so they need no connection for them."""
+        """Do nothing: workers get no commands, so they need no connection for commands."""
 
     def unsubscribe(self) -> None:
         """Do nothing."""
@@ -137,7 +138,7 @@ class Drainer(Worker):
         return False
 
     def request_stop(self, signum: int, frame: Any) -> None:
-        """Stop at once; what is claimed is given back."""
+        """Stop at once; `teardown` gives back the claims."""
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         super().request_stop(signum, frame)  # type: ignore[no-untyped-call]
 

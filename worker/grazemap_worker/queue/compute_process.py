@@ -1,0 +1,210 @@
+"""The compute process: a process that a worker forks to compute tiles, with limits that the worker watches.
+
+The limits are on its memory, its processor time, and the time without progress. The operating system ends the compute
+process when its worker ends.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import resource
+import select
+import signal
+import struct
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from grazemap_worker.liveness import HUNG_SECONDS, Liveness
+from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.store.records import FailureKind
+
+# A lower priority than that of other processes, so that small jobs are computed while maps are.
+NICENESS = 10
+# Seconds between two looks at the process.
+_LOOK_SECONDS = 0.5
+# A process that aborted counts as out of memory if its peak was over this share of its limit.
+_NEAR_LIMIT = 0.7
+# Bytes in the unit of ru_maxrss: kilobytes, on macOS bytes.
+_PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
+# Exit status of a process that its worker killed, and of a process that found the store full.
+_KILLED = -signal.SIGKILL
+STORE_FULL_STATUS = 3
+
+
+def _never_interrupt(_activity: object) -> None:
+    """Return that there is no reason to stop the process."""
+
+
+@dataclass(frozen=True)
+class ProcessEnd:
+    """How a compute process ended."""
+
+    status: int
+    """Its exit status."""
+    kind: FailureKind | None = None
+    """Why its job fails, if it was killed."""
+    limit: str = ""
+    """Which limit it exceeded; empty for none."""
+
+
+class Activity(NamedTuple):
+    """What a compute process does at a moment, and its limit of processor time."""
+
+    job_id: str
+    """The job of the tile."""
+    computing: bool
+    """Whether the process computes the tile; otherwise it stores it."""
+    began: float
+    """Processor time of the process, in seconds, when it began to compute the tile."""
+    seconds: float
+    """Maximum processor time for the tile."""
+    limited_by_job: bool
+    """Whether `seconds` is what the job has left, which is then less than the limit of a tile."""
+
+
+class SharedState:
+    """Memory that a compute process and its worker share: the process writes its activity, the worker reads it."""
+
+    _FORM = struct.Struct("64s?dd?")
+
+    def __init__(self, activity: Activity) -> None:
+        self._memory = mmap.mmap(-1, self._FORM.size)
+        self.write(activity)
+
+    def write(self, activity: Activity) -> None:
+        """Replace the activity."""
+        self._FORM.pack_into(self._memory, 0, activity.job_id.encode(), *activity[1:])
+
+    def read(self) -> Activity:
+        """Return the activity. While the process writes, some fields may still be those of the previous activity."""
+        job_id, *numbers = self._FORM.unpack_from(self._memory)
+        return Activity(job_id.rstrip(b"\0").decode(), *numbers)
+
+
+class ComputeProcess:
+    """A forked process that runs a function and ends.
+
+    Parameters
+    ----------
+    run : callable
+        Writes its activity to the shared state, and returns the exit status.
+    memory_bytes : int
+        Bytes that the process may allocate beyond those that it starts with.
+    state : SharedState
+        The shared state; it holds the first activity.
+    """
+
+    def __init__(self, run: Callable[[], int], memory_bytes: int, state: SharedState) -> None:
+        self._memory_bytes, self._state = memory_bytes, state
+        parent = os.getpid()
+        self._pid = os.fork()
+        if self._pid == 0:
+            status = 1
+            try:
+                die_with_parent(parent)
+                os.setpgid(0, 0)
+                for number in (signal.SIGTERM, signal.SIGINT):
+                    signal.signal(number, signal.SIG_DFL)
+                os.nice(NICENESS)
+                limit_memory(memory_bytes)
+                status = run()
+            finally:
+                os._exit(status)  # never return into the worker's code
+        # called in both processes, because either may be first; the group makes a stop reach the children too
+        with suppress(OSError):
+            os.setpgid(self._pid, self._pid)
+
+    def watch(
+        self,
+        is_wanted: Callable[[str], bool],
+        interruption: Callable[[Activity], Callable[[], None] | None] = _never_interrupt,
+    ) -> ProcessEnd:
+        """Wait for the end of the process; kill it when it exceeds a limit, hangs, or computes for an unwanted job.
+
+        An exception in this method, such as a request to stop, kills the process too.
+
+        Parameters
+        ----------
+        is_wanted : callable
+            Returns whether a job is wanted. While the process stores a tile, it is called with an empty text.
+        interruption : callable
+            Called with the activity of a process that computes. Returns what the worker is to do first, or None. The
+            process is stopped while the worker does it.
+        """
+        descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
+        liveness, killed = Liveness(self._pid, with_children=True), ProcessEnd(0)
+        ended = False
+        try:
+            while True:
+                if descriptor is None:
+                    time.sleep(0.01)
+                else:
+                    select.select([descriptor], [], [], _LOOK_SECONDS)
+                pid, status, usage = os.wait4(self._pid, os.WNOHANG)
+                if pid:
+                    ended = True
+                    return self._ended(status, usage, killed)
+                if killed.status:
+                    continue
+                activity = self._state.read()
+                hangs = liveness.hangs(computing=activity.computing)
+                if liveness.cpu_seconds > activity.began + activity.seconds:
+                    verdict = ProcessEnd(_KILLED, "timeout", f"its limit is {activity.seconds:.0f} s of processor time")
+                elif hangs:
+                    verdict = ProcessEnd(_KILLED, "hung", f"each time none for {HUNG_SECONDS:.0f} s")
+                elif not is_wanted(activity.job_id if activity.computing else ""):
+                    verdict = ProcessEnd(_KILLED)
+                else:
+                    if activity.computing and (action := interruption(activity)) is not None:
+                        self._stop_during(action)
+                    continue
+                if self._state.read() == activity:  # otherwise the process has begun something else
+                    os.kill(self._pid, signal.SIGKILL)
+                    killed = verdict
+        finally:
+            if descriptor is not None:
+                os.close(descriptor)
+            if not ended:
+                os.kill(self._pid, signal.SIGKILL)
+                os.waitpid(self._pid, 0)
+
+    def _stop_during(self, action: Callable[[], None]) -> None:
+        os.killpg(self._pid, signal.SIGSTOP)
+        try:
+            action()
+        finally:
+            os.killpg(self._pid, signal.SIGCONT)
+
+    def _ended(self, status: int, usage: resource.struct_rusage, killed: ProcessEnd) -> ProcessEnd:
+        if killed.status:
+            return killed
+        code = os.waitstatus_to_exitcode(status)
+        # LLVM and other libraries abort when they get no memory
+        if code in (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS) and (
+            usage.ru_maxrss * _PEAK_UNIT > _NEAR_LIMIT * self._memory_bytes
+        ):
+            return ProcessEnd(code, "memory", memory_text(self._memory_bytes))
+        return ProcessEnd(code, "lost" if code < 0 or code == 1 else None)
+
+
+def limit_memory(more_bytes: int) -> None:
+    """Limit the bytes that this process may allocate in addition to those that it has now (RLIMIT_DATA; Linux)."""
+    try:
+        lines = Path("/proc/self/status").read_text("ascii").splitlines()
+    except OSError:
+        return
+    used = next(int(line.split()[1]) for line in lines if line.startswith("VmData:")) * 1024
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limit = used + more_bytes if hard == resource.RLIM_INFINITY else min(used + more_bytes, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+
+
+def memory_text(limit: int) -> str:
+    """Return a phrase that states a limit of memory."""
+    return f"its limit is {limit >> 20} MiB"
