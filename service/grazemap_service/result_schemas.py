@@ -7,7 +7,7 @@ from typing import Any
 
 from grazemap.results import SCHEMAS, UnfoldingMap
 from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, RequestDocument, ResultSchema
 from grazemap.wire import PROCESSES
 
 Schema = dict[str, Any]
@@ -132,7 +132,7 @@ def _object(description: str, properties: Mapping[str, Schema], required: Sequen
 
 def _property(one: Field) -> Schema:
     schema: Schema
-    if isinstance(one.type, RecordSchema | Request):
+    if isinstance(one.type, RecordSchema | RequestDocument):
         name = one.type.name if isinstance(one.type, RecordSchema) else PROCESSES[one.type.process].__name__
         schema = reference(name)
         nullable = (one.null or one.optional) and not one.dims

@@ -23,10 +23,10 @@ def save_picture(result: Result, path: str | PathLike[str], engineering: bool = 
     With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI. `options` are those of its
     `plot`.
     """
-    draw_apart(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
+    draw_without_pyplot(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
 
 
-def draw_apart(result: Result, **options: Any) -> Figure:
+def draw_without_pyplot(result: Result, **options: Any) -> Figure:
     """Draw a result on a figure that pyplot does not have; `options` are those of its `plot`.
 
     Raises TypeError for a result without a picture.

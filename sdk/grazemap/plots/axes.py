@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import Wording, in_engineering_units, scale_ticks, with_unit, with_value
+from grazemap.plots.engineering import Wording, scale_ticks, shows_engineering_units, unit_wording, value_wording
 from grazemap.plots.palette import INK, PAPER
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Share of the axes' width and height that a legend may cover, and entries below which there is none.
-_COVERED, _FEWEST = 0.6, 3
+_MAX_COVERED, _MIN_ENTRIES = 0.6, 3
 _MANY_POINTS = 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
@@ -55,7 +55,7 @@ _QUANTITIES = {
 }
 
 
-_OF_LISTS = {
+_LIST_QUANTITIES = {
     "masses": ("mass $m_{{{}}}$", "kg"),
     "stiffnesses": ("stiffness $k_{{{}}}$", "N/m"),
     "dampings": ("damping of link {}", "N s/m"),
@@ -106,7 +106,7 @@ def axis_label(quantity: str, units: str, mass: int | None = 1) -> Wording:
     text, unit = _QUANTITIES[
         f"contact {quantity}" if mass is None and quantity in ("displacement", "velocity") else quantity
     ]
-    return with_unit(text.replace("mass", str(mass)), unit, units)
+    return unit_wording(text.replace("mass", str(mass)), unit, units)
 
 
 def parameter_label(name: str, units: str) -> Wording:
@@ -114,20 +114,20 @@ def parameter_label(name: str, units: str) -> Wording:
     kind, _, index = name.rstrip("]").partition("[")
     if not index:
         return axis_label(name, units)
-    text, unit = _OF_LISTS[kind]
-    return with_unit(text.format(index), unit, units)
+    text, unit = _LIST_QUANTITIES[kind]
+    return unit_wording(text.format(index), unit, units)
 
 
 def quantity_label(quantity: Quantity) -> Wording:
     """Return the text of an axis of an observable or an output, with its unit in SI."""
-    return with_unit(quantity.name, "" if quantity.unit == "nondimensional" else quantity.unit)
+    return unit_wording(quantity.name, "" if quantity.unit == "nondimensional" else quantity.unit)
 
 
 def place_text(units: str, **values: float) -> Wording:
     """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$", "right": "right stop at $b$", "left": "left stop at $-b$, $b$"}
-    each = [with_value(signs[name], at, "rad/s" if name == "omega" else "m", units) for name, at in values.items()]
-    return Wording(", ".join(one.text for one in each), ", ".join(one.engineering for one in each))
+    each = [value_wording(signs[name], x, "rad/s" if name == "omega" else "m", units) for name, x in values.items()]
+    return Wording(", ".join(wording.text for wording in each), ", ".join(wording.engineering for wording in each))
 
 
 def point_text(result: Result) -> Wording:
@@ -135,9 +135,9 @@ def point_text(result: Result) -> Wording:
     request = result.meta["request"]
     vary, clearance = request.get("vary"), request.get("clearance")
     stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
-    fixed = {name: at for name, at in stops.items() if vary not in (name, f"clearance_{name}")}
+    fixed = {name: value for name, value in stops.items() if vary not in (name, f"clearance_{name}")}
     values = fixed if vary == "omega" else {"omega": request.get("omega"), **fixed}
-    return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
+    return place_text(result.units, **{name: value for name, value in values.items() if value is not None})
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ class Drawing:
         """Write a text with a method such as `ax.set_title`, if there are texts."""
         if not self.labels:
             return
-        wording = with_unit(wording) if isinstance(wording, str) else wording
+        wording = unit_wording(wording) if isinstance(wording, str) else wording
         text = put(wording.engineering if self.engineering_units else wording.text)
         text.wording = wording  # type: ignore[attr-defined]
 
@@ -222,11 +222,11 @@ class Drawing:
         important = sorted(range(len(texts)), key=lambda i: -shares.get(texts[i], np.inf))
         count, whole = len(texts), self.ax.get_window_extent()
         box = shown.get_window_extent()
-        while box.width > _COVERED * whole.width or box.height > _COVERED * whole.height:
+        while box.width > _MAX_COVERED * whole.width or box.height > _MAX_COVERED * whole.height:
             shown.remove()
             # the last entry counts the others
-            count = min(count - 1, int(_COVERED * whole.height / box.height * (count + 1)) - 1)
-            if count < _FEWEST:
+            count = min(count - 1, int(_MAX_COVERED * whole.height / box.height * (count + 1)) - 1)
+            if count < _MIN_ENTRIES:
                 return
             kept = sorted(important[:count])
             rest = Line2D([], [], linestyle="none")
@@ -237,7 +237,7 @@ class Drawing:
             )
             box = shown.get_window_extent()
 
-    def say(self, reason: str) -> None:
+    def write_reason(self, reason: str) -> None:
         """Write on empty axes why there is nothing to draw."""
         self.ax.set_axis_off()
         self.ax.text(0.5, 0.5, reason, transform=self.ax.transAxes, ha="center", va="center", wrap=True, fontsize=9)
@@ -259,7 +259,7 @@ def drawing(
     place = legend or ("outside" if ax is None else "inside")
     may_be_left_out = ax is not None and legend is None
     ax = axes_or_new(ax, width, height)
-    return Drawing(ax, place, labels, engineering_units or in_engineering_units(ax), may_be_left_out)
+    return Drawing(ax, place, labels, engineering_units or shows_engineering_units(ax), may_be_left_out)
 
 
 def draws(
@@ -273,14 +273,14 @@ def draws(
 
     def register(function: F) -> F:
         def drawn(result: Result, ax: Any, options: PictureOptions, **arguments: Any) -> Any:
-            where = place(ax, **options, **size)
+            target = place(ax, **options, **size)
             try:
-                return function(result, where, **arguments)
+                return function(result, target, **arguments)
             except BaseException:
                 if ax is None:
                     from matplotlib import pyplot
 
-                    pyplot.close(where.ax.get_figure(root=True))
+                    pyplot.close(target.ax.get_figure(root=True))
                 raise
 
         PICTURES[kind, method] = drawn

@@ -48,8 +48,8 @@ def plot_bifurcation_diagram(
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     order = np.lexsort([first, -counts])
     shown = [result.sections[first[i]].motion for i in order[:motions]]
-    found = motion_colours(shown, colours)
-    coloured = [(i, *one) for i, *one in zip(order, found, shown, strict=False) if one[0] != OTHER]
+    assigned = motion_colours(shown, colours)
+    coloured = [entry for entry in zip(order, assigned, shown, strict=False) if entry[1] != OTHER]
     entries = [
         (
             label_of_point == names[i],
@@ -59,8 +59,8 @@ def plot_bifurcation_diagram(
         for i, colour, motion in coloured
     ]
     if len(order) > len(coloured):
-        others = ~np.isin(label_of_point, names[[i for i, _, _ in coloured]])
-        entries.append((others, OTHER, f"{len(order) - len(coloured)} other motions"))
+        other_points = ~np.isin(label_of_point, names[[i for i, _, _ in coloured]])
+        entries.append((other_points, OTHER, f"{len(order) - len(coloured)} other motions"))
     for chosen, colour, text in entries:
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0.0, "rasterized": True}
         if is_light(colour):  # on dark dots, so that light ones are seen on white

@@ -9,7 +9,7 @@ import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
 from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_graze, draw_points, meets_other
+from grazemap.plots.curve import draw_curve, draw_graze, draw_points, meets_other_stop
 from grazemap.plots.palette import INK
 from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 from grazemap.wire.linear import STOPS
@@ -71,9 +71,9 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
     for stop, clearance in grazes.items():
         if clearance is None:
             continue
-        other = STOPS[1 - STOPS.index(stop)]
-        fixed = clearance if varied == "clearance" else getattr(parameters, other)
-        virtual = meets_other(parameters.oscillator, curve.omega, stop, fixed)
+        opposite = STOPS[1 - STOPS.index(stop)]
+        fixed = clearance if varied == "clearance" else getattr(parameters, opposite)
+        virtual = meets_other_stop(parameters.oscillator, curve.omega, stop, fixed)
         draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)
 
 

@@ -61,9 +61,9 @@ def plot_along_branch(
     title = f"{quantity.name} along branches" if label else f"{named_branch(branch)}: {quantity.name}"
     drawing.describe(vary, quantity_label(quantity), title)
     if not len(branch.parameter):
-        drawing.say(f"no branch was found: {branch.reason}")
+        drawing.write_reason(f"no branch was found: {branch.reason}")
         return ax
-    named = "" if label is None else f"{label}, "
+    prefix = "" if label is None else f"{label}, "
     for kind, chosen in (("stable", branch.stable), ("unstable", ~branch.stable)):
         # a line goes on to the next orbit, of whatever kind
         shown = chosen.copy()
@@ -71,7 +71,7 @@ def plot_along_branch(
         if not np.any(chosen & branch.admissible):
             continue
         style: dict[str, Any] = STYLES[kind] | ({"color": colour} if colour else {})
-        ax.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=named + kind, **style)
+        ax.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=prefix + kind, **style)
     seen: set[str] = set()
     for point in branch.special_points:
         ends = quantity.values[point.segment : point.segment + 2]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
-from grazemap.plots.engineering import Wording, with_unit
+from grazemap.plots.engineering import Wording, unit_wording
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
 from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
@@ -19,12 +19,12 @@ from grazemap.wire import impacts_on, motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_VIRTUAL = 0.3
-_FARTHEST = 3.0
+_VIRTUAL_SHARE = 0.3
+_MAX_MODULUS = 3.0
 # Share of the height of a picture that is added for a scale of colours inside of it.
-_FOR_BAR = 0.25
+_BAR_SPACE = 0.25
 # Share of the height of the axes within which the impacts of two lines have one text.
-_TOGETHER = 0.025
+_MERGED_DISTANCE = 0.025
 # Styles of the stretches of a branch.
 STYLES: dict[str, dict[str, Any]] = {
     "stable": {"color": LINE, "linewidth": 1.8, "zorder": 3},
@@ -41,7 +41,7 @@ def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
     name = label_text(result.motion.label) if result.motion.label else "no orbit"
     _describe_circle(drawing, f"Multipliers of {name}, {result.said}")
     if not result.converged:
-        drawing.say(f"no orbit was found: {result.reason}")
+        drawing.write_reason(f"no orbit was found: {result.reason}")
         return drawing.ax
     ax = _unit_circle(drawing)
     inside = np.abs(result.multipliers) < 1.0
@@ -59,7 +59,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     """
     _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + point_text(result))
     if not len(result.parameter):
-        drawing.say(f"no branch was found: {result.reason}")
+        drawing.write_reason(f"no branch was found: {result.reason}")
         return drawing.ax
     from matplotlib.ticker import MaxNLocator
 
@@ -68,7 +68,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     low, high = float(result.parameter.min()), float(result.parameter.max())
     for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
         points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
-        near = np.abs(points) < _FARTHEST
+        near = np.abs(points) < _MAX_MODULUS
         x, y = points[near].real, points[near].imag
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
     label = parameter_label(result.meta["request"]["vary"], result.units)
@@ -77,7 +77,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     elif drawing.legend == "inside":
         # below what is drawn, where the view is made higher
         bottom, top = ax.dataLim.intervaly
-        ax.update_datalim([(0.0, bottom - _FOR_BAR * (top - bottom))])
+        ax.update_datalim([(0.0, bottom - _BAR_SPACE * (top - bottom))])
         bar = ax.inset_axes((0.05, 0.09, 0.5, 0.03))
         ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
@@ -86,7 +86,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
 
 
 def _describe_circle(drawing: Drawing, title: Wording | str) -> None:
-    drawing.describe(with_unit("real part"), with_unit("imaginary part"), title)
+    drawing.describe(unit_wording("real part"), unit_wording("imaginary part"), title)
 
 
 def _unit_circle(drawing: Drawing) -> Axes:
@@ -110,17 +110,17 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     ax = drawing.ax
     drawing.describe(
         parameter_label(result.meta["request"]["vary"], result.units),
-        with_unit("impact speed", "m/s", result.units),
+        unit_wording("impact speed", "m/s", result.units),
         ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
     )
     if not len(result.parameter):
-        drawing.say(f"no branch was found: {result.reason}")
+        drawing.write_reason(f"no branch was found: {result.reason}")
         return ax
-    named = "" if label is None else f"{label}, "
+    prefix = "" if label is None else f"{label}, "
     for kind, line in _lines(result).items():
         style = STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
         for impact in range(1, line.shape[1]):
-            ax.plot(line[:, 0], line[:, impact], label=named + kind if impact == 1 and len(line) else None, **style)
+            ax.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, colour, text = BIFURCATIONS[point.type]
@@ -133,7 +133,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
     # virtual impacts may be many times as fast as real ones
     low, high = ax.get_ylim()
-    ax.set_ylim(max(low, -_VIRTUAL * high), high)
+    ax.set_ylim(max(low, -_VIRTUAL_SHARE * high), high)
     if drawing.labels:
         _name_stops(ax, result)
     drawing.show_legend()
@@ -167,7 +167,10 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
         if (knot < last and real[knot]) == (inwards == 1) != (knot > first and real[knot - 1])
     }
     low, high = ax.get_ylim()
-    groups = {knot: _together(knots.path[knot, 1 : 1 + len(result.stops)], _TOGETHER * (high - low)) for knot in ends}
+    groups = {
+        knot: _close_groups(knots.path[knot, 1 : 1 + len(result.stops)], _MERGED_DISTANCE * (high - low))
+        for knot in ends
+    }
     end = max(ends, key=lambda knot: (len(groups[knot]), float(knots.path[knot, 0])))
     side = -1 if knots.path[end + ends[end], 0] > knots.path[end, 0] else 1
     style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "va": "center", "annotation_clip": True}
@@ -181,10 +184,10 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
             ax.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
 
 
-def _together(heights: Floats, apart: float) -> list[list[int]]:
-    """Return the indices of heights in groups whose neighbours are closer than `apart`."""
+def _close_groups(heights: Floats, distance: float) -> list[list[int]]:
+    """Return the indices of heights in groups whose neighbours are closer than a distance."""
     order = np.argsort(heights)
-    groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= apart) + 1)
+    groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= distance) + 1)
     return [group.tolist() for group in groups]
 
 
@@ -208,10 +211,10 @@ def _lines(result: OrbitBranch) -> dict[str, Floats]:
     motions that graze end at the graze.
     """
     knots = result.knots()
-    at = knots.path[:, : 1 + len(result.stops)]
-    gap = np.full((1, at.shape[1]), np.nan)
-    lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in STYLES}
-    pieces, (first, last) = list(smooth_pieces(knots.path, at)), _drawn_once(knots)
+    points = knots.path[:, : 1 + len(result.stops)]
+    gap = np.full((1, points.shape[1]), np.nan)
+    lines: dict[str, list[Floats]] = {kind: [np.empty((0, points.shape[1]))] for kind in STYLES}
+    pieces, (first, last) = list(smooth_pieces(knots.path, points)), _drawn_once(knots)
     for number in range(first, last):
         piece, kind = pieces[number], knots.kinds[number]
         goes_on = number > first and knots.kinds[number - 1] == kind

@@ -67,21 +67,21 @@ def order_style(order: int) -> dict[str, Any]:
 _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 
-def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, str] | None = None) -> list[str]:
+def motion_colours(motions: Sequence[Motion | MotionShare], fixed: Mapping[str, str] | None = None) -> list[str]:
     """Return the colours of different motions in one picture, as `grazemap.colours.motion_colours`.
 
-    `given` are the colours of some motions by label or kind. Raises ValueError for what is not a colour.
+    `fixed` are the colours of some motions by label or kind. Raises ValueError for what is not a colour.
     """
-    return colours.motion_colours([motion.label or motion.kind for motion in motions], hexadecimal(given))
+    return colours.motion_colours([motion.label or motion.kind for motion in motions], hexadecimal(fixed))
 
 
-def hexadecimal(given: Mapping[str, str] | None) -> dict[str, str]:
+def hexadecimal(named_colours: Mapping[str, str] | None) -> dict[str, str]:
     """Return colours that are given in any form as #RRGGBB. Raises ValueError for what is not a colour."""
-    if not given:
+    if not named_colours:
         return {}
     from matplotlib.colors import to_hex
 
-    return {name: to_hex(colour).upper() for name, colour in given.items()}
+    return {name: to_hex(colour).upper() for name, colour in named_colours.items()}
 
 
 def is_dark(colour: str) -> bool:
@@ -108,8 +108,8 @@ def motion_text(motion: Motion | MotionShare) -> str:
 def label_text(label: str) -> str:
     """Return a label n-p_r-q_l in plain text with subscripts, as mathtext; other texts as they are."""
 
-    def subscripts(found: re.Match[str]) -> str:
-        period, right, left = (count.replace("∞", r"\infty") for count in found.groups())
+    def subscripts(match: re.Match[str]) -> str:
+        period, right, left = (count.replace("∞", r"\infty") for count in match.groups())
         return f"{period}-${right}_r$-${left}_l$"
 
     return _LABEL.sub(subscripts, label)

@@ -29,7 +29,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
     size = f"{len(umap.vertical)} × {len(umap.horizontal)} points"
     note = "; no border between mirror images" if borders is not None and diagram.mirrors else ""
 
-    def over(ax: Axes) -> None:
+    def draw_overlay(ax: Axes) -> None:
         for curve in (diagram.grazing_curve, diagram.stop_grazing_curves):
             if curve is not None:
                 draw_curve(ax, curve, halo=True)
@@ -44,7 +44,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
         points=diagram.codimension_two_points,
         curves=diagram.bifurcation_curves if borders is None else None,
         title=f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}",
-        over=over,
+        overlay=draw_overlay,
         margins=diagram.grazing_curves is None,
         **options,
     )

@@ -25,7 +25,7 @@ _NEAR = 1e-9
 """Relative distance from omega of a point in which the statement on the point has its zero."""
 _UNLIKE = "of stops that are not alike"
 _RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
-_AT_CORNER = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
+_CORNER_SLOPE = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
 _IF_RIGHT, _IF_LEFT = "if the clearance of the right stop varies", "if the clearance of the left stop varies"
 XI = field("xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
 
@@ -71,8 +71,8 @@ class Corner(Record):
         "omega t, in (-pi/p, pi/p], of the maximum that is the larger one at omega below the point.", unit="rad"
     )
     phase_after: float = field("The same at omega above the point.", unit="rad")
-    slope_before: float = field(_AT_CORNER.format("below"), unit="m s/rad")
-    slope_after: float = field(_AT_CORNER.format("above"), unit="m s/rad")
+    slope_before: float = field(_CORNER_SLOPE.format("below"), unit="m s/rad")
+    slope_after: float = field(_CORNER_SLOPE.format("above"), unit="m s/rad")
     recurrence_before: int = field(
         "Number of the contact at which an impact first recurs after a graze at the first maximum; 0: none within "
         "max_order half periods. The contacts are those of the steady motion at the point, in the order of time."
@@ -151,7 +151,7 @@ class CodimensionTwoPoint(Record):
         return {"kind": "codimension-two", "type": function, "order": order, "range": window, "stop": stop}
 
 
-class _WithPoints:
+class _PointsResult:
     """Base of results whose points know their oscillator."""
 
     @classmethod
@@ -161,7 +161,7 @@ class _WithPoints:
         return attributes | {"points": tuple(changed(point, _oscillator=oscillator) for point in attributes["points"])}
 
 
-class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):
+class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"):
     """The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19)."""
 
     omega: FloatArray = field(Common, "omega")
@@ -223,7 +223,7 @@ _FIRST_RECURRENCE = field(
 )
 
 
-class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="omega"):
+class StopGrazingCurves(_PointsResult, Result, process="grazing-curves", rows="omega"):
     """The grazes of stops that are not alike: of one of them, or of both at one clearance.
 
     The stop that does not vary is fixed or absent. The grazes of both at one clearance differ where a bias moves the
@@ -276,7 +276,7 @@ class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="ome
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
-class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"):
+class CodimensionTwoPoints(_PointsResult, Result, process="codimension-two-points"):
     """Every codimension-two point of the grazing curve over an interval of omega."""
 
     points: tuple[CodimensionTwoPoint, ...] = field("The points, in increasing omega.", "point")
@@ -311,8 +311,8 @@ class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"
 
     def _summary(self) -> str:
         kinds = Counter(point.kind for point in self.points)
-        others = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
-        return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{others}"
+        special = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
+        return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{special}"
 
 
 def _evaluated(curve: GrazingCurve | StopGrazingCurves, omega: ArrayLike, stops: Sequence[StopName]) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
 from grazemap.results.curves import BifurcationCurve, PlaneCurve
-from grazemap.results.fields import Request
+from grazemap.results.fields import RequestDocument
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
@@ -24,7 +24,7 @@ _EXCESS = "Maximum distance of the contact beyond a stop between the impacts; ne
 _MULTIPLIERS = "Floquet multipliers, by decreasing modulus."
 _UNLIKE = "where the stops differ or one is absent"
 _GENERAL = "where the stops differ, or one of these varies"
-_OF_GRAZE = "of grazes"
+_GRAZES = "of grazes"
 
 
 class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
@@ -123,7 +123,7 @@ class Beyond(Record):
     admissible: bool = field(Common)
     request: dict[str, Any] = field(
         "Its request: post it unchanged to `/v1/periodic-orbits`, or with `vary` and `range` to `/v1/orbit-branches`.",
-        type=Request("periodic-orbits"),
+        type=RequestDocument("periodic-orbits"),
     )
 
 
@@ -149,8 +149,8 @@ class SpecialPoint(Record):
     segment: int = field("The special point lies between this point of the branch and the next.")
     phases: FloatArray = field(_PHASES, "impact", "rad", variable=None)
     velocities: FloatArray = field(_VELOCITIES, "impact", "m/s", variable=None)
-    stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE)
-    phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_OF_GRAZE)
+    stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_GRAZES)
+    phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_GRAZES)
     impact: int | None = field(BifurcationCurve)
     beyond: tuple[Beyond, ...] = field(
         "Orbits of other branches: with twice the period at a PD, without the symmetry at an SB, with one impact "
@@ -160,7 +160,9 @@ class SpecialPoint(Record):
     )
 
 
-class OrbitBranch(Observed, Result, process="orbit-branches", rows="point", over="point", outputs="OutputOfBranch"):
+class OrbitBranch(
+    Observed, Result, process="orbit-branches", rows="point", dimensions="point", outputs="OutputOfBranch"
+):
     """A branch of periodic motions over a parameter, in the order of the branch."""
 
     parameter: FloatArray = field("The parameter that varies.", "point", coordinate=True)

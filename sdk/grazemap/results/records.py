@@ -7,7 +7,7 @@ from grazemap.results.record import FloatArray, IntArray, Record, TextArray, dep
 KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
 STOPS = (1, -1)
 BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
-OF_PERIODIC = "of periodic motions"
+PERIODIC_MOTIONS = "of periodic motions"
 SINCE = "since version 0.3.4"
 
 
@@ -47,12 +47,12 @@ class Motion(Record):
     """The motion n-p_r-q_l that a trajectory settles to."""
 
     kind: str = field("The kind of the motion.", values=KINDS)
-    period: int | None = field(Common, when=OF_PERIODIC)
-    impacts_right: int | None = field(Common, when=OF_PERIODIC)
-    impacts_left: int | None = field(Common, when=OF_PERIODIC)
-    symmetric: bool | None = field(Common, when=OF_PERIODIC)
-    sticking: bool | None = field(Common, when=OF_PERIODIC)
-    label: str | None = field("The name n-p_r-q_l as plain text.", when=OF_PERIODIC)
+    period: int | None = field(Common, when=PERIODIC_MOTIONS)
+    impacts_right: int | None = field(Common, when=PERIODIC_MOTIONS)
+    impacts_left: int | None = field(Common, when=PERIODIC_MOTIONS)
+    symmetric: bool | None = field(Common, when=PERIODIC_MOTIONS)
+    sticking: bool | None = field(Common, when=PERIODIC_MOTIONS)
+    label: str | None = field("The name n-p_r-q_l as plain text.", when=PERIODIC_MOTIONS)
     verified: bool = field(Common)
     certified = deprecated("verified")
     reason: str | None = field(

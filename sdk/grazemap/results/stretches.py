@@ -67,9 +67,9 @@ def knots_of(branch: OrbitBranch) -> Knots:
     """
     speeds = branch.velocities * branch.stops
     kinds = np.where(branch.admissible, np.where(branch.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
-    within: dict[int, list[SpecialPoint]] = {}
+    points_by_segment: dict[int, list[SpecialPoint]] = {}
     for point in branch.special_points:
-        within.setdefault(point.segment, []).append(point)
+        points_by_segment.setdefault(point.segment, []).append(point)
     path: list[Floats] = []
     types: list[str] = []
     between: list[str] = []
@@ -77,7 +77,7 @@ def knots_of(branch: OrbitBranch) -> Knots:
         path.append(np.concatenate([branch.parameter[i : i + 1], speeds[i], branch.phases[i]]))
         types.append("")
         if i + 1 < len(speeds):
-            points = within.get(i, [])
+            points = points_by_segment.get(i, [])
             path += [_knot(branch, point, branch.phases[i]) for point in points]
             types += [point.type for point in points]
             between += kinds_between(str(kinds[i]), str(kinds[i + 1]), points)

@@ -88,6 +88,6 @@ class Trajectories(Result, process="trajectories"):
         return draw(self, ax, options, mass=mass, colours=colours)
 
     def _summary(self) -> str:
-        found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)
-        motions = ", ".join(f"{count} x {name}" for name, count in found.most_common(5))
-        return f"{len(self)} trajectories: {motions}{', ...' if len(found) > 5 else ''}"
+        counts = Counter(path.motion.label or path.motion.kind for path in self.trajectories)
+        motions = ", ".join(f"{count} x {name}" for name, count in counts.most_common(5))
+        return f"{len(self)} trajectories: {motions}{', ...' if len(counts) > 5 else ''}"

@@ -123,8 +123,8 @@ class MapBorders(Record):
     def where(self, explanation: str) -> NDArray[np.bool_]:
         """Return which pairs have an explanation, shape (p,)."""
         known = explanation in self.explanations
-        there: NDArray[np.bool_] = self.explanation == (self.explanations.index(explanation) if known else -1)
-        return there
+        mask: NDArray[np.bool_] = self.explanation == (self.explanations.index(explanation) if known else -1)
+        return mask
 
     def others(self) -> tuple[IntArray, IntArray]:
         """Return row and column of the second points, shape (p,) each."""
@@ -163,18 +163,18 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         # the parts have the meta that their own requests would have
-        asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
+        diagram_request = UnfoldingDiagramsRequest.model_validate(meta["request"])
         parts: dict[str, Any] = {}
-        for one in cls.schema:
-            if isinstance(one.type, ResultSchema):
-                parts[one.name] = None
-                if one.name in document or not one.optional:
-                    request = getattr(asked, _REQUESTS.get(one.name, one.name))
-                    own = {"process": one.type.process, "request": canonical(request)}
-                    parts[one.name] = one.type.kind.from_document(document[one.name], {**meta, **own})
+        for member in cls.schema:
+            if isinstance(member.type, ResultSchema):
+                parts[member.name] = None
+                if member.name in document or not member.optional:
+                    request = getattr(diagram_request, _REQUESTS.get(member.name, member.name))
+                    own = {"process": member.type.process, "request": canonical(request)}
+                    parts[member.name] = member.type.kind.from_document(document[member.name], {**meta, **own})
         for name in ("grazing_curves", "borders"):
-            found = document.get(name)
-            parts[name] = None if found is None else value_of(cls.schema[name], found)
+            part = document.get(name)
+            parts[name] = None if part is None else value_of(cls.schema[name], part)
         return parts
 
     @classmethod
@@ -237,11 +237,11 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         shares: Counter[str] = Counter()
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        others, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
+        rest, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
-            + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
-            f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
+            + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda entry: -entry[1])),
+            f"unresolved: {unresolved} of the {rest} points that are not chaotic ({unresolved / max(1, rest):.2%})",
         ]
         if umap.sensitive is not None:
             lines.append(counted_points(umap.sensitive, "sensitive"))
@@ -290,8 +290,8 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
             impacts = [np.maximum(*impacts), np.minimum(*impacts)]
         codes = np.stack([umap.period, *impacts, umap.symmetric], axis=-1)
         for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
-            here = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
-            labels[here] = _label(motion_label(period, right, left), right, left, bool(symmetric))
+            selected = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
+            labels[selected] = _label(motion_label(period, right, left), right, left, bool(symmetric))
         return labels
 
     def _summary(self) -> str:
