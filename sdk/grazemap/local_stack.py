@@ -17,7 +17,7 @@ from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
 from grazemap.module_command import module_command
-from grazemap.starting import StartDisplay, ready_line, start_display
+from grazemap.start_display import StartDisplay, ready_line, start_display
 
 # What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from grazemap.cli import commands
-from grazemap.cli.outcome import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
+from grazemap.cli.exit_codes import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, RequestWarning
 
 

@@ -7,7 +7,15 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from grazemap.cli import checking, completion, computing, saved, stack, status, storage
+from grazemap.cli import (
+    check_command,
+    completion_command,
+    process_commands,
+    result_commands,
+    stack,
+    status_command,
+    storage_commands,
+)
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES, ProblemError
 from grazemap.wire.error_texts import suggestion
@@ -44,13 +52,13 @@ def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentPa
     )
     top.add_argument("--version", action="version", version=f"grazemap {__version__}")
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    computing.add_processes(commands, processes)
+    process_commands.add_processes(commands, processes)
     stack.add_command(commands)
-    status.add_command(commands)
-    storage.add_commands(commands)
-    saved.add_commands(commands)
-    checking.add_command(commands)
-    completion.add_command(commands, parser)
+    status_command.add_command(commands)
+    storage_commands.add_commands(commands)
+    result_commands.add_commands(commands)
+    check_command.add_command(commands)
+    completion_command.add_command(commands, parser)
     return top
 
 
@@ -65,7 +73,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     command = _command(top, words)
     words, errors_of_switches = _without_switch_values(_with_negative_values(words), command)
     options, unknown = top.parse_known_args(words)
-    computes = options.command is computing.compute
+    computes = options.command is process_commands.compute
     options.errors = [
         *errors_of_switches,
         *(_unknown_argument(name, command, computes) for name in _argument_names(unknown)),

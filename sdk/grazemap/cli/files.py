@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from grazemap.cli.outcome import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.plots.axes import kept_from_pyplot, new_figure
 from grazemap.results import RESULTS, Result

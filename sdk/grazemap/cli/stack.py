@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from grazemap import constants
-from grazemap.cli.outcome import DONE, FAILED, InvalidCommand
+from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand
 from grazemap.client import Client
 from grazemap.errors import GrazemapError, ProtocolError
 from grazemap.local_stack import LocalClient, LocalStack, stack_command
-from grazemap.starting import StartLine, ready_line
+from grazemap.start_display import StartLine, ready_line
 
 # Seconds that a service on this machine has to answer.
 _PROBE_TIMEOUT = 2.0

@@ -1,4 +1,4 @@
-"""Basins of attraction: initial states coloured by the motion that they lead to; their shares along a parameter."""
+"""Basins of attraction, with states coloured by the motion that they lead to, and basin fractions along a parameter."""
 
 from __future__ import annotations
 
@@ -70,12 +70,13 @@ def plot_basin_fractions(
 ) -> Axes:
     """Draw the shares over the parameter, as areas on top of each other, in the order of the attractors.
 
-    The `motions` with the largest shares have a colour and an entry in the legend; the others have one, as "other".
+    `motions` is the number of attractors with a colour and a legend entry of their own; those with the largest shares
+    are chosen. All others are drawn as "other".
     """
     ax, every = drawing.ax, result.motions()
     chosen = np.sort(np.argsort([-motion.share for motion in every], kind="stable")[:motions])
     assigned = motion_colours([every[i] for i in chosen], colours)
-    # none is left for a motion with that of the others
+    # a motion with the colour of "other" has no area of its own
     coloured = {int(i): colour for i, colour in zip(chosen, assigned, strict=True) if colour != OTHER}
     shown, drawn = [every[i] for i in coloured], list(coloured.values())
     areas, texts = [result.share[i] for i in coloured], _texts(shown, result.chance_to_settle)
@@ -99,7 +100,7 @@ def plot_basin_fractions(
 
 
 def _texts(motions: Sequence[MotionShare], chance: ChanceToSettle | None) -> list[str]:
-    """Return the legend's texts of motions with their shares; those of one name are numbered from the second on."""
+    """Return the legend texts of motions with their shares. Motions of equal names are numbered from the second on."""
     seen: Counter[str] = Counter()
     texts = []
     for motion in motions:

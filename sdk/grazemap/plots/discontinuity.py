@@ -20,7 +20,7 @@ _RETURNS = 5
 
 @draws(DiscontinuityMapping)
 def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
-    """Draw errors over the overshoot, logarithmically: of the mapping, of the next order, and of the first returns."""
+    """Draw the errors of the mapping, of its second order, and of the first returns, over the overshoot (log-log)."""
     ax = drawing.ax
     order = np.argsort(result.overshoot)
     overshoot = result.overshoot[order]

@@ -29,7 +29,7 @@ class Wording:
     engineering: str
     """The text in engineering units."""
     unit: str = ""
-    """Of the numbers along an axis with this text; empty without one."""
+    """The unit of the numbers along an axis with this text; empty if they have none."""
 
     def __add__(self, suffix: str) -> Wording:
         return replace(self, text=self.text + suffix, engineering=self.engineering + suffix)
@@ -71,14 +71,14 @@ def engineering_units(ax: A) -> A:
     Returns
     -------
     Axes, or several
-        Those that were given.
+        The given axes.
 
     Raises
     ------
     ValueError
-        Nothing on the axes is in SI: they have a picture of a nondimensional result, or none.
+        Nothing on the axes is in SI: they are empty, or have a picture of a nondimensional result.
     TypeError
-        What is given are not axes.
+        The argument is neither axes nor several axes.
     """
     axes_list: list[Axes] = np.ravel(np.array(ax, dtype=object)).tolist()
     if not all(hasattr(axes, "xaxis") for axes in axes_list):

@@ -33,7 +33,7 @@ def plot_over_plane(
     points: CodimensionTwoPoints | None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None,
 ) -> Axes:
-    """Draw a quantity over a map with its scale, grey where there is none, and over it the curves and points given."""
+    """Draw a quantity over the plane of a map, with a scale of colours, curves and points; grey where it is NaN."""
     ax, across, up = drawing.ax, cell_borders(umap.horizontal), cell_borders(umap.vertical)
     ax.set_facecolor(OTHER)
     drawn = ax.pcolormesh(across, up, np.ma.masked_invalid(quantity.values), cmap="viridis", rasterized=True)
@@ -75,7 +75,7 @@ def plot_along_branch(
     seen: set[str] = set()
     for point in branch.special_points:
         ends = quantity.values[point.segment : point.segment + 2]
-        if not np.all(np.isfinite(ends)):  # as at a graze, beyond which there is no motion
+        if not np.all(np.isfinite(ends)):  # for example at a graze, beyond which there is no motion
             continue
         marker, of_type, text = BIFURCATIONS[point.type]
         style = {"marker": marker, "color": of_type, "markersize": 6, "linestyle": "none", "zorder": 5}

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 _VIRTUAL_SHARE = 0.3
 _MAX_MODULUS = 3.0
-# Share of the height of a picture that is added for a scale of colours inside of it.
+# Share of the height that is added to a picture for a scale of colours inside it.
 _BAR_SPACE = 0.25
-# Share of the height of the axes within which the impacts of two lines have one text.
+# Share of the height of the axes: lines that are closer have one text for their impacts.
 _MERGED_DISTANCE = 0.025
 # Styles of the stretches of a branch.
 STYLES: dict[str, dict[str, Any]] = {
@@ -55,7 +55,7 @@ def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
 def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
 
-    Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
+    Multipliers of inadmissible orbits are pale. Multipliers far outside the circle, as near a graze, are not shown.
     """
     _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + point_text(result))
     if not len(result.parameter):
@@ -75,7 +75,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
-        # below what is drawn, where the view is made higher
+        # the view is extended below the points, to make room for the scale
         bottom, top = ax.dataLim.intervaly
         ax.update_datalim([(0.0, bottom - _BAR_SPACE * (top - bottom))])
         bar = ax.inset_axes((0.05, 0.09, 0.5, 0.03))
@@ -103,9 +103,10 @@ def _unit_circle(drawing: Drawing) -> Axes:
 def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label: str | None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
-    Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts,
-    and stretches end at them. Where a branch goes back as its own mirror image, or as the same motions some forcing
-    periods later, it is drawn once. `colour` is that of motions, and `label` names the branch in the legend.
+    Stable motions are solid, unstable motions dashed, inadmissible orbits pale. Special points are marked on all
+    impacts, and stretches end at them. A branch may go back as its own mirror image, or as the same motions some
+    forcing periods later; then it is drawn once. `colour` is the colour of the motions, `label` the name of the branch
+    in the legend.
     """
     ax = drawing.ax
     drawing.describe(
@@ -145,7 +146,7 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
 
 
 def named_branch(result: OrbitBranch) -> str:
-    """Return which branch it is."""
+    """Return the name of a branch."""
     if not len(result.stops):
         return f"Branch of period {result.period}"
     knots = result.knots()
@@ -154,7 +155,7 @@ def named_branch(result: OrbitBranch) -> str:
 
 
 def _name_stops(ax: Axes, result: OrbitBranch) -> None:
-    """Write A or C, the stop of the impacts, at the end of the motions that are drawn where most lines are apart."""
+    """Write A or C, the stop of the impacts, at that end of a branch where most lines are separate."""
     knots = result.knots()
     first, last = _drawn_once(knots)
     real = [kind != "not admissible" for kind in knots.kinds]
@@ -185,21 +186,21 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
 
 
 def _close_groups(heights: Floats, distance: float) -> list[list[int]]:
-    """Return the indices of heights in groups whose neighbours are closer than a distance."""
+    """Return the indices of heights in groups: within a group, neighbouring heights are closer than a distance."""
     order = np.argsort(heights)
     groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= distance) + 1)
     return [group.tolist() for group in groups]
 
 
 def _drawn_once(knots: Knots) -> tuple[int, int]:
-    """Return the first and the last knot of a part of a branch with all its motions, or their mirror images."""
+    """Return the first and last knot of a part of a branch that has all its motions, or their mirror images."""
     last = len(knots.types) - 1
     back = [i for i in knots.turns() if knots.types[i] in ("SB", "PD")]
     if not back:
         return 0, last
     if len(back) > 1:
         return back[0], back[1]
-    # on both sides are the same motions, as far as they were followed
+    # the two sides have the same motions; one of them may have been followed further
     lengths = np.linalg.norm(np.diff(knots.path, axis=0), axis=1)
     return (0, back[0]) if lengths[: back[0]].sum() > lengths[back[0] :].sum() else (back[0], last)
 

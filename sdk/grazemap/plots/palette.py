@@ -50,7 +50,7 @@ DASHES: tuple[Any, ...] = (
 
 
 def dash(number: int) -> Any:
-    """Return the style of a line that tells motions, or numbers of periods, apart: a different one for each number."""
+    """Return the line style for a number, which stands for a motion or a number of periods; all styles differ."""
     style, round = DASHES[number % len(DASHES)], number // len(DASHES)
     if not round:
         return style
@@ -76,7 +76,7 @@ def motion_colours(motions: Sequence[Motion | MotionShare], fixed: Mapping[str, 
 
 
 def hexadecimal(named_colours: Mapping[str, str] | None) -> dict[str, str]:
-    """Return colours that are given in any form as #RRGGBB. Raises ValueError for what is not a colour."""
+    """Return colours in any form of matplotlib as #RRGGBB. Raises ValueError for a text that is not a colour."""
     if not named_colours:
         return {}
     from matplotlib.colors import to_hex
@@ -101,7 +101,7 @@ def _luminance(colour: str) -> float:
 
 
 def motion_text(motion: Motion | MotionShare) -> str:
-    """Return a motion's label with subscripts, as mathtext; its kind when it is not periodic."""
+    """Return the label of a motion with subscripts, as mathtext, or its kind where it has no label."""
     return label_text(motion.label or motion.kind)
 
 

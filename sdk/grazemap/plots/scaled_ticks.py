@@ -1,4 +1,4 @@
-"""Ticks of an axis that shows its data in another unit: the data times a factor. Needs matplotlib."""
+"""Ticks of an axis that shows its data in another unit, multiplied by a factor. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MIN_PLAIN, _MAX_PLAIN = 1e-2, 1e4
 
 
 class ScaledLocator(Locator):
-    """Places ticks where the data times a factor have the ticks of another locator."""
+    """Places ticks so that another locator would place them at the scaled data."""
 
     def __init__(self, locator: Locator, factor: float) -> None:
         self._locator, self._factor = locator, factor
@@ -27,12 +27,12 @@ class ScaledLocator(Locator):
         return [place / self._factor for place in self._locator.tick_values(vmin * self._factor, vmax * self._factor)]
 
     def nonsingular(self, v0: float, v1: float) -> tuple[float, float]:
-        """As of the other locator: data of one value are in the middle of a view, and on a logarithmic one positive."""
+        """Return the limits of a view by the other locator: they differ, and are positive on a logarithmic axis."""
         low, high = self._locator.nonsingular(v0, v1)
         return low, high
 
     def set_params(self, **settings: Any) -> None:
-        """As of the other locator."""
+        """Set the parameters of the other locator."""
         self._locator.set_params(**settings)
 
 

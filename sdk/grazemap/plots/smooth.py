@@ -1,8 +1,8 @@
 """Curves through computed points, drawn smooth.
 
-Points of a branch or a bifurcation curve are as far apart as Newton's method allows: tangents of neighbours may differ
-by 18 degrees. Between them the picture has the cubic spline in the length along the curve, in more pieces where the
-curve turns. The points lie on the line.
+Points of a branch or a bifurcation curve are as far apart as Newton's method allows: the tangents at neighbouring
+points may differ by 18 degrees. Between the points a cubic spline is drawn, whose parameter is the length along the
+curve. It has more pieces where the curve turns. The points lie on the line.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
     Parameters
     ----------
     path : (n, d)
-        Coordinates along which length is measured, each on its own scale: in more of them than are drawn, a curve is
-        smooth where its picture has a cusp.
+        Coordinates in which length is measured, each on its own scale. They may be more than those that are drawn: a
+        curve can be smooth where its picture has a cusp.
     drawn : (n, m)
-        What is drawn.
+        The coordinates that are drawn.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
 def smooth_line(path: Floats, drawn: Floats, shown: NDArray[np.bool_] | None = None) -> Floats:
     """Return the line through all points, (pieces + 1, m), NaN at and beside points that are not `shown`, (n,).
 
-    Other arguments as of `smooth_pieces`.
+    `path` and `drawn` are those of `smooth_pieces`.
     """
     is_shown = np.ones(len(drawn), dtype=bool) if shown is None else shown
     knots = np.where(is_shown[:, None], drawn, np.nan)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 _EARLIER, _STOP, _IMPACT = NAMED["1-1r-1l"], UNRESOLVED, SECOND_LINE
 # Maximum number of forcing periods that are legible in the time history.
 _HISTORY_PERIODS = 12
-# Forcing periods of a longest motion that is looked for; a record of no more of them need not decide its motion.
+# Longest period of a motion that is searched for, in forcing periods. A record that is no longer may be too short to
+# identify its motion.
 _MAX_PERIOD = 32
 
 Floats = NDArray[np.float64]
@@ -53,7 +54,7 @@ class TrajectoryDrawing(NamedTuple):
     portrait: Drawing
     """The drawing of the phase portrait."""
     own_figure: bool
-    """Whether the figure was made for it."""
+    """Whether the figure was made for this picture."""
 
     @property
     def ax(self) -> Axes:
@@ -71,7 +72,7 @@ def trajectory_drawing(
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
-    With one axes the phase portrait is drawn on a figure that nobody sees.
+    If only one axes is given, the phase portrait is drawn on a hidden figure.
     """
     pair: Iterable[Axes]
     if ax is None:
@@ -118,7 +119,7 @@ def plot_trajectories(
 ) -> TrajectoryAxes:
     """Draw the last periods of every trajectory over time and in its phase plane, coloured by motion.
 
-    The rest as for `plot_trajectory`.
+    The stops are drawn as by `plot_trajectory`, but no impacts. Raises ValueError: there is no such mass.
     """
     first = result.trajectories[0]
     contact = _Contact.from_trajectory(first)
@@ -144,16 +145,16 @@ def plot_trajectories(
 
 
 class _Contact(NamedTuple):
-    """What hits the stops."""
+    """The part of the structure that hits the stops."""
 
     row: Floats
     """(N,) The contact coordinate is row @ displacement."""
     mass: int | None
-    """The mass of which it is the displacement, counted from 1; None: it is no displacement of one mass."""
+    """The mass whose displacement is the contact coordinate, counted from 1; None where it is not that of one mass."""
     clearances: tuple[float, float]
-    """Of the right and of the left stop; an absent one has an infinite clearance."""
+    """The clearances of the right and the left stop; infinite for an absent stop."""
     restitutions: tuple[float, float]
-    """Of the right and of the left stop."""
+    """The restitutions of the right and the left stop."""
 
     @classmethod
     def from_trajectory(cls, trajectory: Trajectory) -> _Contact:
@@ -173,7 +174,7 @@ class _Contact(NamedTuple):
 
 
 def _checked_mass(contact: _Contact, mass: int | None) -> int | None:
-    """Return the mass that is drawn; None: the contact coordinate, which is no displacement of one mass."""
+    """Return the mass to draw; None for a contact coordinate that is not the displacement of one mass."""
     size = len(contact.row)
     if mass is not None and not 1 <= mass <= size:
         raise ValueError(f"the oscillator has masses 1 to {size}")
@@ -185,7 +186,7 @@ def _name(mass: int | None) -> str:
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
-    """Return which times are in the last periods of a trajectory; none where it has ended early."""
+    """Return which times are in the last periods of a trajectory."""
     end = time[-1] if len(time) else 0.0
     request = trajectory.meta["request"]
     period = Oscillator.model_validate(request["oscillator"]).forcing_period(request["omega"])
@@ -216,10 +217,9 @@ def _legend(drawing: Drawing, columns: int) -> None:
 def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:
     """Return time, displacement and velocity of a mass, or of the contact (None).
 
-    Those of what hits the stops have the values before and after every impact.
-
-    Without these values an impact between two samples would look like a rounded corner instead of a jump. Each array
-    has the shape (samples + 2 impacts,), or (samples,).
+    For the contact, the values before and after every impact are inserted: without them an impact between two samples
+    would look like a rounded corner instead of a jump. Each array has the shape (samples + 2 impacts,), for other
+    masses (samples,).
     """
     contact, impacts = _Contact.from_trajectory(trajectory), trajectory.impacts
     row = contact.row if mass is None else np.eye(len(contact.row))[mass - 1]

@@ -86,7 +86,7 @@ def plot_unfolding_map(
 
 
 def _leave_out_of_legend(ax: Axes) -> None:
-    """Take lines that lie wholly outside of the axes out of the legend."""
+    """Remove lines that lie wholly outside the axes from the legend."""
     for line in ax.lines:
         if np.size(line.get_xdata()) and not line.get_path().intersects_bbox(ax.viewLim, filled=False):
             line.set_label("_nolegend_")

@@ -9,12 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted, counted_points
+from grazemap.results.common_records import (
+    CHANCE,
+    KINDS,
+    PERIODIC_MOTIONS,
+    SINCE,
+    ChanceToSettle,
+    Common,
+    Motion,
+    MotionShare,
+)
 from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named_field
-from grazemap.results.records import CHANCE, KINDS, PERIODIC_MOTIONS, SINCE, ChanceToSettle, Common, Motion, MotionShare
 from grazemap.results.unfolding import LABEL, UnfoldingMap
 
 if TYPE_CHECKING:

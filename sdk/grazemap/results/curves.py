@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
-from grazemap.results.records import BIFURCATIONS, Common
 from grazemap.wire import BifurcationCurvesRequest
 from grazemap.wire.planes import Plane
 

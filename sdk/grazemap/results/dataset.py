@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.results.common_records import Motion
 from grazemap.results.fields import TYPES, Field, RecordSchema, ResultSchema
 from grazemap.results.observables import outputs_of
-from grazemap.results.records import Motion
 
 if TYPE_CHECKING:
     import xarray

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import CHANCE, STOPS, ChanceToSettle, Common, Motion
 from grazemap.results.observables import Observed, quantity_of, variables_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, IntArray, Record, field
-from grazemap.results.records import CHANCE, STOPS, ChanceToSettle, Common, Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

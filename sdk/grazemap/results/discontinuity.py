@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import STOPS, Common
 from grazemap.results.grazing import XI
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, IntArray, Record, field
-from grazemap.results.records import STOPS, Common
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

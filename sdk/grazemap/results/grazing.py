@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted, outside
+from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
-from grazemap.results.records import Common
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, grazing_clearance
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Common, Motion, State, Sticking
 from grazemap.results.curves import BifurcationCurve, PlaneCurve
 from grazemap.results.fields import RequestDocument
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
-from grazemap.results.records import Common, Motion, State, Sticking
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 
 if TYPE_CHECKING:

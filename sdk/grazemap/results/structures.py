@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.described import described
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
-from grazemap.results.records import Common
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

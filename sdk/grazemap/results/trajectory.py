@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Impacts, Motion, State, Sticking
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import Observed
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, field
-from grazemap.results.records import Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,13 @@ from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
 from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, value_of
+from grazemap.results.common_records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, deprecated, field, stored
-from grazemap.results.records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane

@@ -14,12 +14,12 @@ from grazemap.codec import Document
 from grazemap.colours import COLOURED
 from grazemap.described import described
 from grazemap.results.base import Result, counted_points, value_of
+from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.fields import ResultSchema
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
-from grazemap.results.records import BIFURCATIONS, Common
 from grazemap.results.unfolding import LABEL, UnfoldingMap
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 

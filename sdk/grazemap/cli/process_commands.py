@@ -13,9 +13,9 @@ from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
+from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.flags import add_flags, example, flags_of
-from grazemap.cli.outcome import DONE, NOT_FOUND, InvalidCommand, fail
-from grazemap.cli.saved import describe
+from grazemap.cli.result_commands import describe
 from grazemap.cli.stack import service_or_stack
 from grazemap.results import OrbitBranch, PeriodicOrbit
 from grazemap.wire import PROCESSES

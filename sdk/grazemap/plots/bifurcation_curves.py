@@ -42,9 +42,9 @@ def draw_bifurcation_curves(
     admissible: bool = True,
     halo: bool = False,
 ) -> None:
-    """Add the curves to axes: a colour for each type, a dash for each motion, pale where no motion ends.
+    """Add the curves to axes: a colour for each type, a dash for each motion; curves of inadmissible motions are pale.
 
-    With `halo` they have a white rim, so that they are legible on colours.
+    With `halo` the curves have a white rim, so that they are legible on colours.
     """
     together = results if isinstance(results, Sequence) else [results]
     shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]

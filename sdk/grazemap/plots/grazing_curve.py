@@ -29,7 +29,7 @@ Booleans = NDArray[np.bool_]
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
 _MAX_FULL_SIZE = 150
-# Of 1.5 times the order, this size of an asterisk in points is left, so that low orders are seen among many symbols.
+# Size of an asterisk in points for order 0; it is smaller by 1.5 for each order, so that low orders stand out.
 _MAX_MARKER_SIZE = 12.5
 # Text of the grazing curve in legends, and its number of points where it is evaluated for a picture.
 CURVE, _CURVE_POINTS = r"grazing curve $b = A(\omega)$", 1000
@@ -40,7 +40,7 @@ CURVE, _CURVE_POINTS = r"grazing curve $b = A(\omega)$", 1000
 def plot_grazing_curve(
     curve: GrazingCurve | StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None
 ) -> Axes:
-    """Draw clearance over omega with codimension-two points: those of `points`, the curve's own, or for False none."""
+    """Draw clearance over omega with codimension-two points: `points`, or for None the curve's own; for False none."""
     ax = drawing.ax
     draw_curve(ax, curve)
     if points is not False:
@@ -56,7 +56,7 @@ def plot_grazing_curve(
 def plot_codimension_two_points(
     points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None
 ) -> Axes:
-    """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
+    """Draw codimension-two points on a grazing curve; without `curve` it is evaluated over the omega of the request."""
     ax = drawing.ax
     if curve is not None:
         draw_curve(ax, curve)
@@ -98,9 +98,9 @@ def meets_other_stop(
 
 
 def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = False) -> None:
-    """Add the grazing curve to axes, or those of the stops, dashed where they are virtual.
+    """Add a grazing curve to axes, or the grazing curves of the stops, which are dashed where they are virtual.
 
-    There is a band under the stretches of the curve of both stops where the graze does not recur.
+    Under a grazing curve of both stops, a band marks the stretches on which the graze does not recur.
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
 def draw_graze(
     ax: Axes, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
 ) -> None:
-    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual; `halo` as `draw_curve`.
+    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual.
 
-    That of the left stop has another colour than that of the right one.
+    `halo` is that of `draw_curve`. The curves of the two stops have different colours.
     """
     colour = LINE if stop == "left" else PAPER if halo else INK
     style: dict[str, Any] = {"color": colour, "path_effects": rimmed(3.2, INK) if halo else None, "zorder": 3}
@@ -155,7 +155,10 @@ def draw_graze(
 
 
 def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
-    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual; `both` stops at once."""
+    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual.
+
+    `both` says whether the two stops are grazed at once.
+    """
     labelled: set[str] = set()
     for curve in curves:
         colour = PAPER if curve.stop > 0 else LINE
@@ -174,9 +177,10 @@ def draw_points(
 ) -> None:
     """Add codimension-two points to axes, with a legend entry per kind.
 
-    Recurrences are asterisks: coloured by order where they are active, low orders larger and above the others, small
-    and grey where a smaller order recurs already. Resonant points are distinguished by bifurcation, filled for
-    one-sided and hollow for symmetric motions. Corners are open triangles that point to the kink.
+    Recurrences are asterisks. Active ones are coloured by order, and low orders are larger and above higher ones;
+    where a smaller order recurs already, they are small and grey. The marker of a resonant point shows the
+    bifurcation; it is filled for one-sided and hollow for symmetric motions. Corners are open triangles that point to
+    the kink.
 
     Parameters
     ----------

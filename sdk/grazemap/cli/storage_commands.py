@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from grazemap.cli.outcome import DONE, FAILED
+from grazemap.cli.exit_codes import DONE, FAILED
 from grazemap.local_stack import server_command
 
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from grazemap import starting
-from grazemap.starting import StartLine, StartLog, ready_line, start_display
+from grazemap import start_display as module
+from grazemap.start_display import StartLine, StartLog, ready_line, start_display
 
 LINES = b'{"starting": "a"}\n{"starting": "b"}\n{"url": "http://x:1", "pid": 1}\n'
 
@@ -69,7 +69,7 @@ def test_a_log_has_the_step_that_takes_long_and_the_end_unless_the_start_is_quic
     monkeypatch, said, quiet, ready, lines
 ):
     now = [100.0]
-    monkeypatch.setattr(starting.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
     stream = io.StringIO()
     shown = StartLog(stream, quiet)
     for seconds, text in said:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
-from grazemap.cli.outcome import DONE, FAILED, InvalidCommand, fail
+from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand, fail
 from grazemap.module_command import module_command
 
 _MAX_BYTES = 50_000_000

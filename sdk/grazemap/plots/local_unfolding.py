@@ -1,4 +1,4 @@
-"""Local unfoldings: the curves that leave the grazing curve at its resonant points, relative to it."""
+"""Local unfoldings: the curves that leave the grazing curve at its resonant points, relative to the grazing curve."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label, draws, rimmed
-from grazemap.plots.curve import CURVE
 from grazemap.plots.engineering import unit_wording
+from grazemap.plots.grazing_curve import CURVE
 from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, INK, PAPER, dash
 from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MAX_DISTANCE = 0.003
-# Maximum number of resonant points that are drawn, and share of the width by which arrows and texts are apart.
+# Maximum number of resonant points that are drawn, and minimum distance of arrows and texts as a share of the width.
 _MAX_POINTS, _MIN_SPACING = 40, 0.07
 _PALE = 0.35
 
@@ -26,16 +26,16 @@ _PALE = 0.35
 def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: tuple[float, float] | None) -> Axes:
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
-    At a saddle-node curve the branch that starts at the graze ends; at a period-doubling or symmetry-breaking curve it
-    loses its stability. A branch has no motions beyond its saddle-node, so curves are drawn up to the saddle-node curve
-    that they would cross. Curves of inadmissible motions are pale. Of many points those of admissible motions with the
-    shortest periods are drawn, and the title says how many.
+    The branch that starts at the graze ends at a saddle-node curve, and loses its stability at a period-doubling or
+    symmetry-breaking curve. A branch has no motions beyond its saddle-node, so a curve ends where it would cross a
+    saddle-node curve of the same motions. Curves of inadmissible motions are pale. If there are too many points, those
+    of admissible motions with the shortest periods are drawn, and the title says how many.
     """
     ax = drawing.ax
     interval = result.meta["request"]["omega"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
-    # as in maps: no curve from it has a rim
+    # with a rim, as in maps; the other curves have none
     ax.axhline(0.0, color=PAPER, linewidth=1.2, label=CURVE, path_effects=rimmed(3.2, INK), zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
     shown = sorted(resonant, key=_prominence)[:_MAX_POINTS]
@@ -68,7 +68,7 @@ def _prominence(entry: tuple[CodimensionTwoPoint, Unfolding]) -> tuple[bool, int
 def _spaced(
     points: Sequence[CodimensionTwoPoint], rank: Callable[[CodimensionTwoPoint], float], width: float
 ) -> list[CodimensionTwoPoint]:
-    """Return points that are apart on the axis, those of the smallest rank first."""
+    """Return points with a minimum distance along the axis; points of a smaller rank are chosen first."""
     chosen: list[CodimensionTwoPoint] = []
     for point in sorted(points, key=rank):
         if all(abs(point.omega - neighbour.omega) > _MIN_SPACING * width for neighbour in chosen):
@@ -99,7 +99,7 @@ def _dash(multiple: int) -> Any:
 def _saddle_nodes(
     point: CodimensionTwoPoint, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]
 ) -> list[tuple[float, float, int]]:
-    """Return omega, coefficient and side of the saddle-node curves of the same motions that leave other points."""
+    """Return omega, coefficient and side of those saddle-node curves of the same motions that leave other points."""
     return [
         (source.omega, unfolding.quadratic, unfolding.curve_omega)
         for source, unfolding in resonant
@@ -157,9 +157,9 @@ def _draw(
 
 
 def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], width: float) -> None:
-    """Draw arrows on the side of the grazing curve on which the motions of each family exist, at its saddle-nodes.
+    """Draw arrows at the saddle-nodes, to the side of the grazing curve on which the motions of the family exist.
 
-    There are none where motions are not admissible.
+    Inadmissible motions have no arrows.
     """
     _, colour, _ = BIFURCATIONS["SN"]
     unfoldings = {

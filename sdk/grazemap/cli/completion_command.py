@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from grazemap.cli.outcome import DONE
+from grazemap.cli.exit_codes import DONE
 
 _SHELLS = ("bash", "zsh", "tcsh")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
-from grazemap.cli.outcome import DONE, InvalidCommand
+from grazemap.cli.exit_codes import DONE, InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.results import (
     BifurcationCurves,
