@@ -1,4 +1,4 @@
-"""What all results share: reading a document by its schema, saving, loading and converting."""
+"""The base of all results: it reads documents by their schema, and saves, loads and converts results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 RESULTS: dict[str, type[Result]] = {}
 """The classes of results by their names."""
-# No result has a longer list of texts, such as the reasons to which a map refers by numbers.
+# Maximum length of a list of texts, such as the reasons to which a map refers by numbers. No result has a longer one.
 _MAX_TEXTS = 1 << 16
 
 
@@ -37,12 +37,12 @@ def counted(items: Sized, noun: str) -> str:
 
 
 def counted_points(mask: NDArray[np.bool_], what: str) -> str:
-    """Return the number of points that are something, with their share of all points."""
+    """Return the number of points in a mask with a word for them, and their share of all points."""
     return f"{np.count_nonzero(mask)} {what} ({mask.mean():.2%})"
 
 
 def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
-    """Return the error for a value of a parameter outside a result, in SI with units and in Hz or mm too."""
+    """Return the error for a parameter value outside the range of a result; in SI it has units, and Hz or mm too."""
     low, high = ends
     if units != "SI" or name not in UNITS:
         return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
@@ -74,7 +74,7 @@ class Result(Record):
         derived: Mapping[str, Any] | None = None,
         in_json: Mapping[str, Any] | None = None,
     ) -> None:
-        """Make the schema of the class, with the attributes of `ResultSchema`; `derived` and `in_json` are by name."""
+        """Make the schema of the class. The keywords are those of `ResultSchema`, with fields of `derived` by name."""
         super().__init_subclass__()
         cls.schema = ResultSchema(
             **vars(cls.schema),
@@ -87,7 +87,7 @@ class Result(Record):
         cls.process = process
         cls._comparable = False
         RESULTS[cls.__name__] = cls
-        # results come from clients and files, so help() shows no arguments
+        # results come from clients and files, so help() shows no arguments of the constructor
         cls.__signature__ = Signature()
 
     @classmethod
@@ -101,7 +101,7 @@ class Result(Record):
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """Return a document of the codec with the fields that JSON alone has."""
+        """Return a document of the codec with the fields that only JSON has."""
         return document
 
     @property
@@ -111,7 +111,7 @@ class Result(Record):
 
     @property
     def notes(self) -> list[Note]:
-        """What is probably not meant in the request, for example a window off the grazing curve."""
+        """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -137,10 +137,10 @@ class Result(Record):
     def to_dataframe(self, table: str | None = None, *, engineering_units: bool = False) -> pandas.DataFrame:
         """Return a table of the result, such as its points or impacts, one row each (needs the extra "pandas").
 
-        Without a name it is that of the result's own arrays, such as the points of a curve or the samples of a
-        trajectory; its name is that of their dimension. A result without one gives its only table. Units are in its
-        `attrs`. With `engineering_units` frequencies are in Hz and lengths in mm. Raises ValueError for other names,
-        which names those that there are, and for these units of a result that is not in SI.
+        Without a name it is the table of the result's own arrays, such as the points of a curve or the samples of a
+        trajectory; this table has the name of their dimension. A result without such arrays gives its only table. The
+        `attrs` of the table have the units. With `engineering_units` frequencies are in Hz and lengths in mm. Raises
+        ValueError for an unknown name, with the known names, and for engineering units of a nondimensional result.
         """
         from grazemap.results.tables import dataframe
 
@@ -172,7 +172,7 @@ class Result(Record):
 
 
 def class_of(process: str, names: Container[str]) -> type[Result]:
-    """Return the class of a process's result; of several forms, the one whose fields are among the names.
+    """Return the class of the result of a process; if there are several, the one whose fields are all among the names.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
 
 
 def _decoded(record: RecordSchema, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a result from its document; what is stored only is left out.
+    """Return the attributes of a result from its document, without fields that are in documents only.
 
     Raises KeyError where a field that is always present is missing.
     """

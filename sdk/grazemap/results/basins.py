@@ -94,7 +94,7 @@ class Uncertainty(Record):
 
     distance: IntArray = field("In steps of the rectangle, along either side.", "distance", coordinate=True)
     share: FloatArray = field(
-        "Share of the resolved states that have one within the distance which leads to another attractor.", "distance"
+        "Share of the resolved states with a state within the distance that leads to another attractor.", "distance"
     )
     exponent: float = field("alpha: slope of log share over log distance.", null=True)
     standard_error: float = field(
@@ -161,7 +161,7 @@ class Basins(
         return float((self.label < 0).mean())
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the names of the motions, of every state and of every attractor, as codes and texts."""
         names = [attractor.label or attractor.kind for attractor in self.attractors]
         every = np.where(self.label < 0, len(names), self.label)
         return {"motion": (every, [*names, "unresolved"]), "attractor_motion": (np.arange(len(names)), names)}
@@ -214,14 +214,14 @@ class BasinFractions(
     )
     states: IntArray = field("Initial states that lead to the attractor; 0 where it was not found.", _ALONG)
     share: FloatArray = field(Attractor, _ALONG)
-    share_error: FloatArray = field("Its binomial standard error.", _ALONG)
+    share_error: FloatArray = field("Binomial standard error of the share.", _ALONG)
     mean_position: FloatArray = field(Attractor, _ALONG, null=True, when="")
     mean_velocity: FloatArray = field(Attractor, _ALONG, null=True, when="")
     multiplier: FloatArray = field(Attractor, _ALONG, null=True, when="")
     lyapunov: FloatArray = field(Attractor, _ALONG, null=True, when="")
     verified: BoolArray = field(Attractor, _ALONG)
     unresolved: FloatArray = field("Share of the states whose motion is unresolved.", "parameter")
-    unresolved_error: FloatArray = field("Its binomial standard error.", "parameter")
+    unresolved_error: FloatArray = field("Binomial standard error of that share.", "parameter")
     sensitive: FloatArray = field("Share of the states whose trajectories are sensitive.", "parameter")
     displacement: FloatArray = field("The range of each initial displacement.", "mass end", "m")
     velocity: FloatArray = field("The range of each initial velocity.", "mass end", "m/s")
@@ -241,7 +241,7 @@ class BasinFractions(
         return tuple(MotionShare(*name, *share) for name, share in zip(names, shares, strict=True))
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the names of the attractors as codes and texts."""
         names = [attractor.label or attractor.kind for attractor in self.attractors]
         return {"attractor_motion": (np.arange(len(names)), names)}
 
@@ -271,8 +271,8 @@ def _counts(attractor: Attractor | ContinuedAttractor) -> tuple[int | None, int 
 
 TILE_OF_BASINS = RecordSchema(
     "TileOfBasins",
-    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished; of "
-    "basin fractions those at some values of the parameter, for some states.",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished. For "
+    "basin fractions, the motions at some values of the parameter, for some of the states.",
     (
         *(
             member.varied(index_of="")

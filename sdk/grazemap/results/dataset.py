@@ -139,7 +139,7 @@ class _Columns:
                 self.add(field, name, field.dims, codes, record, prefix, meanings)
 
     def add_records(self, parent: Field, items: Sequence[Any], prefix: str = "") -> None:
-        """Add the fields of a list of records, or of a record in each of them, whose `prefix` is given."""
+        """Add the fields of a list of records; with a `prefix`, those of a record inside each record of a list."""
         assert isinstance(parent.type, RecordSchema)
         (along,) = parent.dims
         for field in _shown(parent.type):

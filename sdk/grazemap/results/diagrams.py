@@ -28,7 +28,7 @@ class Section(Record):
     impact_velocity: FloatArray = field("Velocity before every impact, signed.", "impact", "m/s")
     impact_stop: IntArray = field("Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS)
     motion: Motion = field(
-        "The motion that the trajectory settles to until 500 periods after those that are shown. It is verified if "
+        "The motion to which the trajectory has settled at most 500 periods after those shown. It is verified if "
         "its orbit is verified and captures the trajectory, which is not sensitive.",
         variable="motion",
     )

@@ -1,4 +1,4 @@
-"""Documents and their schemas: documents from fields, and documents from JSON."""
+"""Makes documents by their schemas: from the values of fields, and from JSON."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def document_of(kind: type[Record], source: object = None, /, **values: Any) -> 
     ----------
     kind : class of a record or of a result
     source
-        An object of the core, whose attributes are the fields without a value. What is None there is left out if not
-        every document has the field.
+        An object of the core, whose attributes are the fields that `values` lacks. An optional field is left out where
+        the attribute is None.
     values
-        Values of fields. A record inside is its document, or the object of the core that it is made of, and complex
-        numbers need not be pairs.
+        Values of fields. A record inside is given as its document, or as an object of the core. Complex numbers need
+        not be pairs.
 
     Raises
     ------
     TypeError
-        The class, or that of a record inside, has no field of a name; or neither the values nor the object have one
-        that every document has.
+        A name is not a field of the class, or of the class of a record inside; or a required field is neither among the
+        values nor an attribute of the object.
     """
     document: Document = {}
     for field in kind.schema:
@@ -71,7 +71,7 @@ def _record(record: RecordSchema, value: Any) -> Any:
 def from_json(record: RecordSchema, document: Mapping[str, Any]) -> Document:
     """Return a document from its JSON, with arrays where the schema has them, and NaN for null in them.
 
-    Fields that JSON alone has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
+    Fields that only JSON has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
     they are lists of numbers.
     """
     left_out = {field.name for field in record.in_json} if isinstance(record, ResultSchema) else set()

@@ -68,7 +68,7 @@ class Field:
     name: str
     """Its name."""
     type: Scalar | RecordSchema | RequestDocument
-    """A complex number is stored as a pair, its real and imaginary part."""
+    """The type of its values. A complex number is stored as a pair, its real and imaginary part."""
     description: str
     """What it is, in one sentence."""
     dims: tuple[str, ...] = ()

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NEAR = 1e-9
-"""Relative distance from omega of a point in which the statement on the point has its zero."""
+"""Half the width of the range of omega in the statement on a point, relative to the omega of the point."""
 _UNLIKE = "of stops that are not alike"
 _RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
-_CORNER_SLOPE = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
+_CORNER_SLOPE = "d A/d omega of this maximum, which is the slope of the grazing curve at omega {} the point."
 _IF_RIGHT, _IF_LEFT = "if the clearance of the right stop varies", "if the clearance of the left stop varies"
 XI = field("xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
 
@@ -195,8 +195,8 @@ class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"
     def at(self, omega: ArrayLike) -> FloatArray:
         """Return the clearance at which the steady motion touches the stops, in the shape of omega.
 
-        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside of the curve's, as it
-        may be meant in other units.
+        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside the range of the
+        curve, which may be meant in other units.
         """
         return _evaluated(self, omega, ["right"])
 
@@ -251,10 +251,11 @@ class StopGrazingCurves(_PointsResult, Result, process="grazing-curves", rows="o
     def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
         """Return the clearance at which the steady motion touches a stop, in the shape of omega.
 
-        It is that of the stop that varies. Where both vary together it is that of the first one that the motion touches
-        as they come nearer, the larger one, or with `stop` that of this one. As in the fields, the motion may meet the
-        other stop before: the graze is virtual. The formula is evaluated: nothing is interpolated. Raises ValueError
-        for an omega outside of the curve's, as it may be meant in other units, and for a stop that does not vary.
+        The stop is the one that varies. Where both vary together, `stop` chooses one of them; without it, the larger
+        clearance is returned, at which the motion first touches a stop as both come nearer. As in the fields, the graze
+        is virtual where the motion meets the other stop first. The formula is evaluated: nothing is interpolated.
+        Raises ValueError for an omega outside the range of the curve, which may be meant in other units, and for a stop
+        that does not vary.
         """
         varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
         if stop is not None and stop not in varied:
@@ -291,7 +292,7 @@ class CodimensionTwoPoints(_PointsResult, Result, process="codimension-two-point
     ) -> Axes:
         """Draw the points on the grazing curve in the plane of omega and clearance.
 
-        A `curve` that is given is drawn as it draws itself; left out, those of the stops that vary are evaluated.
+        `curve` is drawn as by its own `plot`. Without it, the grazing curves of the stops that vary are evaluated.
         """
         return draw(self, ax, options, curve=curve)
 

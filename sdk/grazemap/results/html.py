@@ -1,4 +1,4 @@
-"""What a notebook shows of results, jobs and clients: a small picture and a table. Nothing is computed."""
+"""The HTML that notebooks show for results, jobs and clients: a small picture and a table. Nothing is computed."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _value(value: Any) -> str:
 
 
 def thinned(result: Result) -> Result:
-    """Return a result of which every n-th row, column and sample is kept, or the result itself if it is not large."""
+    """Return a large result with every n-th row, column and sample only, and any other result itself."""
     steps: dict[str, int] = {}
     roles = {name: role for role, name in result.roles.items()}
     stored = [field for field in result.schema if not field.replaces]

@@ -1,4 +1,4 @@
-"""What is read off the motions of a result: observables, and outputs."""
+"""Observables and outputs: quantities that are measured on the motions of a result."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ MEANS = tuple(Output.schema[name] for name in ("rms", "mean", "peak"))
 
 
 class Observed(Record):
-    """Base of results with what was read off their motions; None where it was not asked for.
+    """Base of results with observables and outputs; those that the request does not ask for are None.
 
     A subclass gives the `dimensions` of its observables, and the name of the schema of its outputs in the API's
     document.
@@ -109,14 +109,14 @@ OBSERVABLES = tuple(observable.name for observable in Observed.schema if observa
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Figures of the motions of a result."""
+    """The values of an observable or an output over the motions of a result."""
 
     values: Any
-    """The figures."""
+    """The values."""
     name: str
-    """Their name in words."""
+    """The name of the quantity in words."""
     unit: str
-    """Their unit; empty if there is none."""
+    """The unit; empty if there is none."""
 
 
 def quantity_of(result: Any, name: str) -> Quantity:
@@ -125,7 +125,7 @@ def quantity_of(result: Any, name: str) -> Quantity:
     Raises
     ------
     ValueError
-        It was not asked for; the message names what was.
+        The request did not ask for it; the message names the quantities of the result.
     """
     variables = {variable.name: (variable, values) for variable, values in variables_of(result)}
     if name not in variables:

@@ -77,8 +77,8 @@ class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
         "Number of contacts with a stop other than the impacts.", values=("none", "some", "undecided", "not searched")
     )
     excess: float = field(_EXCESS, unit="m", null=True)
-    excess_phase: float = field("Phase of this maximum.", unit="rad", null=True)
-    excess_stop: int = field("Stop of this maximum: +1 A, -1 C, 0 none.")
+    excess_phase: float = field("Phase of the maximum in `excess`.", unit="rad", null=True)
+    excess_stop: int = field("Stop of the maximum in `excess`: +1 A, -1 C, 0 none.")
     start: State = field("The state at phase 0; a trajectory from there follows the orbit.", prefix="start_")
     motion: Motion = field("Its name.", variable="label")
 
@@ -142,7 +142,7 @@ class SpecialPoint(Record):
     bias: float | None = field("Factor of the bias of the request.", when=_GENERAL)
     forcing: float | None = field("Factor of the forces of the request.", when=_GENERAL)
     status: str = field("Whether it was solved for to round-off (converged).", values=("converged", "guess"))
-    reason: str | None = field("Why it was not.", when="of guesses", variable=None)
+    reason: str | None = field("Why it was not solved for.", when="of guesses", variable=None)
     admissible: bool = field(
         Common, description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
     )
@@ -211,9 +211,9 @@ class OrbitBranch(
         """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked.
 
         A branch that turns at an SB or a PD has the same motions, or their mirror images, beyond it: they are drawn
-        once. `colour` is that of motions, and `label` the name of the branch in the legend, for several on one axes.
-        With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
-        drawn instead. Raises ValueError for one that was not asked for.
+        once. `colour` is the colour of the motions. `label` is the name of the branch in the legend, for several
+        branches on one axes. With a `quantity`, an observable such as "dissipated_power" or an output such as
+        "spring_rms", its values are drawn instead. Raises ValueError for a quantity that the request did not ask for.
         """
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity
@@ -232,20 +232,20 @@ class OrbitBranch(
     def stretches(self) -> list[Stretch]:
         """Return where the motions of the branch are stable, unstable or not admissible, and at what each part ends.
 
-        A part also ends where the parameter turns. From an SB at which it turns, the branch goes back as its own mirror
-        image, and from such a PD as the same motions, some forcing periods later: the parts repeat in reverse.
+        A part also ends where the parameter turns. If it turns at an SB, the branch goes back as its own mirror image;
+        if at a PD, as the same motions some forcing periods later. Then the parts repeat in reverse.
         """
         return stretches_of(self)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
-        """As `Result.derived_tables`."""
+        """Return the table "stretches"."""
         return {"stretches": self.stretches()}
 
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.
 
-        Its parameters are omega[index], clearance[index] and restitution[index], or those of each stop, bias[index] and
-        forcing[index].
+        The parameters of the orbit are omega[index], clearance[index] and restitution[index], or the clearance and the
+        restitution of each stop, bias[index] and forcing[index].
         """
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         return {"period": self.period, "stops": self.stops.tolist(), **lists}

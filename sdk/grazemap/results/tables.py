@@ -1,4 +1,4 @@
-"""Tables of results: a row for each record of a list, for each entry of a record of arrays, or of the arrays."""
+"""Tables of results. A row is a record of a list, an entry of a record of arrays, or an entry of the own arrays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _Columns = dict[str, tuple[Field, list[Any]]]
 
 # Characters of the longest text in a printed table.
 _WIDEST = 24
-# Columns in which None is kept apart from 0 and False.
+# pandas types of columns that can hold None.
 _NULLABLE = {"int": "Int64", "bool": "boolean"}
 
 
@@ -36,15 +36,15 @@ def tables(result: Result) -> list[str]:
 
 
 def dataframe(result: Result, name: str | None, engineering_units: bool) -> pandas.DataFrame:
-    """Return a table of a result, with frequencies in Hz and lengths in mm where `engineering_units` are wanted.
+    """Return a table of a result; with `engineering_units` frequencies are in Hz and lengths in mm.
 
     Raises
     ------
     MissingExtra
         pandas is not installed.
     ValueError
-        The result has no such table; or `name` is None, and there is none of its arrays, and not exactly one other; or
-        engineering units are wanted of a result that is not in SI.
+        The result has no such table; or `name` is None, and the result has neither a table of its own arrays nor
+        exactly one other table; or the result is nondimensional, and `engineering_units` are wanted.
     """
     try:
         import pandas
@@ -89,7 +89,7 @@ def _in_engineering_units(column: Column) -> Column:
 
 
 def columns(result: Result, name: str) -> dict[str, Column]:
-    """Return the columns of a table of a result, by name; none for a table that is not in the schema and is empty."""
+    """Return the columns of a table of a result, by name. An empty table that is not in the schema has no columns."""
     derived = result.derived_tables().get(name)
     if derived is not None:
         rows = [asdict(item) for item in derived]
@@ -117,7 +117,7 @@ def columns(result: Result, name: str) -> dict[str, Column]:
 
 
 def text(table: Mapping[str, Column], rows: int, width: int) -> list[str]:
-    """Return the lines of the first rows of a table, columns that do not fit the width below the others."""
+    """Return the lines of the first rows of a table; columns that do not fit the width follow below."""
     count = len(next(iter(table.values())).values) if table else 0
     if not count:
         return ["no rows"]
@@ -146,7 +146,7 @@ def _cell(value: Any) -> str:
 
 
 def _are_rows(result: Result) -> bool:
-    """Return whether there are outputs, whose numbers are not arrays: those are columns of another table."""
+    """Return whether the outputs of a result are rows of a table; outputs that are arrays are columns of another."""
     return any(not field.dims for field, _ in outputs_of(result))
 
 
@@ -174,7 +174,7 @@ def _lengths(result: Result) -> dict[str, int]:
 
 
 def _add_arrays(columns: _Columns, result: Result, rows: str) -> None:
-    """Add a column for each array over a dimension; for one with another dimension too, a numbered one per entry."""
+    """Add a column for each array over a dimension; an array with a second dimension has numbered columns."""
     for field in result.schema:
         if not _numbers(field) or rows not in field.dims or getattr(result, field.name) is None:
             continue
@@ -193,9 +193,9 @@ def _add_records(
     prefix: str,
     lengths: Mapping[str, int],
 ) -> None:
-    """Add a column for each field of records that is one value; records in a record have its name as prefix.
+    """Add a column for each field of some records that is a single value; a record inside has its name as prefix.
 
-    Arrays over a dimension of the result, which has a length, have a numbered column for each entry.
+    Arrays over a dimension of the result, whose length is in `lengths`, have a numbered column for each entry.
     """
     for field in record:
         if field.replaces:

@@ -82,8 +82,8 @@ class Trajectories(Result, process="trajectories"):
     ) -> tuple[Axes, Axes]:
         """Draw the last periods of the contact, or of one mass, in the colours of the motions; return both axes.
 
-        `ax` is both axes, or one for the time history alone. All that was recorded of one of them, with its impacts,
-        is drawn by ``trajectories[i].plot()``. `colours` gives colours by label or kind.
+        `ax` is both axes, or one for the time history alone. ``trajectories[i].plot()`` draws the whole record of one
+        trajectory, with its impacts. `colours` gives colours by label or kind.
         """
         return draw(self, ax, options, mass=mass, colours=colours)
 

@@ -223,14 +223,14 @@ class UnfoldingMap(
         if document.get("at_computed") is None:
             return whole
         figures = value_of(cls.schema["at_computed"], document["at_computed"])
-        # an adaptive map is large
+        # an adaptive map is large: four bytes suffice for its whole numbers
         whole = {name: _small(value) if isinstance(value, np.ndarray) else value for name, value in whole.items()}
         names = (member.name for member in FiguresAtComputedPoints.schema if not member.replaces)
         return whole | {name: _spread(getattr(figures, name), whole["computed"]) for name in names}
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """As `Result.json_document`: the motions of the map."""
+        """Return a document of the codec with the motions of the map, which only JSON has."""
         motions, motion = motions_of(document)
         shown = [{**entry, "colour": entry["colour"] or OTHER} for entry in motions]
         return {**document, "motions": shown, "motion": motion}
@@ -249,8 +249,8 @@ class UnfoldingMap(
         """Return the motions of the map, the largest share first.
 
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
-        right: between symmetric stops there is the mirror image of every motion. Raises ValueError where the stops or
-        the forces are not symmetric.
+        right: between symmetric stops every motion has a mirror image. Raises ValueError where the stops or the forces
+        are not symmetric.
         """
         shares, _ = self._coded()
         if merge_mirror_images and not self.plane.mirrors:
@@ -283,7 +283,7 @@ class UnfoldingMap(
 
     @property
     def roles(self) -> dict[str, str]:
-        """As `Result.roles`."""
+        """The names of dimensions in a Dataset by their roles; of a map with axes they are the two parameters."""
         if self._is_of_ranges:
             return dict(self.schema.roles)
         return dict(zip(("horizontal", "vertical"), self.parameters, strict=True))
@@ -365,11 +365,11 @@ class UnfoldingMap(
         return mask
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
-        """As `Result.derived_tables`."""
+        """Return the table "motions"."""
         return {"motions": self.motions()}
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the label of every point as codes and texts."""
         motions, codes = self._coded()
         return {"label": (codes, [motion.label for motion in motions])}
 
@@ -392,8 +392,8 @@ class UnfoldingMap(
         With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
         drawn instead, with a scale; grey where there are none. `motions` is the number of motions with a colour.
         `colours` gives colours by label or kind, such as those of another map (`other.colours()`).
-        `merge_mirror_images` is as of `motions`. Raises TypeError for other results, and ValueError for a quantity that
-        was not asked for, and for bifurcation curves of another plane.
+        `merge_mirror_images` is that of the method `motions`. Raises TypeError for other results, and ValueError for a
+        quantity that the request did not ask for, and for bifurcation curves of another plane.
         """
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _DIAGRAM_OF_RANGES = "of diagrams over ranges of omega and clearance"
 _REQUESTS = {"stop_grazing_curves": "grazing_curve"}
-"""Attributes of the request that have the requests of parts, where their names differ."""
+"""By the name of a part: the attribute of the request that has the request of the part, where the names differ."""
 
 
 class GrazingCurveOfPlane(Record):
@@ -179,7 +179,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """As `Result.json_document`, of the map."""
+        """Return a document of the codec with the motions of the map, which only JSON has."""
         return document | {"unfolding_map": UnfoldingMap.json_document(document["unfolding_map"])}
 
     @property
@@ -194,7 +194,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     @property
     def roles(self) -> dict[str, str]:
-        """As `Result.roles`."""
+        """The names of dimensions in a Dataset by their roles, which are those of the map."""
         return self.unfolding_map.roles
 
     @property
@@ -203,7 +203,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).mirrors
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the label of every point of the map as codes and texts."""
         return self.unfolding_map.derived()
 
     def border_list(self) -> list[Border]:
@@ -276,12 +276,12 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
 
-        `colours` and `merge_mirror_images` are as of `UnfoldingMap.plot`.
+        `colours` and `merge_mirror_images` are those of `UnfoldingMap.plot`.
         """
         return draw(self, ax, options, motions=motions, colours=colours, merge_mirror_images=merge_mirror_images)
 
     def _one_label_each(self) -> NDArray[np.str_]:
-        """Return labels in which mirror images are one motion, more impacts first, if they are motions too."""
+        """Return the label of every point; mirror images that are motions share the one with more impacts first."""
         umap = self.unfolding_map
         periodic = umap.kind == umap.kinds.index("periodic")
         labels = np.array(umap.kinds)[umap.kind].astype("<U32")
