@@ -226,7 +226,7 @@ class ProcessMethod:
         text = " ".join(filter(None, (field.description if field else "", unit, more)))
         return f"{name} : {kind}{optional}\n{indent(fill(text, _WIDTH), '    ')}"
 
-    def asked(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
+    def request_for(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
         """Return the request for some arguments, and whether progress is shown. Raises TypeError, ParameterError."""
         values = self._bound(arguments, keywords)
         points = self._points(values)
@@ -270,7 +270,7 @@ class ProcessMethod:
         """Return the method of the asynchronous client."""
 
         async def awaited(self_: Any, *arguments: Any, **keywords: Any) -> Result:
-            return await jobs.compute(self_._connection, self._result, *self.asked(*arguments, **keywords))
+            return await jobs.compute(self_._connection, self._result, *self.request_for(*arguments, **keywords))
 
         method: Any = awaited
         method.__name__, method.__doc__, method.__signature__ = self.name, self.doc, self.signature
