@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from grazemap.plots.axes import axis_label, new_figure
 from grazemap.plots.palette import INK, label_text
-from grazemap.plots.trajectory import with_impacts
+from grazemap.plots.trajectory import history_with_impacts
 from grazemap.wire import motion_label
 from paper.paper import Region
 from paper.samples import DRAWN, Sample, short
@@ -37,7 +37,7 @@ def portraits(samples: Sequence[Sample]) -> Axes:
 
 
 def _portrait(ax: Axes, sample: Sample) -> None:
-    _, displacement, velocity = with_impacts(sample.path, 1)
+    _, displacement, velocity = history_with_impacts(sample.path, 1)
     width = 0.25 if sample.turns is None else 1.0
     for side in (1, -1):
         ax.axvline(side * sample.clearance, color=STOP, linewidth=2.0, zorder=0)

@@ -26,14 +26,16 @@ from numpy.typing import NDArray
 from grazemap import npz
 
 Document = dict[str, Any]
-# Number of elements of an array that are written at once, which takes less than a millisecond.
+# Number of elements of an array that are encoded at once; so many take less than a millisecond.
 _PIECE = 1024
-# Records, and the elements of their fields, become objects of a hundred bytes and more. Results have at most one for
-# every five bytes of the file; equal ones are packed into almost nothing.
-_MOST_ENTRIES_OF_A_BYTE = 4
-# Characters of the meta: twice the longest request that services take by default, or so many for each byte of the file.
-_MOST_META = 2 << 20
-_MOST_META_OF_A_BYTE = 16
+# Maximum number of Python objects for each byte of a file. Every record, and every element of its fields, becomes an
+# object of at least a hundred bytes. Results have at most one for every five bytes of the file, but a hostile file can
+# pack many equal records into a few bytes.
+_MAX_ENTRIES_PER_BYTE = 4
+# Maximum number of characters of the meta, the larger of two: twice the length of the longest request that services
+# take by default, and a number for each byte of the file.
+_MAX_META = 2 << 20
+_MAX_META_PER_BYTE = 16
 
 
 class CodecError(ValueError):
@@ -55,8 +57,8 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
     """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError.
 
-    No array is made that is larger than the bytes which are there, and no more records, elements of their fields and
-    names than so many for each byte of the file.
+    The memory that is used is bounded by the length of the data: no array is larger than its bytes, and the number of
+    records, of elements of their fields and of names is limited for each byte.
     """
     try:
         return _decoded(data)
@@ -70,15 +72,15 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     arrays = npz.unpacked(data)
     text = arrays.pop("meta")
-    if text.nbytes > np.dtype("U1").itemsize * max(_MOST_META, _MOST_META_OF_A_BYTE * len(data)):
+    if text.nbytes > np.dtype("U1").itemsize * max(_MAX_META, _MAX_META_PER_BYTE * len(data)):
         raise CodecError("the meta is too long")
     meta: dict[str, Any] = json.loads(str(text))
     shape: dict[str, str] = meta.pop("structure")
-    if len(shape) > npz.MOST_MEMBERS or sum(map(len, shape)) > len(data):
+    if len(shape) > npz.MAX_MEMBERS or sum(map(len, shape)) > len(data):
         raise CodecError("the structure has too many names")
     records = tuple(f"{name}." for name, kind in shape.items() if kind == "records")
     if sum(_entries(name, array) for name, array in arrays.items() if name.startswith(records)) > (
-        _MOST_ENTRIES_OF_A_BYTE * len(data)
+        _MAX_ENTRIES_PER_BYTE * len(data)
     ):
         raise CodecError("there are too many records")
     document: Document = {}
@@ -89,7 +91,7 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
 
 
 def _entries(name: str, array: NDArray[Any]) -> int:
-    """Return how many objects are made of an array of records: elements, rows without columns, and records."""
+    """Return how many Python objects an array of a list of records becomes; a count of records is their number."""
     count = int(array) if name.endswith(".count") and not array.ndim else 0
     return max(count, math.prod(side or 1 for side in array.shape))
 
@@ -101,8 +103,8 @@ def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 
 def iter_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> Iterator[bytes]:
     """Yield the bytes of `encode_json` in short pieces, so that other threads can run in between."""
-    named = {name: meta[name] for name in ("process", "schema") if name in meta}
-    for piece in _pieces({**named, **document, "meta": meta}):
+    head = {name: meta[name] for name in ("process", "schema") if name in meta}
+    for piece in _pieces({**head, **document, "meta": meta}):
         yield piece.encode()
 
 
@@ -227,11 +229,11 @@ def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, 
 
 
 def _columns(
-    name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str], but: Set[str] = frozenset()
+    name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str], excluded: Set[str] = frozenset()
 ) -> dict[str, list[Any]]:
     prefix = name + "."
-    keys = [key for named in (arrays, shape) for key in named if key.startswith(prefix)]
-    fields = {key[len(prefix) :].partition(".")[0] for key in keys} - but
+    keys = [key for names in (arrays, shape) for key in names if key.startswith(prefix)]
+    fields = {key[len(prefix) :].partition(".")[0] for key in keys} - excluded
     return {field: _column(prefix + field, arrays, shape) for field in sorted(fields)}
 
 

@@ -1,9 +1,9 @@
-"""The colours of motions, from palette.json, which has those of pictures and of the service's page.
+"""The colours of motions. All colours of pictures, and of the service's page, stand in palette.json.
 
-Any two colours there differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them, so whatever
-meets in a picture can be distinguished. A motion that is named there has its colour in every picture. Any other motion
-takes the colour that its label gives, or the next one that no motion of the picture has. Two pictures agree if one is
-given the colours of the other.
+Any two colours of the palette differ by at least 12 in CIEDE2000, and by at least 8 as seen with deuteranopia, so that
+neighbouring areas of a picture can be distinguished. A motion that palette.json names has the same colour in every
+picture. For any other motion the label determines a colour; if another motion of the picture has it, the next free
+colour is used. To give motions the same colours in two pictures, pass the colours of one picture to the other.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ OTHER: str = PALETTE["kinds"]["other"]
 _NAMED: dict[str, str] = PALETTE["kinds"] | PALETTE["motions"]
 _FREE: tuple[str, ...] = (*PALETTE["motions"].values(), *PALETTE["other motions"])
 COLOURED = 20
-"""Number of periodic motions of a map with a colour, unless the caller of a picture says another."""
+"""Number of periodic motions of a map with a colour, unless the caller of a picture gives another number."""
 
 
 def motion_colours(names: Sequence[str], fixed: Mapping[str, str] = MappingProxyType({})) -> list[str]:
-    """Return the colours #RRGGBB of different motions in one picture; those that find no colour left have `OTHER`.
+    """Return the colours #RRGGBB of different motions in one picture; `OTHER` where no free colour is left.
 
-    `names` are their labels, or the kinds of those that have none. Of equal names, such as those of mirror images, the
-    first has the colour of the name. `fixed` are the colours of some names; the others have none of these while there
-    are others.
+    `names` are the labels of the motions, or the kinds of motions without a label. Where a name occurs more than once,
+    as for mirror images, only the first motion has the colour of the name. `fixed` gives the colours of some names.
+    Other motions get one of these colours only when no other colour is left.
     """
     colours = [fixed.get(name) if name not in names[:i] else None for i, name in enumerate(names)]
     for i, name in enumerate(names):
-        named = _NAMED.get(name)
-        if colours[i] is None and named not in colours:
-            colours[i] = named
+        own_colour = _NAMED.get(name)
+        if colours[i] is None and own_colour not in colours:
+            colours[i] = own_colour
     for i, name in enumerate(names):
         if colours[i] is None:
             first = zlib.crc32(name.encode()) % len(_FREE)
@@ -50,13 +50,13 @@ def colours_of_map(
     coloured: int = COLOURED,
     fixed: Mapping[str, str] = MappingProxyType({}),
 ) -> list[str | None]:
-    """Return the colours of the motions of a map, the largest share first; None for those that are drawn as "other".
+    """Return the colours of the motions of a map, the largest share first; None for motions that are drawn as "other".
 
-    Of the periodic motions only the first `coloured` have a colour, the same as in the picture with the usual number,
-    and none that finds no colour left. `fixed` is as of `motion_colours`.
+    Only the first `coloured` periodic motions have a colour, the same one for any smaller number. A motion for which no
+    free colour is left has none. `fixed` gives the colours of some labels, as in `motion_colours`.
     """
     periodic = [i for i, kind in enumerate(kinds) if kind == "periodic"]
     small, smallest = set(periodic[coloured:]), set(periodic[max(coloured, COLOURED) :])
-    named = [i for i in range(len(labels)) if i not in smallest]
-    colours = dict(zip(named, motion_colours([labels[i] for i in named], fixed), strict=True))
+    candidates = [i for i in range(len(labels)) if i not in smallest]
+    colours = dict(zip(candidates, motion_colours([labels[i] for i in candidates], fixed), strict=True))
     return [None if i in small or colours[i] == OTHER else colours[i] for i in range(len(labels))]

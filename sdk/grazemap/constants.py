@@ -19,28 +19,29 @@ DEFAULT_RETRIES: Final = 5
 # More attempts while a job is computed: 23 s on average.
 FOLLOW_RETRIES: Final = 8
 BACKOFF_START: Final = 0.5
-BACKOFF_LIMIT: Final = 10.0
-# After a longer Retry-After there is no further attempt; the exception has it.
-RETRY_AFTER_LIMIT: Final = 60.0
+MAX_BACKOFF: Final = 10.0
+# Longest Retry-After that is waited for. After a longer one there is no further attempt; the exception has its value.
+MAX_RETRY_AFTER: Final = 60.0
 RETRIED_STATUSES: Final = frozenset({429, 502, 503, 504})
 
-# Bytes of an answer, after decompression, and characters of an event: no result and no event of a service is longer.
-LONGEST_ANSWER: Final = 257 << 20
-LONGEST_EVENT: Final = 1 << 20
+# Maximum bytes of an answer, after decompression, and characters of an event; no result or event is longer.
+MAX_ANSWER_BYTES: Final = 257 << 20
+MAX_EVENT_LENGTH: Final = 1 << 20
 
 # Seconds of silence after which an event stream counts as broken: the service sends a comment every 15 s.
 STREAM_SILENCE: Final = 45.0
 # Number of consecutive streams without an event after which the client polls instead.
 STREAM_ATTEMPTS: Final = 3
 POLL_START: Final = 0.1
-POLL_LIMIT: Final = 2.0
+MAX_POLL_INTERVAL: Final = 2.0
 POLL_GROWTH: Final = 1.5
 
-# Requests and bytes of one batch, within the limits of the service; bytes of a line of the answer, whose results have
-# at most a megabyte. The service sends an empty line every 5 s.
-MOST_OF_BATCH: Final = 1000
-BYTES_OF_BATCH: Final = 900_000
-MOST_OF_LINE: Final = 4_000_000
+# Maximum number of requests and bytes in one batch, within the limits of the service.
+MAX_BATCH_REQUESTS: Final = 1000
+MAX_BATCH_BYTES: Final = 900_000
+# Maximum bytes of a line of the answer to a batch; a result in a line has at most a megabyte.
+MAX_LINE_BYTES: Final = 4_000_000
+# Seconds of silence after which the answer to a batch counts as broken: the service sends an empty line every 5 s.
 BATCH_SILENCE: Final = 30.0
 
 # Seconds until a local stack must be ready: its first start on a machine compiles every kernel.
@@ -50,9 +51,9 @@ LOCAL_STOP_TIMEOUT: Final = 10.0
 
 # Units of parameters in SI.
 UNITS: Final = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
-# Unit and factor that engineers read, by the unit of results in SI.
+# Engineering unit and conversion factor, by SI unit.
 ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
 
-# A number of a request is 0, or of a size between these, in any unit.
+# Every number of a request is 0, or has a modulus between these, in any unit.
 SMALLEST_NUMBER: Final = 1e-60
 LARGEST_NUMBER: Final = 1e60

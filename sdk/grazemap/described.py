@@ -1,4 +1,7 @@
-"""Data classes and tuples with names whose help lists their fields, each described by the string below it."""
+"""A decorator that adds the fields of a data class or a named tuple to its docstring.
+
+The description of a field is the string below it in the source.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ from typing import Any, TypeVar
 C = TypeVar("C", bound=type)
 
 
-class Made:
-    """An attribute of a class that is made when it is read."""
+class LazyAttribute:
+    """A class attribute that is computed each time it is read."""
 
     def __init__(self, make: Callable[[Any], object]) -> None:
         self._make = make
@@ -24,8 +27,8 @@ class Made:
 
 
 def described(cls: C) -> C:
-    """Add the fields of a class to its docstring: Python keeps no strings below fields, so its source is read."""
-    cls.__doc__ = Made(partial(_with_fields, cls.__doc__ or ""))  # type: ignore[assignment]
+    """Add the fields of a class to its docstring. The source is parsed, as Python keeps no strings below fields."""
+    cls.__doc__ = LazyAttribute(partial(_with_fields, cls.__doc__ or ""))  # type: ignore[assignment]
     return cls
 
 
@@ -33,10 +36,10 @@ def _with_fields(docstring: str, cls: type) -> str:
     lines = [cleandoc(docstring), "", "Attributes", "----------"]
     try:
         (source,) = ast.parse(dedent(getsource(cls))).body
-    except OSError:  # of a program without its source
+    except OSError:  # the program has no source files
         return lines[0]
-    for field, below in pairwise(source.body):  # type: ignore[attr-defined]
-        match field, below:
+    for field, following in pairwise(source.body):  # type: ignore[attr-defined]
+        match field, following:
             case ast.AnnAssign(target=ast.Name(name), annotation=kind), ast.Expr(ast.Constant(str(text))):
                 lines += [f"{name} : {ast.unparse(kind)}", indent(cleandoc(text), "    ")]
     return "\n".join(lines)

@@ -59,7 +59,7 @@ class GrazemapError(Exception):
 
 
 class RequestWarning(UserWarning):
-    """A request is allowed, and probably not what was meant; text and `code` are those of a note of the job."""
+    """A request is allowed, but probably not what was meant. The text and `code` are those of a note of the job."""
 
     def __init__(self, detail: str = "", code: str = "") -> None:
         super().__init__(detail)
@@ -71,9 +71,9 @@ def problem_text(problem: Problem) -> str:
     lines = [problem.title if not problem.detail else f"{problem.title}: {problem.detail}"]
     for error in problem.errors:
         allowed = f" (allowed: {error.allowed})" if error.allowed else ""
-        where = error.pointer or "/"
-        said = f"at {where}" if error.detail == problem.detail else f"{where}: {error.detail}"
-        lines.append(f"  {said}{allowed}")
+        pointer = error.pointer or "/"
+        text = f"at {pointer}" if error.detail == problem.detail else f"{pointer}: {error.detail}"
+        lines.append(f"  {text}{allowed}")
     return "\n".join(lines)
 
 
@@ -189,7 +189,7 @@ class MissingExtra(GrazemapError, ImportError):
         return type(self), (self.purpose, self.extra), self.__dict__
 
 
-_BY_STATUS: dict[int, type[ServiceProblem]] = {
+_EXCEPTIONS: dict[int, type[ServiceProblem]] = {
     400: ParameterError,
     401: AuthenticationError,
     403: AuthenticationError,
@@ -210,4 +210,4 @@ def problem_exception(
 ) -> ServiceProblem:
     """Return the exception for a problem."""
     fallback = ServerError if problem.status >= 500 else ServiceProblem
-    return _BY_STATUS.get(problem.status, fallback)(problem, request_id, retry_after)
+    return _EXCEPTIONS.get(problem.status, fallback)(problem, request_id, retry_after)

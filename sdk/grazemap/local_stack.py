@@ -17,13 +17,13 @@ from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
 from grazemap.module_command import module_command
-from grazemap.starting import Shown, ready_line, shown_here
+from grazemap.start_display import StartDisplay, ready_line, start_display
 
 # What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
-# Settings of a public service that do not fit a private stack: keys that its client does not have, other hosts,
-# another address to listen at.
+# Settings of a public service that do not fit a private stack: API keys, which its client does not have, host names,
+# and the address to listen on.
 _NOT_INHERITED = frozenset(
     f"GRAZEMAP_{name}" for name in ("API_KEYS", "API_KEYS_FILE", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
 )
@@ -32,7 +32,7 @@ _NOT_INHERITED = frozenset(
 class LocalClient(Client):
     """A `Client` of a private stack; closing it stops the stack."""
 
-    def __init__(self, stack: Stack) -> None:
+    def __init__(self, stack: LocalStack) -> None:
         super().__init__(stack.url)
         self._stack = stack
 
@@ -47,8 +47,9 @@ class LocalClient(Client):
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
 
-    After a first start the kernels are compiled; jobs wait for theirs. A line on a terminal or below a notebook's cell
-    says what the start waits for, and is removed at the end; elsewhere stderr gets a few lines, unless it is quick.
+    After the first start on a machine the kernels are compiled; a job waits until the kernels that it needs are ready.
+    On a terminal, or below a notebook's cell, a line says what the start waits for, and is removed when the stack is
+    ready. Elsewhere a start of more than a few seconds writes some lines to stderr.
 
     Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_API_KEYS_FILE, GRAZEMAP_ALLOWED_HOSTS,
     GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
@@ -73,7 +74,7 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     StackError
         The stack did not start; the message ends with its log's last lines.
     """
-    return LocalClient(Stack(data, workers))
+    return LocalClient(LocalStack(data, workers))
 
 
 def stack_command(*options: str) -> list[str]:
@@ -88,7 +89,7 @@ def server_command(module: str, *options: str) -> list[str]:
     return module_command(module, *options)
 
 
-class Stack:
+class LocalStack:
     """The stack as a child process; the constructor returns when it is ready.
 
     Attributes
@@ -111,7 +112,7 @@ class Stack:
         if data is not None:
             options += ["--data", str(Path(data).expanduser())]
         command = stack_command(*options)
-        # A file without a name disappears with this process, even if that is killed.
+        # A file without a name disappears with this process, even if this process is killed.
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the stack
         # In a session of its own, so that Ctrl-C in a notebook or a shell does not stop the stack.
         self._process = subprocess.Popen(
@@ -124,12 +125,12 @@ class Stack:
         )
         atexit.register(self.stop)
         try:
-            self.url = self._await_ready(timeout, shown_here(quiet))
+            self.url = self._await_ready(timeout, start_display(quiet))
         except BaseException:
             self.stop()
             raise
 
-    def _await_ready(self, timeout: float, shown: Shown) -> str:
+    def _await_ready(self, timeout: float, shown: StartDisplay) -> str:
         """Return the address from the one line of JSON that the stack prints when it is ready."""
         assert self._process.stdout is not None
         lines: queue.Queue[bytes] = queue.Queue()
@@ -176,6 +177,6 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
-def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: Shown) -> None:
+def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: StartDisplay) -> None:
     """Put the line with the address into the queue, b"" at the end of the file."""
     lines.put(ready_line(stream, shown))

@@ -1,7 +1,7 @@
 """Npz files: named arrays in a zip archive. The same arrays give the same bytes.
 
-numpy and zipfile write and read the same files. For the many small arrays of a result they take four and ten times as
-long, most of it for the headers of the arrays, which repeat.
+numpy and zipfile write and read the same files. For the many small arrays of a result, however, writing takes four and
+reading ten times as long, mostly because the same headers are formatted and parsed again for every array.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _MEMBER = struct.Struct("<HHHHHLLLHH")
 # signature, two numbers of disks, members twice, size and place of the directory, length of a comment
 _END = struct.Struct("<4s4H2LH")
 _HEADER_LENGTH = struct.Struct("<H")
-# No result takes more memory than this, and deflate makes its input at most 1032 times as long.
-_MOST_UNPACKED = 2 << 30
-_MOST_RATIO = 1032
-# Elements of an array that take no bytes, such as rows without columns.
-_MOST_EMPTY = 1 << 24
-# No result has so many arrays.
-MOST_MEMBERS = 1 << 13
-# Bytes of an array whose compressed form is remembered: some megabytes for all.
+# Maximum bytes of all arrays of a file; no result has more. Maximum ratio of compression, that of deflate.
+_MAX_UNPACKED = 2 << 30
+_MAX_RATIO = 1032
+# Maximum number of elements of an array without data, such as one of rows without columns.
+_MAX_EMPTY = 1 << 24
+# Maximum number of arrays in a file; no result has so many.
+MAX_MEMBERS = 1 << 13
+# Maximum bytes of an array whose compressed form is cached. The whole cache takes some megabytes.
 _SMALL = 512
-# where the lengths of name and extra field stand in the header of a member, and where these begin
+# Positions in the header of a member: of the lengths of its name and its extra field, and of the name.
 _LENGTHS, _NAME = 26, 30
 
 
@@ -83,12 +83,12 @@ def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
     end = data[-_END.size :]
     if end.startswith(b"PK\5\6") and _END.unpack(end)[4] != len(members):
         raise ValueError("the directory has another number of members than the file says")
-    if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
+    if len(members) > MAX_MEMBERS or len({member.filename for member in members}) < len(members):
         raise ValueError("the members are too many, or several have one name")
     # members that overlap would be unpacked from the same bytes
     if sum(member.compress_size for member in members) > len(data):
         raise ValueError("the members are longer than the file")
-    if sum(member.file_size for member in members) > _MOST_UNPACKED:
+    if sum(member.file_size for member in members) > _MAX_UNPACKED:
         raise ValueError("the arrays are too large")
     return {member.filename.removesuffix(".npy"): _array(_content(data, member)) for member in members}
 
@@ -110,7 +110,7 @@ def _content(data: bytes, member: zipfile.ZipInfo) -> bytes:
         raise ValueError("a member has another name than in the directory")
     if member.flag_bits & _ENCRYPTED or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError("a member is encrypted or compressed in another way")
-    if member.file_size > _MOST_RATIO * member.compress_size:
+    if member.file_size > _MAX_RATIO * member.compress_size:
         raise ValueError("a length is not possible")
     if member.compress_type == zipfile.ZIP_DEFLATED:
         content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, member.file_size + 1)
@@ -126,9 +126,9 @@ def _array(content: bytes) -> NDArray[Any]:
     (length,) = _HEADER_LENGTH.unpack_from(content, len(version))
     start = len(version) + _HEADER_LENGTH.size + length
     dtype, shape, fortran = _described(content[:start])
-    if start == len(content) and math.prod(side or 1 for side in shape) > _MOST_EMPTY:
+    if start == len(content) and math.prod(side or 1 for side in shape) > _MAX_EMPTY:
         raise ValueError("an empty array is too long")
-    # it has as many elements as there are bytes for, whatever the shape says
+    # the number of elements follows from the bytes, not from the shape
     array = np.frombuffer(content, dtype, offset=start).copy()
     return array.reshape(shape, order="F" if fortran else "C")
 

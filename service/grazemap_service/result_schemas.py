@@ -7,7 +7,7 @@ from typing import Any
 
 from grazemap.results import SCHEMAS, UnfoldingMap
 from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, RequestDocument, ResultSchema
 from grazemap.wire import PROCESSES
 
 Schema = dict[str, Any]
@@ -135,7 +135,7 @@ def _object(description: str, properties: Mapping[str, Schema], required: Sequen
 
 def _property(field: Field) -> Schema:
     schema: Schema
-    if isinstance(field.type, RecordSchema | Request):
+    if isinstance(field.type, RecordSchema | RequestDocument):
         name = field.type.name if isinstance(field.type, RecordSchema) else PROCESSES[field.type.process].__name__
         schema = reference(name)
         nullable = (field.null or field.optional) and not field.dims

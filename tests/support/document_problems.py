@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema
+from grazemap.results.fields import TYPES, Field, RecordSchema, RequestDocument, ResultSchema
 
 
 def problems(record: RecordSchema, document: Mapping[str, Any]) -> list[str]:
@@ -40,7 +40,7 @@ def _value_problems(one: Field, value: Any, at: str, sizes: dict[str, int]) -> I
         for item in value:
             # the names of a record's own dimensions hold in this record only
             yield from _problems(one.type, item, at, {})
-    elif isinstance(one.type, Request):
+    elif isinstance(one.type, RequestDocument):
         if not isinstance(value, dict):
             yield f"{at} is no request"
     elif one.dims:

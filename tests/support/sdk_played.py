@@ -12,7 +12,7 @@ from grazemap import constants
 from grazemap.client.blocking import run
 from grazemap.client.connection import AsyncConnection, Connection
 from grazemap.client.events import Event
-from grazemap.client.http import Settings
+from grazemap.client.http import ConnectionSettings
 from grazemap.client.watch import Follower
 
 
@@ -50,7 +50,7 @@ class Played:
         self._answer = answer
         self._awaited = kind == "async"
 
-    def _handle(self, request: httpx2.Request) -> httpx2.Response:
+    def _handle_class(self, request: httpx2.Request) -> httpx2.Response:
         self.requests.append(request)
         assert len(self.requests) < 10_000, "it does not come to an end"
         outcome = self._answer(request)
@@ -64,8 +64,8 @@ class Played:
         self.slept.append(seconds)
 
     def _connection(self, retries: int) -> Any:
-        settings = Settings("http://fake:1", None, None, constants.DEFAULT_TIMEOUT, retries)
-        transport = httpx2.MockTransport(self._handle)
+        settings = ConnectionSettings("http://fake:1", None, None, constants.DEFAULT_TIMEOUT, retries)
+        transport = httpx2.MockTransport(self._handle_class)
         connection: Any = AsyncConnection(settings, transport) if self._awaited else Connection(settings, transport)
         connection.now = lambda: self.now
         connection.sleep = self._sleep

@@ -16,7 +16,7 @@ from grazemap.checker.reading import decoded
 
 
 def answer(data: bytes) -> dict[str, Any]:
-    """Return what is said of a file."""
+    """Return the answer for the content of a file."""
     try:
         document = decoded(data)
         if isinstance(document, dict) and isinstance(document.get("certificate"), str):
@@ -34,8 +34,8 @@ def answer(data: bytes) -> dict[str, Any]:
     return {"outcome": "verified", **verdict._asdict()}
 
 
-MOST_MEMORY = 8 << 30
-"""Bytes that the arithmetic may take, where the system can limit them."""
+MAX_MEMORY = 8 << 30
+"""Maximum bytes of memory for the arithmetic, where the system can limit them."""
 
 
 def limit_memory() -> None:
@@ -45,7 +45,7 @@ def limit_memory() -> None:
     except ImportError:
         return
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
+    most = MAX_MEMORY if hard == resource.RLIM_INFINITY else min(MAX_MEMORY, hard)
     resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 

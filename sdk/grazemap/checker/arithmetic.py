@@ -10,7 +10,7 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq
 
 
 class Refused(Exception):
-    """The certificate is no proof; says which inequality fails or is undecided."""
+    """The certificate is no proof. The text says which inequality fails or is undecided."""
 
 
 def require(condition: bool, reason: str) -> None:
@@ -20,7 +20,7 @@ def require(condition: bool, reason: str) -> None:
 
 
 def exact(number: Fraction | str) -> arb:
-    """Return a ball around a rational number, or the one that a decimal or a quotient stands for."""
+    """Return a ball that contains a rational number; the number may also be a decimal or a quotient as text."""
     return arb(fmpq(*Fraction(number).as_integer_ratio()))
 
 
@@ -54,9 +54,9 @@ def definite(matrix: arb_mat) -> bool:
 
 def quotients(function: Callable[[list[Any]], list[Any]], centre: list[arb], step: arb) -> tuple[list[arb], arb_mat]:
     """Return the values of a function at a centre, and its difference quotients over a step of every unknown."""
-    here = function(centre)
+    values = function(centre)
     moved = [function([x + step * (i == j) for i, x in enumerate(centre)]) for j in range(len(centre))]
-    return here, arb_mat([[(b[i] - a) / step for b in moved] for i, a in enumerate(here)])
+    return values, arb_mat([[(b[i] - a) / step for b in moved] for i, a in enumerate(values)])
 
 
 Function = Callable[[list[Any]], list[Any]]
@@ -69,19 +69,19 @@ def analytic_jacobian(function: Function, centre: list[arb], radius: arb) -> arb
     Difference quotients differ from it by second derivatives, which Cauchy's estimate bounds by the change of the
     values on complex discs.
     """
-    here, rows = quotients(function, centre, radius)
+    middle, rows = quotients(function, centre, radius)
     reach = radius.sqrt().mid()
     require(2 * radius < reach, "the radius is too large")
     values = function([acb(x + ball(reach), ball(reach)) for x in centre])
-    bends = [4 * len(centre) * radius * abs(b - a) / (reach - radius) ** 2 for a, b in zip(here, values, strict=True)]
+    bends = [4 * len(centre) * radius * abs(b - a) / (reach - radius) ** 2 for a, b in zip(middle, values, strict=True)]
     return arb_mat([[x + ball(bend) for x in row] for row, bend in zip(rows.tolist(), bends, strict=True)])
 
 
 def newton(function: Function, centre: list[arb], radius: arb, jacobian: arb_mat | None = None) -> list[arb]:
     """Return an enclosure of the only zero of a function in the box of a radius around a centre.
 
-    Newton's operator maps the box into itself. `jacobian` encloses the derivative over the box; left out, the function
-    is analytic.
+    Newton's operator is shown to map the box into itself. `jacobian` encloses the derivative over the box. Without it
+    the function must be analytic.
     """
     if jacobian is None:
         jacobian = analytic_jacobian(function, centre, radius)

@@ -32,38 +32,39 @@ def carry(
     states: Any,
     impacts: Sequence[tuple[int, Any]],
     ends: Any = None,
-    alone: Sequence[Any] = (),
+    isolation: Sequence[Any] = (),
 ) -> Run:
     """Carry a set of states through impacts at about the given times, by the mean-value form.
 
-    With `ends`, the stops touched at the beginning and the end or 0, show that there is no other contact. With `alone`,
-    show that the contact nearest to each given time is the only one within a time of it.
+    `ends` are the stops that are touched at the beginning and at the end, 0 for none. With them, show that there is no
+    contact besides the impacts. `isolation` has a time for each impact. With it, show that no other contact is within
+    that time of the given one.
 
-    The set is a centre, the image of a box by the derivative, and the error of the centre. After an impact these are of
-    the motion without the impact's stop, at one time for all of them.
+    The set is a centre, the image of a box under the derivative, and the error of the centre. After an impact all three
+    follow the motion without the impact's stop, so that the whole set is at one time.
     """
     (now, end), middle, left = span, column(states).mid(), ends and ends[0]
     box = column([*(column(states) - middle).entries(), *system.still])
     centre, error, total = system.with_phase(middle.entries(), now), box * 0, identity(len(box.entries()))
-    after, begun, times, velocities = centre + box, now, [], []
+    flight_start, flight_begin, times, velocities = centre + box, now, [], []
     for i, (stop, place) in enumerate(impacts):
         name, time = f"impact {i + 1}", exact(place)
         ahead = system.flow(time - now)
-        least = alone[i] if alone else 0
+        least = isolation[i] if isolation else 0
         late, reached = system.impact(ahead * (centre + total * box + error), stop, name, least)
         own, struck = system.impact(ahead * centre, stop, name)
         times.append(time + late)
         velocities.append((system.rows * reached)[1, 0])
         if ends:
             require(stop * velocities[-1] > 0, f"{name} moves away from its stop")
-            system.fly(after, times[-1] - begun, left, stop, f"the flight to {name}")
-        (after, slope), begun, left = system.strike(reached, stop), times[-1], stop
+            system.fly(flight_start, times[-1] - flight_begin, left, stop, f"the flight to {name}")
+        (flight_start, slope), flight_begin, left = system.strike(reached, stop), times[-1], stop
         slope = system.flow(-late) * slope * system.flow(late) * ahead
         moved = system.flow(-own) * system.strike(struck, stop)[0]
         centre, now = moved.mid(), time
         error, total = slope * error + moved - centre, slope * total
     if ends:
-        system.fly(after, end - begun, left, ends[1], "the flight to the section")
+        system.fly(flight_start, end - flight_begin, left, ends[1], "the flight to the section")
     ahead = system.flow(end - now)
     state = (ahead * (centre + total * box + error)).entries()[: system.size]
     return Run(system, column(state), system.free(ahead * total), times, velocities)
@@ -72,9 +73,10 @@ def carry(
 class BoundaryProblem:
     """The boundary value problem of a periodic orbit, or of a bifurcation of it: equations analytic in the unknowns.
 
-    Unknowns are the state on a section between impacts; for a bifurcation the parameter; for a graze the time of the
-    section, on which it lies, and else the perturbation that returns times the critical multiplier. The section's
-    second crossing is after a period, or after half the period of a symmetric orbit, mirrored.
+    The unknowns are the state on a section between impacts and, for a bifurcation, the parameter. A graze has the time
+    of the section too, on which it lies. Any other bifurcation has the perturbation that returns multiplied by the
+    critical multiplier. The orbit crosses the section again after its period, or, if it is symmetric, as its mirror
+    image after half the period.
     """
 
     def __init__(self, machine: Machine, inputs: Inputs, theorem: dict[str, Any], bifurcation: str | None = None):
@@ -94,17 +96,17 @@ class BoundaryProblem:
         self.names = ("value", "section")[: 0 if bifurcation is None else 2 if self.graze else 1]
         self.centre = [*self.state, *(exact(theorem[name]) for name in self.names), *self.direction]
 
-    def run(self, unknowns: list[Any], checked: bool = True, alone: Sequence[Any] = ()) -> Run:
-        """Return the run of a set of orbits over a period; if checked, it is shown to have no other contact."""
-        value, *others = unknowns[len(self.state) :] or [None]
+    def run(self, unknowns: list[Any], checked: bool = True, isolation: Sequence[Any] = ()) -> Run:
+        """Return the run of a set of orbits over a period; with `checked`, show that it has no further contacts."""
+        value, *rest = unknowns[len(self.state) :] or [None]
         system = System(self.machine, self.inputs, value, self.scale)
-        start = others[0] if self.graze else exact(self.section)
+        start = rest[0] if self.graze else exact(self.section)
         span = start, start + system.turn * self.turns
         ends = (self.graze, self.graze * self.sign) if checked else None
         if checked:
             system.require_stops()
             system.require_forces()
-        return carry(system, span, unknowns[: len(self.state)], self.impacts, ends, alone)
+        return carry(system, span, unknowns[: len(self.state)], self.impacts, ends, isolation)
 
     def residual(self, unknowns: list[Any]) -> list[Any]:
         """Return the equations."""
@@ -133,7 +135,7 @@ class BoundaryProblem:
         return derivative
 
     def contacts(self, run: Run, graze: Any = None) -> tuple[list[int], list[Any], list[Any]]:
-        """Return the stops, times and velocities of the contacts of a period, a graze at its time included."""
+        """Return the stops, times and velocities of the contacts of a period, with a graze at the time `graze`."""
         stops, times, velocities = list(self.stops), list(run.times), list(run.velocities)
         if graze is not None:
             stops, times, velocities = [self.graze, *stops], [graze, *times], [arb(0), *velocities]

@@ -18,7 +18,7 @@ FORMAT = "grazemap-certificate-3"
 VARIED = "varied"
 """Stands for the number that varies, in the inputs of a statement about a parameter."""
 RADIUS = "1e-6"
-"""Radius of the box of an orbit, in radians and relative to the largest velocity, where no other one is given."""
+"""Radius of the box of an orbit, in radians and relative to the largest velocity, unless the certificate gives one."""
 PARAMETERS = (
     "omega",
     "clearance",
@@ -28,27 +28,27 @@ PARAMETERS = (
     "restitution_right",
     "restitution_left",
 )
-"""What a bifurcation is over; without _right or _left, both stops have the same value."""
+"""The parameters of bifurcations; without _right or _left, both stops have the same value."""
 
 NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]{1,4}|/[0-9]+)?")
 LABEL = re.compile(r"[1-9][0-9]*-([1-9][0-9]*|\(-1\))r-([1-9][0-9]*|\(-1\))l")
 BITS = 64, 20_000
 """Precisions at which certificates are verified."""
-MOST_CHARACTERS = 10_000
+MAX_CHARACTERS = 10_000
 """Characters of a number."""
-MOST_MASSES = 64
-MOST_HARMONICS = 1_000
-MOST_PERIODS = 10_000
+MAX_MASSES = 64
+MAX_HARMONICS = 1_000
+MAX_PERIODS = 10_000
 """Periods of an orbit, orders of harmonics and of codimension-two points."""
-MOST_IMPACTS = 100_000
+MAX_IMPACTS = 100_000
 """Impacts of a period, or of a transient."""
 
 Reader = Callable[[Any, str], Any]
-"""Takes a value and what it is called; returns it as it is used, or raises Refused."""
+"""Takes a value, and its name for messages. Returns the value as the checker uses it, or raises Refused."""
 
 
 def decoded(data: bytes | str) -> Any:
-    """Return the JSON document in a text, in which no name may be there twice."""
+    """Return the JSON document in a text. Raises Refused, also where an object has a name twice."""
 
     def names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         members = dict(pairs)
@@ -63,7 +63,7 @@ def decoded(data: bytes | str) -> Any:
 
 def number(value: Any, name: str) -> Fraction:
     """Return a rational number."""
-    require(type(value) is str and len(value) <= MOST_CHARACTERS, f"{name} is not a number as text")
+    require(type(value) is str and len(value) <= MAX_CHARACTERS, f"{name} is not a number as text")
     require(NUMBER.fullmatch(value) is not None, f"{name} is not a decimal or a quotient")
     try:
         return Fraction(value)
@@ -88,7 +88,7 @@ def truth(value: Any, name: str) -> bool:
 
 
 def choice(*values: Any) -> Reader:
-    """Return the reader of one of some values."""
+    """Return the reader that accepts these values only."""
 
     def read(value: Any, name: str) -> Any:
         same = [known for known in values if type(known) is type(value) and known == value]
@@ -99,7 +99,7 @@ def choice(*values: Any) -> Reader:
 
 
 def either(first: Any, reader: Reader) -> Reader:
-    """Return the reader of one certain value, or else of what another reader takes."""
+    """Return the reader that accepts one value, and passes all others to another reader."""
 
     def read(value: Any, name: str) -> Any:
         return first if type(value) is type(first) and value == first else reader(value, name)
@@ -118,7 +118,7 @@ def sequence(reader: Reader, most: int, least: int = 0) -> Reader:
 
 
 def fields(required: Mapping[str, Reader], optional: Mapping[str, Reader] | None = None) -> Reader:
-    """Return the reader of named values, of which none other may be there."""
+    """Return the reader of an object that has these names and no others."""
     readers = {**required, **(optional or {})}
 
     def read(value: Any, name: str) -> dict[str, Any]:
@@ -132,21 +132,21 @@ def fields(required: Mapping[str, Reader], optional: Mapping[str, Reader] | None
 
 
 def anything(value: Any, _: str) -> Any:
-    """Return a value that is neither used nor printed."""
+    """Accept any value: it is neither used nor printed."""
     return value
 
 
-def label(value: Any, name: str) -> str:
+def read_label(value: Any, name: str) -> str:
     """Return the name n-p_r-q_l of a motion."""
     require(type(value) is str and len(value) <= 64 and LABEL.fullmatch(value) is not None, f"{name} is no label")
     return str(value)
 
 
-POSITIVE_INTEGER = integer(1, MOST_PERIODS)
-ROW = sequence(number, MOST_MASSES, 1)
-MATRIX = sequence(ROW, MOST_MASSES, 1)
-NUMBERS = sequence(number, MOST_IMPACTS)
-STOPS = sequence(choice(1, -1), MOST_IMPACTS)
+POSITIVE_INTEGER = integer(1, MAX_PERIODS)
+ROW = sequence(number, MAX_MASSES, 1)
+MATRIX = sequence(ROW, MAX_MASSES, 1)
+NUMBERS = sequence(number, MAX_IMPACTS)
+STOPS = sequence(choice(1, -1), MAX_IMPACTS)
 PAIR = sequence(number, 2, 2)
 
 OSCILLATOR = fields(
@@ -157,7 +157,7 @@ OSCILLATOR = fields(
         "contact": ROW,
         # amplitudes of sine and cosine by powers of k omega, at most two
         "forcing": sequence(
-            fields({"harmonic": POSITIVE_INTEGER, "powers": sequence(sequence(ROW, 2, 2), 3, 1)}), MOST_HARMONICS
+            fields({"harmonic": POSITIVE_INTEGER, "powers": sequence(sequence(ROW, 2, 2), 3, 1)}), MAX_HARMONICS
         ),
     },
     {"bias": ROW},
@@ -177,7 +177,7 @@ _MOTION = {"period": POSITIVE_INTEGER, "stops": STOPS}
 STATEMENTS: dict[str, Reader] = {
     "orbit": fields({**INPUTS, **_MOTION, "stable": truth}, BOX),
     "attraction": fields(
-        {**INPUTS, "displacement": either("equilibrium", ROW), "velocity": ROW, "phase": number}, {"label": label}
+        {**INPUTS, "displacement": either("equilibrium", ROW), "velocity": ROW, "phase": number}, {"label": read_label}
     ),
     "bifurcation": fields(
         {
@@ -201,7 +201,7 @@ _ORBIT: dict[str, Reader] = {
     "section": number,
     "scale": number,
     "times": NUMBERS,
-    "state": sequence(number, 2 * MOST_MASSES, 2),
+    "state": sequence(number, 2 * MAX_MASSES, 2),
     "radius": number,
 }
 THEOREMS: dict[str, Reader] = {
@@ -209,14 +209,14 @@ THEOREMS: dict[str, Reader] = {
     "attraction": fields(
         {
             **_ORBIT,
-            "norm": sequence(sequence(number, 2 * MOST_MASSES, 2), 2 * MOST_MASSES, 2),
+            "norm": sequence(sequence(number, 2 * MAX_MASSES, 2), 2 * MAX_MASSES, 2),
             "size": number,
-            "transient": fields({"stops": STOPS, "times": NUMBERS, "turns": integer(0, MOST_IMPACTS)}),
+            "transient": fields({"stops": STOPS, "times": NUMBERS, "turns": integer(0, MAX_IMPACTS)}),
         }
     ),
     "bifurcation": fields(
         {**_ORBIT, "value": number},
-        {"direction": sequence(number, 2 * MOST_MASSES, 2), "graze": choice(1, -1)},
+        {"direction": sequence(number, 2 * MAX_MASSES, 2), "graze": choice(1, -1)},
     ),
     "codimension-two": fields({"value": number, "radius": number}),
 }
@@ -257,8 +257,8 @@ def _require_fitting(statement: dict[str, Any]) -> None:
         require(len(counts) == 1, "the statement has other numbers of stops, phases and velocities")
         require(statement["radius"] > 0, "the statement's radius is not positive")
     if "range" in statement:
-        of_frequencies = statement.get("parameter", "omega") == "omega"
-        positive = not of_frequencies or statement["range"][0] > 0
+        is_frequency = statement.get("parameter", "omega") == "omega"
+        positive = not is_frequency or statement["range"][0] > 0
         require(positive, "the statement's range has frequencies that are not positive")
     if "omega" not in statement:
         return

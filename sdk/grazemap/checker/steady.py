@@ -10,11 +10,11 @@ from grazemap.checker.arithmetic import Refused, ball, identity
 from grazemap.checker.system import System
 
 PARTS = 16
-"""Parts of a period, for each order of its harmonics, at which the search for the maximum begins."""
-HALVINGS = 60
+"""Number of parts of a period with which the search for the maximum begins, for each order of its harmonics."""
+MAX_HALVINGS = 60
 """Halvings after which it is undecided which part of a period has the maximum."""
-MOST_PARTS = 4096
-"""Parts that may have the maximum after a halving, above which it is undecided too."""
+MAX_PARTS = 4096
+"""Number of parts that may have the maximum after a halving; with more of them it is undecided too."""
 
 
 class Maximum(NamedTuple):
@@ -53,7 +53,7 @@ def maximum(amplitudes: dict[int, acb], stop: int) -> Maximum:
 
     count = PARTS * max(amplitudes, default=1)
     half, parts = arb.pi() / count, list(range(count))
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         known = []
         for part in parts:
             middle = (2 * part + 1) * half
@@ -61,7 +61,7 @@ def maximum(amplitudes: dict[int, acb], stop: int) -> Maximum:
             bend = values(middle + ball(half))[2]
             known.append((part, value, value + (slope + bend * ball(half) / 2) * ball(half)))
         least = max((value.lower() for _, value, _ in known), default=arb(0))
-        parts = [part for part, _, over in known if not over < least]
+        parts = [part for part, _, enclosure in known if not enclosure < least]
         gaps = [(b - a) % count for a, b in zip(parts, [*parts[1:], parts[0]], strict=True)]
         begin = (gaps.index(max(gaps)) + 1) % len(parts)
         length = (parts[begin - 1] - parts[begin]) % count + 1
@@ -69,7 +69,7 @@ def maximum(amplitudes: dict[int, acb], stop: int) -> Maximum:
         if length < count // 2 and values(hull)[2] < 0:
             return _solved(values, hull)
         parts, count, half = [child for part in parts for child in (2 * part, 2 * part + 1)], 2 * count, half / 2
-        if len(parts) > MOST_PARTS:
+        if len(parts) > MAX_PARTS:
             break
     raise Refused("the maximum of the steady motion is not shown to be the only one, and quadratic")
 

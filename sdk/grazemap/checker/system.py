@@ -16,10 +16,10 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, exponent, identity, require
 from grazemap.checker.reading import VARIED
 
-DEEPEST = 60
+MAX_BISECTIONS = 60
 """Bisections of a flight after which a distance from a stop is undecided."""
-MOST_CELLS = 1_000_000
-"""Parts of a flight that are examined before a distance from a stop is undecided."""
+MAX_CELLS = 1_000_000
+"""Number of parts of a flight that are examined before a distance from a stop is undecided."""
 
 Powers = list[list[list[Fraction]]]
 """Amplitudes of sine and cosine, by powers of k omega."""
@@ -108,7 +108,7 @@ def _amplitudes(powers: Powers, s: Any) -> list[list[Any]]:
 
 
 class Inputs(NamedTuple):
-    """Where a statement is made; "varied" stands for what varies."""
+    """The inputs of a statement; "varied" stands for the parameter that varies."""
 
     omega: Any
     """Forcing frequency."""
@@ -124,7 +124,7 @@ class Inputs(NamedTuple):
         return cls(statement["omega"], *sides)
 
     def require_symmetric(self, machine: Machine) -> None:
-        """Show that the oscillator is symmetric, whatever the value of what varies: effective gaps, R and forces."""
+        """Show that effective gaps, restitutions and forces are symmetric, for any value of what varies."""
         (right, left), place = self.clearances, machine.place
         if VARIED in (right, left):
             alike = right == left and place == 0
@@ -135,13 +135,13 @@ class Inputs(NamedTuple):
 
 
 class System:
-    """The equations of motion of a machine with some inputs, of which those that vary have one value.
+    """The equations of motion of a machine at some inputs, for one value of the parameter that varies.
 
     Displacements are from the static equilibrium.
     """
 
     def __init__(self, machine: Machine, inputs: Inputs, value: Any = None, scale: Fraction | None = None):
-        """Take the value of what varies, and the scale W of velocities in a state, if it is not the machine's own."""
+        """Take the value of the parameter that varies, and the scale W of velocities; None: the machine's own scale."""
 
         def number(entry: Any) -> Any:
             return value if entry == VARIED else None if entry is None else exact(entry)
@@ -169,14 +169,15 @@ class System:
         require(self.scale > 0, "the scale of the velocities is not positive")
         self.forced = arb(2) ** (_exponent(push) - 2 * exponent(self.scale))
         blocks = [spring * (-1 / self.scale), -drag, push * (1 / (self.scale * self.forced))]
-        below = [[*a, *b, *c] for a, b, c in zip(*(block.tolist() for block in blocks), strict=True)]
+        velocity_rows = [[*a, *b, *c] for a, b, c in zip(*(block.tolist() for block in blocks), strict=True)]
         self.still = [0] * len(forcing)
-        above = [[*still, *row, *self.still] for row in (identity(len(still)) * self.scale).tolist()]
-        phase = [[0] * (self.size + len(forcing)) for _ in forcing]
+        displacement_rows = [[*still, *row, *self.still] for row in (identity(len(still)) * self.scale).tolist()]
+        phase_rows = [[0] * (self.size + len(forcing)) for _ in forcing]
         for i, order in enumerate(self.orders):
             sine, cosine = self.size + 2 * i, self.size + 2 * i + 1
-            phase[2 * i][cosine], phase[2 * i + 1][sine] = order * omega, -order * omega
-        self.matrix, row = kind([*above, *below, *phase]), kind([[*contact.entries(), *still, *self.still]])
+            phase_rows[2 * i][cosine], phase_rows[2 * i + 1][sine] = order * omega, -order * omega
+        self.matrix = kind([*displacement_rows, *velocity_rows, *phase_rows])
+        row = kind([[*contact.entries(), *still, *self.still]])
         self.rows = kind([(row * self.matrix**order).entries() for order in range(3)])
         jump = inverse * contact.transpose()
         self.kick = column([*still, *(jump * (1 / ((contact * jump)[0, 0] * self.scale))).entries(), *self.still])
@@ -192,12 +193,12 @@ class System:
         return type(matrix)([row[: self.size] for row in matrix.tolist()[: self.size]])
 
     def with_phase(self, state: list[Any], time: Any) -> Any:
-        """Return a state of the motion, completed by the phase of the forcing."""
+        """Return a state of the motion with the entries for the phase of the forcing."""
         angles = [order * self.omega * time for order in self.orders]
         return column([*state, *(self.forced * x for angle in angles for x in (angle.sin(), angle.cos()))])
 
     def from_equilibrium(self, displacement: Any, velocity: Any) -> list[Any]:
-        """Return a state from numbers; displacements that are "equilibrium" are those of the equilibrium."""
+        """Return a state from numbers; the displacements may be the word "equilibrium"."""
         moved = [arb(0)] * (self.size // 2)
         if displacement != "equilibrium":
             moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
@@ -210,7 +211,7 @@ class System:
             require(any(abs(x) > 0 for x in entries), f"the forces of order {order} may vanish at this frequency")
 
     def require_stops(self) -> None:
-        """Show that there is a stop, and a distance between two."""
+        """Show that there is a stop, and that two stops are a positive distance apart."""
         known = [gap for gap in self.gaps.values() if gap is not None]
         require(
             len(known) == 1 or (len(known) == 2 and sum(known, arb(0)).real > 0),
@@ -238,8 +239,8 @@ class System:
     def impact(self, base: Any, stop: int, name: str, least: Any = 0) -> tuple[Any, Any]:
         """Return the time to a contact with a stop, and the state there, of all motions through a set.
 
-        Every motion has one contact at about that time, and no other one up to `least` before or after the time of the
-        set. An earlier one is for `fly` to exclude.
+        Every motion is shown to have one contact near the time of the set, and no other contact within `least` of that
+        time. `fly` excludes earlier contacts.
         """
         place, speed, _ = (self.rows * base).entries()
         off = place - stop * self.gap(stop)
@@ -266,8 +267,8 @@ class System:
     def fly(self, state: arb_mat, length: arb, left: int, right: int, name: str) -> None:
         """Show that between two times the contact coordinate stays inside the gaps.
 
-        The flight leaves the stop `left` at its start and meets the stop `right` at its end, 0 for none. Beside an
-        impact, where the distance vanishes, q' or q'' decides.
+        The flight leaves the stop `left` at its start and meets the stop `right` at its end, 0 for none. Next to an
+        impact the distance from the stop vanishes, and the sign of q' or q'' decides.
         """
         require(length > 0 and length.is_finite(), f"{name}: its end does not follow its beginning")
         end, top = length.upper(), exponent(length)
@@ -277,16 +278,16 @@ class System:
             if low > end:
                 continue
             cells += 1
-            require(cells <= MOST_CELLS, f"{name}: it is too long")
+            require(cells <= MAX_CELLS, f"{name}: it is too long")
             half = arb(2) ** level
             centre = rows * self.stride(level)
             place, slope, _ = (centre * state).entries()
             bend = (centre * (self.spread(level) * state))[2, 0]
-            over = place + (slope + bend * ball(half) / 2) * ball(half)
+            enclosure = place + (slope + bend * ball(half) / 2) * ball(half)
             slope = slope + bend * ball(half)
             clear = True
             for stop, gap in self.gaps.items():
-                if gap is None or gap > stop * over:
+                if gap is None or gap > stop * enclosure:
                     continue
                 inward, high = stop * bend < 0, low + 2 * half
                 leaving = stop == left and low == 0 and (inward or stop * slope < 0)
@@ -298,5 +299,5 @@ class System:
                     raise Refused(f"{name}: it passes a stop by {(stop * place - gap).str(5, radius=False)}")
                 clear = False
             if not clear:
-                require(level > top - DEEPEST, f"{name}: its distance from a stop is undecided")
+                require(level > top - MAX_BISECTIONS, f"{name}: its distance from a stop is undecided")
                 pending += [(rows, low, level - 1), (centre, low + half, level - 1)]

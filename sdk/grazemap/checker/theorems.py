@@ -1,7 +1,7 @@
-"""What each kind of theorem shows, and when it proves or disproves its statement.
+"""The theorems, a function for each kind, which show that a statement is true or false.
 
-A function takes the oscillator, the statement, the numbers of the theorem and whether the statement is to be proven or
-disproven. It returns what was shown besides, and raises Refused where something is not.
+A function takes the oscillator, the statement, the numbers of the theorem, and whether the statement is to be proven or
+disproven. It returns further quantities that it has shown, and raises Refused where it cannot show something.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from grazemap.checker.system import Inputs, Machine, System
 
 Numbers = dict[str, Any]
 
-MOST_DOUBLINGS = 80
+MAX_DOUBLINGS = 80
 """Doublings of the time after which the free motion must have decayed."""
 
 
@@ -67,12 +67,12 @@ def require_phases(statement: Numbers, machine: Machine) -> None:
 
 
 def box_sizes(statement: Numbers) -> tuple[Fraction, Fraction]:
-    """Return how far phases, and velocities, may be from those of a statement."""
+    """Return how far the phases, and the velocities, of an orbit may be from those of a statement."""
     radius: Fraction = statement["radius"]
     return radius, radius * max((abs(v) for v in statement["velocities"]), default=Fraction(0))
 
 
-def in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[arb], list[arb]]) -> bool | None:
+def is_in_box(system: System, statement: Numbers, contacts: tuple[list[int], list[arb], list[arb]]) -> bool | None:
     """Return whether the contacts of a period lie in the box of a statement, or None where this is undecided.
 
     The contacts may begin with any of them, and be moved by any number of periods of the forces.
@@ -114,8 +114,8 @@ def motions_of_box(problem: BoundaryProblem, statement: Numbers) -> tuple[list[a
 def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any) -> None:
     """Show that no other orbit than the one in the theorem's box can be the orbit of a statement.
 
-    Every motion of the statement's box is on the section in the theorem's box, and has the contacts that are followed
-    from there. Without impacts the equations are linear, so they have no other solution anywhere.
+    Every motion of the statement's box crosses the section in the theorem's box, and its impacts are those of the
+    theorem. Without impacts the equations are linear, so they have no other solution anywhere.
     """
     require(not problem.symmetric, "other orbits are excluded only by equations of the whole period")
     require(problem.period == statement["period"], "the theorem's orbit has another period")
@@ -127,14 +127,15 @@ def require_only_orbit(problem: BoundaryProblem, statement: Numbers, radius: Any
     size = exact(radius)
     inside = all(abs(x - middle) < size for x, middle in zip(states, problem.state, strict=True))
     require(inside, "the theorem's box does not contain every motion of the statement's box")
-    around = [(time - exact(given)).abs_upper() for time, (_, given) in zip(times, problem.impacts, strict=True)]
-    problem.run([x + ball(size) for x in problem.state], checked=False, alone=around)
+    around = [(time - exact(near)).abs_upper() for time, (_, near) in zip(times, problem.impacts, strict=True)]
+    problem.run([x + ball(size) for x in problem.state], checked=False, isolation=around)
 
 
 def prove_orbit(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
     """Show that an orbit exists, is unique in a box, is admissible, and how many of its multipliers are unstable.
 
-    It is the orbit of the statement; or no other one can be, and it is not.
+    A statement is proven if this orbit is the orbit of the statement. It is disproven if this orbit contradicts it, and
+    no other orbit can be the orbit of the statement.
     """
     problem = BoundaryProblem(machine, Inputs.of(statement), theorem)
     if "phases" in statement:
@@ -142,7 +143,7 @@ def prove_orbit(machine: Machine, statement: Numbers, theorem: Numbers, proven: 
     _, run = solved(problem, theorem["radius"])
     values = multipliers(run, problem.sign)
     stable, contacts = count_unstable(values) == 0, problem.contacts(run)
-    near = "phases" not in statement or in_box(run.system, statement, contacts)
+    near = "phases" not in statement or is_in_box(run.system, statement, contacts)
     if proven:
         require(problem.period == statement["period"], "the orbit has another period than that of the statement")
         turned = [contacts[0][i:] + contacts[0][:i] for i in range(max(len(contacts[0]), 1))]
@@ -170,7 +171,7 @@ def contracts(problem: BoundaryProblem, orbit: list[arb], norm: arb_mat, size: a
 def prove_attraction(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
     """Show that the trajectory from an exact initial state enters a ball around an orbit that the return map contracts.
 
-    The orbit is in the ball, so the ball is mapped into itself, and all in it converges to the orbit.
+    The orbit is in the ball, so the ball is mapped into itself, and all states in it converge to the orbit.
     """
     problem = BoundaryProblem(machine, Inputs.of(statement), theorem)
     orbit, run = solved(problem, theorem["radius"])
@@ -196,8 +197,8 @@ def prove_bifurcation(machine: Machine, statement: Numbers, theorem: Numbers, pr
     require((kind == "GR") == graze and graze != ("direction" in theorem), "a GR, and only a GR, begins on a stop")
     types = ("SN", "GR", "SB" if theorem["symmetric"] else "PD")
     require(kind in types, f"a {kind} of this orbit is not a bifurcation that can be shown")
-    named = "phases" in statement
-    if named:
+    names_orbit = "phases" in statement
+    if names_orbit:
         require_phases(statement, machine)
     problem = BoundaryProblem(machine, Inputs.of(statement), theorem, kind)
     size = len(problem.state)
@@ -215,13 +216,13 @@ def prove_bifurcation(machine: Machine, statement: Numbers, theorem: Numbers, pr
         require(any(not x.contains(0) for x in problem.direction), "the direction vanishes")
         near = [m for m in multipliers(run, problem.sign) if not (abs(m) > 1 or abs(m) < 1)]
         require(len(near) == 1, f"{len(near)} multipliers may lie on the unit circle")
-    require(named, "the statement does not name the orbit at the point, by its phases and velocities")
-    require(in_box(run.system, statement, contacts) is True, "the orbit is not shown to lie in the statement's box")
+    require(names_orbit, "the statement does not name the orbit at the point, by its phases and velocities")
+    require(is_in_box(run.system, statement, contacts) is True, "the orbit is not shown to lie in the statement's box")
     return shown
 
 
 TWISTS = {"g": 0, "h": 1, "h_s": -1}
-"""By the function whose zero is a codimension-two point: g, or its sum over the multiples of the time."""
+"""Factor of successive terms in the sum of the impulse response, by the type of a codimension-two point; 0: no sum."""
 FREE = Inputs(VARIED, (None, None), (Fraction(0), Fraction(0)))
 """Inputs of codimension-two points, which depend neither on the stops nor on their restitutions."""
 
@@ -239,7 +240,7 @@ def require_decay(machine: Machine) -> None:
     """Show that every free motion decays: the flow over some time is a contraction."""
     system = System(machine, FREE, arb(1))
     flow = system.free(system.flow(1 / system.scale))
-    for _ in range(MOST_DOUBLINGS):
+    for _ in range(MAX_DOUBLINGS):
         if all(sum((abs(x) for x in row), arb(0)) < 1 for row in flow.tolist()):
             return
         flow = flow * flow
@@ -247,10 +248,10 @@ def require_decay(machine: Machine) -> None:
 
 
 def prove_codimension_two(machine: Machine, statement: Numbers, theorem: Numbers, proven: bool) -> Numbers:
-    """Show that a function has a zero in an interval of omega, a simple one.
+    """Show that a function has a simple zero in an interval of omega.
 
-    With a stop, the steady motion there grazes this stop, or both, once in T; then the clearance is shown, and of a
-    zero of g whether it is the first one.
+    If the statement names a stop, show also that the steady motion at this omega grazes that stop, or both stops, once
+    in T. Then the clearance is returned, and for a zero of g whether it is the first one.
     """
     require(proven, "one zero does not exclude another one in the range")
     kind, order, stop = statement["type"], statement["order"], statement.get("stop")

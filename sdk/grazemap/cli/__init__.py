@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from grazemap.cli import commands
-from grazemap.cli.outcome import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
+from grazemap.cli.exit_codes import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, RequestWarning
 
 
@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _print_warning
             code: int = options.command(options)
             sys.stdout.flush()
-    except BrokenPipeError:  # the reader of our output needs no more of it, as `head`
+    except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (InvalidCommand, ParameterError) as error:

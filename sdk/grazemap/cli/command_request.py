@@ -1,4 +1,4 @@
-"""The request of a command: the fields of --json, and its flags, which take precedence; errors name both."""
+"""The request of a command, from --json and from flags, which take precedence. Its errors name fields and flags."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from copy import deepcopy
 from typing import Any
 
 from grazemap.cli import units
-from grazemap.cli.flags import Flag, at, flags_of
+from grazemap.cli.flags import Flag, flags_of, value_at
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
 from grazemap.wire.error_texts import schema_of
 
-_LONGEST_VALUE = 60
-# The parameter that a note concerns by its code, and the unit that was probably meant.
-_IN_UNIT = {"frequencies-in-hertz": ("omega", "Hz"), "clearances-in-millimetres": ("clearance", "mm")}
+_MAX_VALUE_LENGTH = 60
+# By the code of a note: the parameter that it concerns, and the unit that was probably meant.
+_SUSPECTED_UNITS = {"frequencies-in-hertz": ("omega", "Hz"), "clearances-in-millimetres": ("clearance", "mm")}
 
 
 class CommandRequest:
@@ -30,7 +30,7 @@ class CommandRequest:
     fields : mapping
         The fields of --json.
     texts : mapping
-        The text of each flag that is given, by its place in the request; true or false for a switch.
+        The text of each flag on the command line, by the place of its field in the request; true or false for a switch.
     errors : sequence of ProblemError
         What is wrong with the flags themselves.
     """
@@ -68,23 +68,23 @@ class CommandRequest:
 
     @contextmanager
     def naming_flags(self) -> Iterator[None]:
-        """Within this block notes, and errors of a ParameterError, name flags, their values, and how to write them."""
+        """Within this block notes and the errors of a ParameterError name flags with their values and allowed forms."""
         show = warnings.showwarning
 
-        def show_note(message: Warning | str, *rest: Any, **named: Any) -> None:
-            show(self._note(message) if isinstance(message, RequestWarning) else message, *rest, **named)
+        def show_note(message: Warning | str, *rest: Any, **keywords: Any) -> None:
+            show(self._note(message) if isinstance(message, RequestWarning) else message, *rest, **keywords)
 
         warnings.showwarning = show_note
         try:
             yield
         except ParameterError as error:
-            errors = [self._named(one) for one in error.problem.errors]
+            errors = [self._error_with_flags(entry) for entry in error.problem.errors]
             raise ParameterError(error.problem.model_copy(update={"errors": errors}), error.request_id) from error
         finally:
             warnings.showwarning = show
 
     def _set(self, flag: Flag, text: str | bool) -> None:
-        value = flag.value(self._in_si(flag, text)) if isinstance(text, str) else text
+        value = flag.value(self._si_text(flag, text)) if isinstance(text, str) else text
         if flag.ambiguous and isinstance(value, list) and len(value) == 3 and isinstance(value[2], int):
             start, stop, points = str(text).split(",")
             detail = (
@@ -102,78 +102,80 @@ class CommandRequest:
                 return
         inside[flag.place[-1]] = value
 
-    def _in_si(self, flag: Flag, text: str) -> str:
+    def _si_text(self, flag: Flag, text: str) -> str:
         """Return the text of a flag with its numbers in rad/s or m."""
         name = self._quantity_of(flag)
         if not units.has_units(name):
             return text
-        if refused := units.refusal(text, name, self._given(("oscillator", "units"))):
+        if refused := units.refusal(text, name, self._effective_value(("oscillator", "units"))):
             self._refuse(flag, *refused)
-            return units.bare(text)
-        return units.in_si(text, name)
+            return units.text_without_units(text)
+        return units.si_text(text, name)
 
     def _quantity_of(self, flag: Flag) -> str:
-        """Return the field that has the quantity of a flag: a range is one of another field, which a field names."""
-        *above, name = flag.place
+        """Return the field whose quantity the numbers of a flag are: for a range, the field that `vary` names."""
+        *parents, name = flag.place
         if name == "values":
-            named = "vary" if any(one.place == (*above, "vary") for one in self._flags) else "quantity"
+            naming_field = "vary" if any(flag.place == (*parents, "vary") for flag in self._flags) else "quantity"
         elif name == "range":
-            named = "vary"
+            naming_field = "vary"
         else:
             return flag.field
-        return str(self._given((*above, named)))
+        return str(self._effective_value((*parents, naming_field)))
 
-    def _given(self, place: tuple[str, ...]) -> Any:
-        """Return the value at a place: of its flag, of --json, or else the default of the request."""
+    def _effective_value(self, place: tuple[str, ...]) -> Any:
+        """Return the value at a place: that of its flag, else of --json, else the default of the request."""
         if place in self._texts:
             return self._texts[place]
-        value = at(self._fields, place)
-        return at(schema_of(PROCESSES[self._process]), ("properties", *place, "default")) if value is None else value
+        value = value_at(self._fields, place)
+        return (
+            value_at(schema_of(PROCESSES[self._process]), ("properties", *place, "default")) if value is None else value
+        )
 
     def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
         self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))
 
     def _note(self, warning: RequestWarning) -> str:
-        """Return the text of a note with what to write instead of a flag that is given."""
-        said = str(warning)
-        name, unit = _IN_UNIT.get(warning.code, (said.partition(" ")[0], ""))
-        given = (flag for flag in self._flags if flag.place in self._texts and len(flag.place) == 1)
-        flag = next((flag for flag in given if self._quantity_of(flag) == name), None)
+        """Return the text of a note; where a flag causes the note, with what to write instead of the flag."""
+        detail = str(warning)
+        name, unit = _SUSPECTED_UNITS.get(warning.code, (detail.partition(" ")[0], ""))
+        set_flags = (flag for flag in self._flags if flag.place in self._texts and len(flag.place) == 1)
+        flag = next((flag for flag in set_flags if self._quantity_of(flag) == name), None)
         if flag is None:
-            return said
+            return detail
         text = str(self._texts[flag.place])
-        if unit and units.bare(text) == text:
-            instead = f"{flag.name} {units.with_unit(text, unit)}"
-            return f"{said.rpartition(':')[0]}: write {instead} if {unit} was meant"
+        if unit and units.text_without_units(text) == text:
+            instead = f"{flag.name} {units.text_with_unit(text, unit)}"
+            return f"{detail.rpartition(':')[0]}: write {instead} if {unit} was meant"
         if warning.code == "two-values":
             return f"{flag.name} {text} is a list of two values; for a range write {text.replace(',', ':')}:POINTS"
-        return said
+        return detail
 
-    def _named(self, error: ProblemError) -> ProblemError:
-        """Return an error with the flags or the field of --json, and the value, for its pointer."""
+    def _error_with_flags(self, error: ProblemError) -> ProblemError:
+        """Return an error whose pointer is replaced by the flags concerned, or followed by the value in --json."""
         if not error.pointer.startswith("/"):
             return error
         place = tuple(error.pointer[1:].split("/"))
-        given = [flag for flag in self._flags if flag.place in self._texts]
-        above = [flag for flag in given if place[: len(flag.place)] == flag.place]
-        value = at(self._fields, place)
-        if value is not None and not above:
+        set_flags = [flag for flag in self._flags if flag.place in self._texts]
+        enclosing = [flag for flag in set_flags if place[: len(flag.place)] == flag.place]
+        value = value_at(self._fields, place)
+        if value is not None and not enclosing:
             return error.model_copy(update={"pointer": f"{error.pointer}{_shown(value)}"})
-        below = [flag for flag in self._flags if flag.place[: len(place)] == place]
-        named = above or [flag for flag in below if flag in given] or below
-        if not named:
+        contained = [flag for flag in self._flags if flag.place[: len(place)] == place]
+        concerned = enclosing or [flag for flag in contained if flag in set_flags] or contained
+        if not concerned:
             return error
-        where = ", ".join(self._as_given(flag) for flag in named)
-        inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(named[0].place) :]]
-        written = " or ".join(form for flag in named for form in flag.forms) if len(named) == 1 else ""
+        location = ", ".join(self._flag_text(flag) for flag in concerned)
+        inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(concerned[0].place) :]]
+        written = " or ".join(form for flag in concerned for form in flag.forms) if len(concerned) == 1 else ""
         allowed = "; written ".join(filter(None, (error.allowed, written)))
-        return error.model_copy(update={"pointer": ": ".join((where, *inside)), "allowed": allowed})
+        return error.model_copy(update={"pointer": ": ".join((location, *inside)), "allowed": allowed})
 
-    def _as_given(self, flag: Flag) -> str:
+    def _flag_text(self, flag: Flag) -> str:
         text = self._texts.get(flag.place)
         return f"{flag.name} {text}" if isinstance(text, str) else flag.name
 
 
 def _shown(value: Any) -> str:
     text = json.dumps(value)
-    return f" {text}" if len(text) <= _LONGEST_VALUE else ""
+    return f" {text}" if len(text) <= _MAX_VALUE_LENGTH else ""

@@ -7,7 +7,15 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from grazemap.cli import checking, completion, computing, saved, stack, status, storage
+from grazemap.cli import (
+    check_command,
+    completion_command,
+    process_commands,
+    result_commands,
+    stack,
+    status_command,
+    storage_commands,
+)
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES, ProblemError
 from grazemap.wire.error_texts import suggestion
@@ -16,8 +24,8 @@ from grazemap.wire.error_texts import suggestion
 _COLUMN = 28
 
 
-class _OneLine(argparse.HelpFormatter):
-    """One line for each command: argparse computes their column without the indentation of their names."""
+class _OneLineHelp(argparse.HelpFormatter):
+    """Help with one line for each command: the width that argparse computes lacks the indentation of the names."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=_COLUMN)
@@ -25,7 +33,7 @@ class _OneLine(argparse.HelpFormatter):
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose flags are written in full, as a new field would make an abbreviation ambiguous."""
+    """A parser without abbreviated flags: with a new field, an abbreviation could become ambiguous."""
 
     def __init__(self, **keywords: Any) -> None:
         super().__init__(allow_abbrev=False, **keywords)
@@ -35,71 +43,79 @@ class _Parser(argparse.ArgumentParser):
 def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentParser:
     """Return the parser of all commands; each of them sets `command`, the function that runs it.
 
-    Only these processes have their flags, as those of all of them take a tenth of a second.
+    Only the commands of `processes` have their flags: making the flags of all processes takes a tenth of a second.
     """
     top = _Parser(
         prog="grazemap",
         description="Grazing bifurcations of impact oscillators.",
-        formatter_class=_OneLine,
+        formatter_class=_OneLineHelp,
     )
     top.add_argument("--version", action="version", version=f"grazemap {__version__}")
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    computing.add_processes(commands, processes)
+    process_commands.add_processes(commands, processes)
     stack.add_command(commands)
-    status.add_command(commands)
-    storage.add_commands(commands)
-    saved.add_commands(commands)
-    checking.add_command(commands)
-    completion.add_command(commands, parser)
+    status_command.add_command(commands)
+    storage_commands.add_commands(commands)
+    result_commands.add_commands(commands)
+    check_command.add_command(commands)
+    completion_command.add_command(commands, parser)
     return top
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command, with its `command`. Ends this process where the command is invalid.
 
-    A process has the errors of its flags among its options, as `errors`, and names them with those of its request.
+    For a command that computes, invalid flags are not fatal here. They are in the option `errors`, so that the command
+    reports them together with the errors of its request.
     """
     words = _with_hyphens(arguments)
     top = parser(set(words))
     command = _command(top, words)
-    words, valued = _switches_apart(_with_negative_values(words), command)
-    options, left = top.parse_known_args(words)
-    computes = options.command is computing.compute
-    options.errors = [*valued, *(_left_over(name, command, computes) for name in _names(left))]
+    words, errors_of_switches = _without_switch_values(_with_negative_values(words), command)
+    options, unknown = top.parse_known_args(words)
+    computes = options.command is process_commands.compute
+    options.errors = [
+        *errors_of_switches,
+        *(_unknown_argument(name, command, computes) for name in _argument_names(unknown)),
+    ]
     if options.errors and not computes:
-        command.error("; ".join(f"{one.pointer}: {one.detail}" for one in options.errors))
+        command.error("; ".join(f"{error.pointer}: {error.detail}" for error in options.errors))
     return options
 
 
 def _with_hyphens(arguments: Sequence[str]) -> list[str]:
     """Return the arguments with hyphens for underscores in the names of commands, processes and flags."""
-    named = 2 if arguments[:1] in (["run"], ["schema"]) else 1
+    name_count = 2 if arguments[:1] in (["run"], ["schema"]) else 1
     parts = [
-        text.partition("=") if text.startswith("--") or place < named else ("", "", text)
+        text.partition("=") if text.startswith("--") or place < name_count else ("", "", text)
         for place, text in enumerate(arguments)
     ]
     return [name.replace("_", "-") + equals + value for name, equals, value in parts]
 
 
 def _command(top: argparse.ArgumentParser, words: Sequence[str]) -> argparse.ArgumentParser:
-    """Return the parser of the command in the first words. Ends this process where there is none of this name."""
-    found = top
+    """Return the parser of the command that the first words name. Ends this process if there is no such command."""
+    current = top
     for word in words[:2]:
-        # argparse has no public list of what a parser takes
-        chosen = next((one for one in found._actions if one.choices is not None and not one.option_strings), None)
+        # argparse has no public list of the arguments of a parser
+        positional = (action for action in current._actions if not action.option_strings)
+        chosen = next((action for action in positional if action.choices is not None), None)
         if chosen is None or chosen.choices is None or word.startswith("-"):
             break
         if word not in chosen.choices:
             near = suggestion(word, chosen.choices) or f" (allowed: {', '.join(chosen.choices)})"
-            found.error(f"there is no {str(chosen.metavar or chosen.dest).lower()} {word}{near}")
-        found = chosen.choices[word] if isinstance(chosen.choices, dict) else found
-    return found
+            current.error(f"there is no {str(chosen.metavar or chosen.dest).lower()} {word}{near}")
+        current = chosen.choices[word] if isinstance(chosen.choices, dict) else current
+    return current
 
 
-def _switches_apart(words: Sequence[str], command: argparse.ArgumentParser) -> tuple[list[str], list[ProblemError]]:
-    """Return the words without those flags that have a value and take none, and an error for each of them."""
-    switches = {name: one.option_strings for name, one in command._option_string_actions.items() if one.nargs == 0}
-    takes_words = any(not one.option_strings and not isinstance(one.choices, dict) for one in command._actions)
+def _without_switch_values(
+    words: Sequence[str], command: argparse.ArgumentParser
+) -> tuple[list[str], list[ProblemError]]:
+    """Return the words without switches that are given a value, and an error for each of these."""
+    flags = command._option_string_actions.items()
+    switches = {name: action.option_strings for name, action in flags if action.nargs == 0}
+    takes_words = any(not action.option_strings and not isinstance(action.choices, dict) for action in command._actions)
     rest: list[str] = []
     errors = []
     for word in words:
@@ -115,7 +131,7 @@ def _switches_apart(words: Sequence[str], command: argparse.ArgumentParser) -> t
 
 
 def _with_negative_values(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with values such as -1,0,0 joined to their flag, as argparse takes these for flags."""
+    """Return the arguments with values such as -1,0,0 joined to their flag: argparse would take them for flags."""
     joined: list[str] = []
     for text in arguments:
         if re.match(r"-\.?\d", text) and joined and re.match(r"--[^=]+$", joined[-1]):
@@ -125,16 +141,16 @@ def _with_negative_values(arguments: Sequence[str]) -> list[str]:
     return joined
 
 
-def _names(left: Sequence[str]) -> list[str]:
-    """Return the names of the arguments that are left over; a word after a flag is taken for its value."""
+def _argument_names(unknown: Sequence[str]) -> list[str]:
+    """Return the names of unknown arguments; a word after an unknown flag is taken for its value."""
     return [
         text.partition("=")[0] if text.startswith("-") else text
-        for before, text in zip(["", *left], left, strict=False)
-        if text.startswith("-") or not before.startswith("-") or "=" in before
+        for previous, text in zip(["", *unknown], unknown, strict=False)
+        if text.startswith("-") or not previous.startswith("-") or "=" in previous
     ]
 
 
-def _left_over(name: str, command: argparse.ArgumentParser, computes: bool) -> ProblemError:
+def _unknown_argument(name: str, command: argparse.ArgumentParser, computes: bool) -> ProblemError:
     if name.startswith("-"):
         return ProblemError(pointer=name, detail=f"Unknown flag{suggestion(name, command._option_string_actions)}")
     spaces = "; ranges and lists are written without spaces" if computes else ""

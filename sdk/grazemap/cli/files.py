@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from grazemap.cli.outcome import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.plots.axes import kept_from_pyplot, new_figure
 from grazemap.results import RESULTS, Result
@@ -17,8 +17,8 @@ OUTPUTS = (".npz", ".json", *PICTURES)
 
 
 @contextmanager
-def named(what: str, path: Path | str) -> Iterator[None]:
-    """Add the name of a file to an OSError of the block."""
+def naming_errors(what: str, path: Path | str) -> Iterator[None]:
+    """Within this block, put the name of a file in front of the text of an OSError."""
     try:
         yield
     except OSError as error:
@@ -26,7 +26,7 @@ def named(what: str, path: Path | str) -> Iterator[None]:
 
 
 def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
-    """Raise for an output that cannot be written, before the computation."""
+    """Raise InvalidCommand, before the computation, for an output that cannot be written."""
     if path.suffix not in endings:
         raise InvalidCommand(f"{what} must end in one of {', '.join(endings)}")
     if path.is_dir():
@@ -41,7 +41,7 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
 
 
 def check_drawn(process: str) -> None:
-    """Raise for a process whose results have no picture."""
+    """Raise InvalidCommand for a process whose results have no picture."""
     if not any(hasattr(result, "plot") for result in RESULTS.values() if result.process == process):
         raise InvalidCommand(f"there is no picture of {process}")
 
@@ -51,7 +51,7 @@ def write(what: str, path: Path, result: Result, engineering: bool = False) -> N
 
     With `engineering` a picture has Hz and mm in place of rad/s and m.
     """
-    with named(what, path):
+    with naming_errors(what, path):
         if path.suffix in PICTURES:
             save_picture(result, path, engineering)
         else:

@@ -1,8 +1,8 @@
 """The flags of a process, derived from the JSON schema of its request.
 
-A field is a flag, and so is every field of an object in the request, with the names of both: `--initial-phase`. Fields
-of the oscillator have their own name alone. A range is written start:stop:points or start:stop, a list with commas.
-Lists of objects and of lists have no flag, nor has an object that needs one.
+Every field is a flag. A field of an object in the request has the name of the object in front, as in `--initial-phase`,
+but fields of the oscillator have their own name alone. A range is written start:stop:points or start:stop, a list with
+commas. Lists of objects, lists of lists, and objects that require such a list have no flag.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from grazemap.cli import units
 from grazemap.wire import PROCESSES
 from grazemap.wire.error_texts import Schema, branches, schema_of
 
-_WITHOUT_PREFIX = "oscillator"
+_UNPREFIXED_FIELD = "oscillator"
 _RANGE = ("start", "stop", "points")
 _WORDS = {"number": "NUMBER", "integer": "INTEGER", "string": "TEXT", "boolean": "SWITCH"}
 
@@ -29,7 +29,7 @@ class Flag:
     place: tuple[str, ...]
     """The names that lead to the field in the request."""
     name: str
-    """With its hyphens."""
+    """The name of the flag, with its hyphens."""
     alternatives: tuple[Schema, ...]
     """The schemas of the field's alternatives that can be written as text."""
     description: str
@@ -37,23 +37,23 @@ class Flag:
 
     @property
     def pointer(self) -> str:
-        """The JSON pointer of the field, under which the flag is found among the options of a command."""
+        """The JSON pointer of the field, which is also the name of the flag's value among the options of a command."""
         return "/".join(("", *self.place))
 
     @property
     def field(self) -> str:
-        """The name of the field that has the quantity: that above the two stops, else its own."""
+        """The name of the field that says which quantity it is: of `clearance.right` it is `clearance`."""
         return self.place[-2] if self.place[-1] in ("right", "left") else self.place[-1]
 
     @property
     def forms(self) -> list[str]:
-        """How a value is written; nothing for a switch."""
+        """The forms in which a value can be written; none for a switch."""
         return [] if self.switch else list(map(_form, self.alternatives))
 
     @property
     def choices(self) -> list[str]:
-        """The texts that are values, where there are such."""
-        return [str(value) for one in self.alternatives for value in one.get("enum", ())]
+        """The names that are allowed as values; empty where values are not names."""
+        return [str(value) for alternative in self.alternatives for value in alternative.get("enum", ())]
 
     @property
     def switch(self) -> bool:
@@ -63,11 +63,11 @@ class Flag:
     @property
     def ambiguous(self) -> bool:
         """Whether both a range with points and a list can be written."""
-        return "array" in self._types and any("points" in one.get("properties", ()) for one in self.alternatives)
+        return "array" in self._types and any("points" in schema.get("properties", ()) for schema in self.alternatives)
 
     @property
     def _types(self) -> set[str]:
-        return {one.get("type", "string") for one in self.alternatives}
+        return {alternative.get("type", "string") for alternative in self.alternatives}
 
     def value(self, text: str) -> Any:
         """Return the JSON value that a text stands for; a text of another form is returned as it is."""
@@ -92,29 +92,29 @@ def flags_of(process: str) -> tuple[Flag, ...]:
     return tuple(_flags(schema, schema, ()))
 
 
-def without_flag(process: str) -> list[str]:
-    """Return the names of the fields of which some or all values have no flag."""
+def fields_without_flag(process: str) -> list[str]:
+    """Return the names of the fields that have values which no flag can express."""
     schema = schema_of(PROCESSES[process])
-    oscillator = _alternatives(schema["properties"][_WITHOUT_PREFIX], schema)[0]
+    oscillator = _alternatives(schema["properties"][_UNPREFIXED_FIELD], schema)[0]
     return [
         name
         for name, field in (*schema["properties"].items(), *oscillator["properties"].items())
-        if any(not _form(one) and not _has_flags(one, schema) for one in _alternatives(field, schema))
+        if any(not _form(item) and not _has_flags(item, schema) for item in _alternatives(field, schema))
     ]
 
 
 def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
-    """Add the flags of a process to a parser; those that are given are in its options under their pointer."""
-    rest = without_flag(process)
+    """Add the flags of a process to a parser. The options have the values of flags that are used, by JSON pointer."""
+    rest = fields_without_flag(process)
     request = parser.add_argument_group(
         "request", f"Only --json has every form of: {', '.join(rest)}." if rest else None
     )
     oscillator = parser.add_argument_group("oscillator")
     for flag in flags_of(process):
-        group = oscillator if flag.place[0] == _WITHOUT_PREFIX else request
+        group = oscillator if flag.place[0] == _UNPREFIXED_FIELD else request
         keywords: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
         if not flag.switch:
-            keywords = {"metavar": "|".join(flag.forms), "choices": _Offered(flag.choices) or None}
+            keywords = {"metavar": "|".join(flag.forms), "choices": _OpenChoices(flag.choices) or None}
         description = flag.description.replace("%", "%%")
         if units.has_units(flag.field):
             description += f" In SI also as {units.example(flag.field)}."
@@ -124,11 +124,11 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
 def example(process: str) -> list[str]:
     """Return the words of a command line for the first example of a process."""
     request = next(iter(PROCESSES[process].operation.examples.values()))
-    found = ((flag, at(request, flag.place)) for flag in flags_of(process))
-    return [process, *(word for flag, value in found if value is not None for word in flag.words(value))]
+    values = ((flag, value_at(request, flag.place)) for flag in flags_of(process))
+    return [process, *(word for flag, value in values if value is not None for word in flag.words(value))]
 
 
-def at(value: Any, place: tuple[str, ...]) -> Any:
+def value_at(value: Any, place: tuple[str, ...]) -> Any:
     """Return the value at a place in a JSON value, None if there is none."""
     for part in place:
         if isinstance(value, Mapping):
@@ -140,48 +140,50 @@ def at(value: Any, place: tuple[str, ...]) -> Any:
     return value
 
 
-class _Offered(tuple[str, ...]):
-    """Choices for help and completion; the request's model refuses others, together with all other errors."""
+class _OpenChoices(tuple[str, ...]):
+    """Choices for help and completion only. Other values are refused by the model of the request, with all errors."""
 
     def __contains__(self, _: object) -> bool:
         return True
 
 
 def _flags(schema: Schema, root: Schema, place: tuple[str, ...]) -> Iterator[Flag]:
-    for field, below in schema["properties"].items():
-        here = (*place, field)
-        alternatives = _alternatives(below, root)
-        simple = tuple(one for one in alternatives if _form(one))
+    for field, subschema in schema["properties"].items():
+        field_place = (*place, field)
+        alternatives = _alternatives(subschema, root)
+        simple = tuple(alternative for alternative in alternatives if _form(alternative))
         if simple:
-            name = "-".join(part for part in here if part != _WITHOUT_PREFIX).replace("_", "-")
-            yield Flag(here, f"--{name}", simple, _description(below))
-        for one in alternatives:
-            if _has_flags(one, root):
-                yield from _flags(one, root, here)
+            name = "-".join(part for part in field_place if part != _UNPREFIXED_FIELD).replace("_", "-")
+            yield Flag(field_place, f"--{name}", simple, _description(subschema))
+        for alternative in alternatives:
+            if _has_flags(alternative, root):
+                yield from _flags(alternative, root, field_place)
 
 
 def _has_flags(schema: Schema, root: Schema) -> bool:
-    """Return whether an alternative is an object that can be given by the flags of its fields."""
+    """Return whether an alternative is an object that the flags of its fields can express."""
     if "properties" not in schema or _form(schema):
         return False
     required = (schema["properties"][name] for name in schema.get("required", ()))
-    return all(any(_form(one) or _has_flags(one, root) for one in _alternatives(field, root)) for field in required)
+    return all(any(_form(item) or _has_flags(item, root) for item in _alternatives(field, root)) for field in required)
 
 
 def _alternatives(field: Schema, root: Schema) -> list[Schema]:
-    """Return the alternatives of a field; those of a list have its items resolved."""
-    found = [one for one in branches(field, root) if one.get("type") != "null"]
-    return [{**one, "items": branches(one["items"], root)[0]} if "items" in one else one for one in found]
+    """Return the schemas of the alternatives of a field; the schema of a list has the schema of its items inside."""
+    schemas = [schema for schema in branches(field, root) if schema.get("type") != "null"]
+    return [
+        {**schema, "items": branches(schema["items"], root)[0]} if "items" in schema else schema for schema in schemas
+    ]
 
 
 def _form(schema: Schema) -> str:
-    """Return how a value is written, "" where it cannot be."""
+    """Return the form in which a value is written, "" where no text can express it."""
     if "enum" in schema:
         return f"{{{','.join(map(str, schema['enum']))}}}"
     kind = schema.get("type", "")
     if kind == "array":
-        named, kind = "enum" in schema["items"], schema["items"].get("type")
-        item = "NAME" if named and kind == "string" else "" if kind in ("array", "object") else _form(schema["items"])
+        is_enum, kind = "enum" in schema["items"], schema["items"].get("type")
+        item = "NAME" if is_enum and kind == "string" else "" if kind in ("array", "object") else _form(schema["items"])
         return item and f"{item},{item},..."
     if kind == "object":
         names = tuple(schema.get("properties", ()))

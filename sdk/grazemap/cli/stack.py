@@ -12,24 +12,24 @@ from pathlib import Path
 from typing import Any
 
 from grazemap import constants
-from grazemap.cli.outcome import DONE, FAILED, InvalidCommand
+from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand
 from grazemap.client import Client
 from grazemap.errors import GrazemapError, ProtocolError
-from grazemap.local_stack import LocalClient, Stack, stack_command
-from grazemap.starting import StartLine, ready_line
+from grazemap.local_stack import LocalClient, LocalStack, stack_command
+from grazemap.start_display import StartLine, ready_line
 
-# Seconds in which a service on this machine says that it is there.
-_ANSWERS_WITHIN = 2.0
+# Seconds that a service on this machine has to answer.
+_PROBE_TIMEOUT = 2.0
 # Default address of `up`, as in the service's settings; environment variables override it.
-_LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
+_DEFAULT_ADDRESS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
 def add_command(commands: Any) -> None:
-    """Add the command to the parser's."""
+    """Add the command to those of the parser."""
     up = commands.add_parser("up", help="run a service with its workers on this machine")
-    host, port = (_setting(name, default) for name, default in _LISTENS.items())
+    host, port = (_setting(name, default) for name, default in _DEFAULT_ADDRESS.items())
     up.add_argument("--host", default=host, help="address to listen on; overrides GRAZEMAP_HOST (default: %(default)s)")
-    # argparse checks a default that is text like an argument
+    # a default is text, so that argparse checks it like an argument
     up.add_argument(
         "--port", type=_port, default=port, help="port, 0 any free one; overrides GRAZEMAP_PORT (default: %(default)s)"
     )
@@ -43,24 +43,24 @@ def add_command(commands: Any) -> None:
     up.set_defaults(command=_up)
 
 
-def running_or_local(url: str | None, quiet: bool) -> Client:
-    """Return a client of the service that is named, or that runs at the default address, or of a temporary stack."""
+def service_or_stack(url: str | None, quiet: bool) -> Client:
+    """Return a client of the service at an address, else of one at the default address, else of a temporary stack."""
     if url or os.environ.get("GRAZEMAP_URL"):
         return client_of(url)
-    with Client(timeout=_ANSWERS_WITHIN, retries=0) as looking:
+    with Client(timeout=_PROBE_TIMEOUT, retries=0) as probe:
         try:
-            found = "processes" in looking.describe()
+            running = "processes" in probe.describe()
         except GrazemapError:
-            found = False
-    if not found:
-        return LocalClient(Stack(quiet=quiet))
+            running = False
+    if not running:
+        return LocalClient(LocalStack(quiet=quiet))
     if not quiet:
         print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
     return Client()
 
 
 def client_of(url: str | None, retries: int = constants.DEFAULT_RETRIES) -> Client:
-    """Return a client of the service that is named, or that runs at the default address. Raises InvalidCommand."""
+    """Return a client of the service at an address, or at the default address. Raises InvalidCommand."""
     try:
         return Client(url, retries=retries)
     except ValueError as error:
@@ -93,7 +93,7 @@ def _up(options: argparse.Namespace) -> int:
         if getattr(options, name) is not None:
             command += [f"--{name}", str(getattr(options, name))]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as stack:
-        before = signal.signal(signal.SIGTERM, lambda *_: stack.terminate())
+        previous_handler = signal.signal(signal.SIGTERM, lambda *_: stack.terminate())
         try:
             assert stack.stdout is not None
             line = ready_line(stack.stdout, shown)
@@ -102,11 +102,11 @@ def _up(options: argparse.Namespace) -> int:
                 print(_addresses(line), flush=True)
             code = stack.wait()
         except KeyboardInterrupt:
-            # The terminal sends the signal to the stack too, which then stops by itself.
+            # The terminal sends the signal to the stack as well, and the stack stops.
             stack.wait()
             return DONE
         finally:
-            signal.signal(signal.SIGTERM, before)
+            signal.signal(signal.SIGTERM, previous_handler)
     return DONE if code in (0, -signal.SIGTERM) else FAILED
 
 

@@ -8,27 +8,27 @@ from collections.abc import Callable
 
 from grazemap.constants import ENGINEERING_UNITS, UNITS
 
-# Of each unit in SI those in which numbers may be written, with their conversions.
-_WRITTEN: dict[str, dict[str, Callable[[float], float]]] = {
+# By unit in SI: the units in which numbers may be written, and their conversions.
+_CONVERSIONS: dict[str, dict[str, Callable[[float], float]]] = {
     "rad/s": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
     "m": {"mm": lambda value: value / 1000.0, "m": float},
 }
-_SI = UNITS | {"overshoot": "m", "displacement": "m"}
+_FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"}
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]+)")
 
 
 def has_units(name: str) -> bool:
     """Return whether the numbers of a field may have units."""
-    return name in _SI
+    return name in _FIELD_UNITS
 
 
 def example(name: str) -> str:
-    """Return a number of a field with a unit, as its help shows it."""
-    return f"5{next(iter(_WRITTEN[_SI[name]]))}"
+    """Return an example of a number with a unit, for the help of a field."""
+    return f"5{next(iter(_CONVERSIONS[_FIELD_UNITS[name]]))}"
 
 
 def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
-    """Return why units in the text of a flag are refused, and what is allowed; None if they are not.
+    """Return why units in the text of a flag are refused, and what is allowed; None if they are accepted.
 
     Parameters
     ----------
@@ -39,18 +39,18 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
     units : str
         "SI" or "nondimensional".
     """
-    given = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
-    allowed = _WRITTEN[_SI[name]]
-    if not any(given):
+    number_units = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
+    allowed = _CONVERSIONS[_FIELD_UNITS[name]]
+    if not any(number_units):
         return None
-    unknown = next((unit for unit in given if unit and unit not in allowed), "")
+    unknown = next((unit for unit in number_units if unit and unit not in allowed), "")
     if unknown:
         return f"{unknown} is no unit of {name}", f"{' or '.join(allowed)} in SI"
     if units != "SI":
-        return f"{next(filter(None, given))} is a unit of SI, and this oscillator is nondimensional", (
+        return f"{next(filter(None, number_units))} is a unit of SI, and this oscillator is nondimensional", (
             "numbers without units, or --units SI"
         )
-    if not all(given):
+    if not all(number_units):
         return "Only some of the numbers have a unit", "a unit with each of them, or with none"
     return None
 
@@ -61,8 +61,8 @@ def engineering(text: str) -> bool:
     return not units.isdisjoint(unit for unit, _ in ENGINEERING_UNITS.values())
 
 
-def with_unit(text: str, unit: str) -> str:
-    """Return the text of a flag whose numbers have no units with a unit at each of them."""
+def text_with_unit(text: str, unit: str) -> str:
+    """Return the text of a flag, whose numbers have no units, with a unit after each number."""
     parts = re.split(r"([:,])", text)
     last = 3 if ":" in text else len(parts)
     return "".join(
@@ -70,23 +70,25 @@ def with_unit(text: str, unit: str) -> str:
     )
 
 
-def in_si(text: str, name: str) -> str:
+def si_text(text: str, name: str) -> str:
     """Return the text of a flag with all numbers in rad/s or m, and without their units."""
-    units = _WRITTEN[_SI[name]]
+    units = _CONVERSIONS[_FIELD_UNITS[name]]
     return _replaced(text, lambda number, unit: repr(units[unit](float(number))))
 
 
-def bare(text: str) -> str:
-    """Return the text of a flag without units, its numbers as they are."""
+def text_without_units(text: str) -> str:
+    """Return the text of a flag without units; the numbers are not converted."""
     return _replaced(text, lambda number, _: number)
 
 
-def _replaced(text: str, by: Callable[[str, str], str]) -> str:
-    """Return a text with each number that has a unit replaced, but for the number of points of a range."""
+def _replaced(text: str, replacement: Callable[[str, str], str]) -> str:
+    """Return a text in which every number with a unit is replaced; the number of points of a range has none."""
     parts = re.split(r"([:,])", text)
     last = 4 if ":" in text else len(parts)
-    found = [_NUMBER.fullmatch(part) if place < last else None for place, part in enumerate(parts)]
-    return "".join(by(match[1], match[2]) if match else part for match, part in zip(found, parts, strict=True))
+    matches = [_NUMBER.fullmatch(part) if place < last else None for place, part in enumerate(parts)]
+    return "".join(
+        replacement(match[1], match[2]) if match else part for match, part in zip(matches, parts, strict=True)
+    )
 
 
 def _numbers(text: str) -> list[str]:

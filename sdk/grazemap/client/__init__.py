@@ -1,8 +1,8 @@
 """The clients, asynchronous and blocking: requests and results over HTTP.
 
-`async_client.py`, `jobs.py` and `watch.py` are written once, as coroutines over a connection. `blocking.py` makes the
-blocking client of them, `process_methods.py` the methods of processes from the models of requests. `make tables` writes
-`client.pyi` and `methods.pyi`, which editors and mypy read.
+`async_client.py`, `jobs.py` and `watch.py` are written once, as coroutines over a connection. `blocking.py` derives the
+blocking client from them, and `process_methods.py` derives the methods of processes from the models of requests. `make
+tables` writes `client.pyi` and `methods.pyi`, which editors and mypy read.
 """
 
 from grazemap.client.async_client import AsyncClient

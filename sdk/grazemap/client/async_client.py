@@ -12,7 +12,7 @@ from grazemap import constants
 from grazemap.client import jobs
 from grazemap.client.arguments import validated, validated_each
 from grazemap.client.connection import AsyncConnection
-from grazemap.client.http import Settings, json_object
+from grazemap.client.http import ConnectionSettings, json_object
 from grazemap.client.jobs import AsyncJobHandle
 from grazemap.client.methods import AsyncMethods
 from grazemap.results import html
@@ -45,7 +45,7 @@ class AsyncClient(AsyncMethods):
         The address is not valid, or another argument is out of range.
     """
 
-    _connected, _handle = AsyncConnection, AsyncJobHandle
+    _connection_class, _handle_class = AsyncConnection, AsyncJobHandle
 
     def __init__(
         self,
@@ -59,7 +59,9 @@ class AsyncClient(AsyncMethods):
     ) -> None:
         url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
         key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
-        self._connection = self._connected(Settings(url, key, cache_dir, timeout, retries, group), transport)
+        self._connection = self._connection_class(
+            ConnectionSettings(url, key, cache_dir, timeout, retries, group), transport
+        )
 
     @property
     def base_url(self) -> str:
@@ -107,8 +109,8 @@ class AsyncClient(AsyncMethods):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        asked = validated(process, request)
-        return self._handle(self._connection, await jobs.submit(self._connection, asked), asked)
+        model = validated(process, request)
+        return self._handle_class(self._connection, await jobs.submit(self._connection, model), model)
 
     def map(
         self,
@@ -128,30 +130,30 @@ class AsyncClient(AsyncMethods):
         requests : iterable of mappings or wire models
             The bodies as the HTTP interface takes them, if `process` is a name.
         return_exceptions : bool
-            Yield an exception in place of the result of a job that failed, was dismissed or was not accepted, and go
-            on, rather than raise it.
+            For a job that failed, was dismissed or was not accepted, yield the exception in place of the result and go
+            on, rather than raise the exception.
 
         Raises
         ------
         ParameterError
-            Values that are not allowed; the pointers say in which request. Nothing is sent then. What is over a limit
-            of the service is found by it, a thousand requests at a time.
+            Values that are not allowed; the pointers say in which request. Nothing is sent then. The service checks its
+            own limits, a thousand requests at a time.
         JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-            In place of a result; the results before it have been given.
+            In place of a result; the results before it have been yielded.
         """
-        return jobs.answers(self._connection, validated_each(process, requests), return_exceptions)
+        return jobs.compute_many(self._connection, validated_each(process, requests), return_exceptions)
 
     async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
         """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
 
-        Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
-        ParameterError, which says the estimate and the limit.
+        The parameters and the exceptions are those of `submit`, without QueueFull. A request over a limit of the
+        service raises ParameterError, whose text has the estimate and the limit.
         """
         return await jobs.forecast(self._connection, validated(process, request))
 
     async def job(self, job_id: str) -> AsyncJobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""
-        return self._handle(self._connection, await jobs.look(self._connection, job_id))
+        return self._handle_class(self._connection, await jobs.fetch_job(self._connection, job_id))
 
     async def jobs(
         self,
@@ -166,12 +168,12 @@ class AsyncClient(AsyncMethods):
         Parameters
         ----------
         status, process, group : str, optional
-            Only jobs of these; of a group are those that a client of that `group` has submitted.
+            Only jobs with this status, of this process, or submitted by a client of this `group`.
         small : bool, optional
-            True: only jobs that take milliseconds, False: only the others.
+            True: only jobs that take milliseconds; False: only longer jobs.
         """
-        selected = {"status": status, "process": process, "group": group}
+        filters = {"status": status, "process": process, "group": group}
         if small is not None:
-            selected["small"] = str(small).lower()
-        found = await jobs.list_jobs(self._connection, selected, limit)
-        return [self._handle(self._connection, job) for job in found]
+            filters["small"] = str(small).lower()
+        job_list = await jobs.list_jobs(self._connection, filters, limit)
+        return [self._handle_class(self._connection, job) for job in job_list]

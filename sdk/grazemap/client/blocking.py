@@ -1,7 +1,8 @@
-"""Blocking classes, made of the asynchronous ones.
+"""Blocking classes, derived from the asynchronous ones.
 
-The coroutines of a client wait only in its connection. With a `Connection`, which blocks, a coroutine runs to its end
-without an event loop: in the thread of the caller, also where a loop runs there already, as in a notebook.
+The coroutines of a client wait only in its connection. A `Connection` blocks instead, so that a coroutine runs to its
+end without an event loop. It runs in the thread of the caller, even if that thread already runs an event loop, as in a
+notebook.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from types import FunctionType
 from typing import Any, TypeVar, cast
 
 T = TypeVar("T")
-# What the annotations and docstrings of the asynchronous classes have, and those of the blocking ones lack.
+# Texts that are removed from the annotations and docstrings of the asynchronous classes.
 _ASYNCHRONOUS = ("Async", "await ", " from asyncio")
 
 
 def run(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Return what a coroutine returns that never waits for an event loop."""
+    """Run a coroutine that never waits for an event loop, and return its value."""
     try:
         coroutine.send(None)
     except StopIteration as end:
@@ -28,7 +29,7 @@ def run(coroutine: Coroutine[Any, Any, T]) -> T:
 
 
 def iterate(generator: AsyncGenerator[T]) -> Generator[T]:
-    """Yield what an asynchronous generator yields that never waits for an event loop."""
+    """Yield the items of an asynchronous generator that never waits for an event loop."""
     try:
         while True:
             try:
@@ -40,15 +41,15 @@ def iterate(generator: AsyncGenerator[T]) -> Generator[T]:
         run(generator.aclose())
 
 
-def blocking(awaited: type) -> Callable[[type[T]], type[T]]:
-    """Return the decorator that adds to a class what an asynchronous class has and it lacks.
+def blocking(asynchronous: type) -> Callable[[type[T]], type[T]]:
+    """Return the decorator that adds the methods and properties of an asynchronous class which the class lacks.
 
-    Public coroutines become functions, and asynchronous generators become generators; all else is the same.
+    Public coroutines become functions, and asynchronous generators become generators. Other methods stay as they are.
     """
 
-    def completed(cls: type[T]) -> type[T]:
-        cls.__doc__ = _of_blocking(awaited.__doc__)
-        for base in awaited.__mro__:
+    def complete(cls: type[T]) -> type[T]:
+        cls.__doc__ = _blocking_text(asynchronous.__doc__)
+        for base in asynchronous.__mro__:
             if issubclass(cls, base):
                 continue
             for name, value in vars(base).items():
@@ -60,15 +61,15 @@ def blocking(awaited: type) -> Callable[[type[T]], type[T]]:
                     setattr(cls, name, value)
         return cls
 
-    return completed
+    return complete
 
 
 def _blocking(function: FunctionType, cls: type) -> Callable[..., Any]:
-    """Return a function of an asynchronous class for a blocking one."""
+    """Return the blocking form of a function of an asynchronous class."""
     if iscoroutinefunction(function) and function.__name__.startswith("_"):
         return function  # awaited by the public ones
-    shown = signature(function)
-    yields = str(shown.return_annotation).startswith("AsyncGenerator")
+    original = signature(function)
+    yields = str(original.return_annotation).startswith("AsyncGenerator")
 
     @wraps(function)
     def called(*arguments: Any, **keywords: Any) -> Any:
@@ -77,18 +78,19 @@ def _blocking(function: FunctionType, cls: type) -> Callable[..., Any]:
             return iterate(outcome)
         return run(outcome) if iscoroutinefunction(function) else outcome
 
-    made: Any = called
-    made.__module__, made.__qualname__ = cls.__module__, f"{cls.__name__}.{function.__name__}"
-    made.__doc__ = _of_blocking(function.__doc__)
-    made.__annotations__ = {name: _of_blocking(text) for name, text in function.__annotations__.items()}
+    method: Any = called
+    method.__module__, method.__qualname__ = cls.__module__, f"{cls.__name__}.{function.__name__}"
+    method.__doc__ = _blocking_text(function.__doc__)
+    method.__annotations__ = {name: _blocking_text(text) for name, text in function.__annotations__.items()}
     parameters = [
-        one.replace(annotation=made.__annotations__.get(name, one.empty)) for name, one in shown.parameters.items()
+        parameter.replace(annotation=method.__annotations__.get(name, parameter.empty))
+        for name, parameter in original.parameters.items()
     ]
-    made.__signature__ = shown.replace(parameters=parameters, return_annotation=made.__annotations__["return"])
+    method.__signature__ = original.replace(parameters=parameters, return_annotation=method.__annotations__["return"])
     return called
 
 
-def _of_blocking(text: str | None) -> str | None:
+def _blocking_text(text: str | None) -> str | None:
     for part in _ASYNCHRONOUS:
         text = text and text.replace(part, "")
     return text

@@ -1,4 +1,4 @@
-"""The blocking client and its handles on jobs, made of the asynchronous ones; editors read `client.pyi`."""
+"""The blocking client and its job handles, derived from the asynchronous classes; editors read `client.pyi`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class JobHandle(JobState):  # noqa: D101 - its docstring is made too
 
 @blocking(AsyncClient)
 class Client:  # noqa: D101 - its docstring is made too
-    _connected, _handle = Connection, JobHandle
+    _connection_class, _handle_class = Connection, JobHandle
 
     def __enter__(self) -> Self:
         return self

@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 import httpx2
 
 from grazemap import constants
-from grazemap.client.http import Settings, failure_of, pause, problem_of
+from grazemap.client.http import ConnectionSettings, failure_of, pause, problem_of
 from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
 
 P = ParamSpec("P")
@@ -23,9 +23,9 @@ T = TypeVar("T")
 
 
 class AsyncConnection:
-    """Sends the requests of one client over one `httpx2.AsyncClient`."""
+    """Sends all requests of a client over one `httpx2.AsyncClient`."""
 
-    def __init__(self, settings: Settings, transport: httpx2.AsyncBaseTransport | None = None) -> None:
+    def __init__(self, settings: ConnectionSettings, transport: httpx2.AsyncBaseTransport | None = None) -> None:
         self.settings = settings
         self._http: httpx2.AsyncClient | _BlockingHttp = httpx2.AsyncClient(**settings.http, transport=transport)
 
@@ -44,14 +44,14 @@ class AsyncConnection:
         retries: int | None = None,
         deadline: float | None = None,
     ) -> httpx2.Response:
-        """Send a request, repeat it after temporary failures, and return the answer, of a status below 400.
+        """Send a request, repeat it after temporary failures, and return the answer; its status is below 400.
 
         Parameters
         ----------
         method, path, params, headers, content
             The request.
         retries : int, optional
-            Number of further attempts; left out: that of the settings.
+            Number of further attempts; left out: as in the settings.
         deadline : float, optional
             Time of `now` after which no further attempt starts.
 
@@ -62,7 +62,7 @@ class AsyncConnection:
         ConnectionFailed
             There was no answer after all attempts.
         ProtocolError
-            The answer cannot be read, or is longer than any of a service.
+            The answer cannot be read, or is longer than any answer of a service.
         """
         attempts = 1 + (self.settings.retries if retries is None else retries)
         for attempt in range(attempts):
@@ -81,7 +81,7 @@ class AsyncConnection:
                 failure = problem_of(response)
                 retry_after = failure.retry_after
                 again = response.status_code in constants.RETRIED_STATUSES
-            if not again or attempt + 1 == attempts or (retry_after or 0.0) > constants.RETRY_AFTER_LIMIT:
+            if not again or attempt + 1 == attempts or (retry_after or 0.0) > constants.MAX_RETRY_AFTER:
                 break
             seconds = pause(attempt) + (retry_after or 0.0)
             if deadline is not None and self.now() + seconds >= deadline:
@@ -98,9 +98,9 @@ class AsyncConnection:
         params: Mapping[str, str | int] | None = None,
         content: bytes | None = None,
     ) -> AbstractAsyncContextManager[httpx2.Response]:
-        """Return the context of a streamed answer, to a POST where there is content.
+        """Return the context of a streamed answer: to a POST if there is content, else to a GET.
 
-        It fails after `silence` seconds without data.
+        The stream fails after `silence` seconds without data.
         """
         usual = self._http.timeout
         timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
@@ -116,14 +116,14 @@ class AsyncConnection:
         await asyncio.sleep(seconds)
 
     async def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
-        """Return what a function returns that may take long, to decode a result or to write it to a disk."""
+        """Return the value of a function that may take long, such as decoding a result or writing it to a disk."""
         return await asyncio.to_thread(function, *arguments, **keywords)
 
 
 class Connection(AsyncConnection):
     """The connection of a blocking client: its coroutines block, and never wait for an event loop."""
 
-    def __init__(self, settings: Settings, transport: httpx2.BaseTransport | None = None) -> None:
+    def __init__(self, settings: ConnectionSettings, transport: httpx2.BaseTransport | None = None) -> None:
         self.settings = settings
         self._http = _BlockingHttp(httpx2.Client(**settings.http, transport=transport))
 
@@ -132,12 +132,12 @@ class Connection(AsyncConnection):
         time.sleep(seconds)
 
     async def work(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
-        """Return what a function returns."""
+        """Return the value of a function."""
         return function(*arguments, **keywords)
 
 
 class _BlockingHttp:
-    """What a connection uses of an `httpx2.AsyncClient`, over an `httpx2.Client`."""
+    """An `httpx2.Client` with the methods of an `httpx2.AsyncClient` that a connection uses."""
 
     def __init__(self, client: httpx2.Client) -> None:
         self._client, self.timeout = client, client.timeout
@@ -153,7 +153,7 @@ class _BlockingHttp:
 
 
 class _BlockingStream(httpx2.SyncByteStream, httpx2.AsyncByteStream):
-    """The body of an answer to an `httpx2.Client`, in the form of one to an `httpx2.AsyncClient`."""
+    """The body of an answer to an `httpx2.Client`, readable like the body of an answer to an `httpx2.AsyncClient`."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -170,12 +170,12 @@ class _BlockingStream(httpx2.SyncByteStream, httpx2.AsyncByteStream):
 
 
 async def _read(streamed: httpx2.Response) -> httpx2.Response:
-    """Return an answer with its body. Raises ProtocolError where this is too long."""
+    """Return an answer with its body. Raises ProtocolError where the body is too long."""
     parts, size = [], 0
     async for part in streamed.aiter_bytes():
         size += len(part)
-        if size > constants.LONGEST_ANSWER:
-            raise ProtocolError(f"the answer is longer than {constants.LONGEST_ANSWER} bytes")
+        if size > constants.MAX_ANSWER_BYTES:
+            raise ProtocolError(f"the answer is longer than {constants.MAX_ANSWER_BYTES} bytes")
         parts.append(part)
     # the parts are decompressed
     headers = [(name, value) for name, value in streamed.headers.multi_items() if name != "content-encoding"]
@@ -183,11 +183,11 @@ async def _read(streamed: httpx2.Response) -> httpx2.Response:
 
 
 async def lines_of(response: httpx2.Response) -> AsyncGenerator[str]:
-    """Yield the lines of a stream, without their ends. Raises ProtocolError where one is too long."""
+    """Yield the lines of a stream, without line ends. Raises ProtocolError where a line is too long."""
     rest = ""
     async for text in response.aiter_text():
         *lines, rest = (rest + text).split("\n")
-        if len(rest) > constants.LONGEST_EVENT:
-            raise ProtocolError(f"a line is longer than {constants.LONGEST_EVENT} characters")
+        if len(rest) > constants.MAX_EVENT_LENGTH:
+            raise ProtocolError(f"a line is longer than {constants.MAX_EVENT_LENGTH} characters")
         for line in lines:
             yield line.removesuffix("\r")

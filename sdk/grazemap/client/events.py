@@ -1,4 +1,4 @@
-"""Events of a job, and decoding them from a stream of server-sent events (WHATWG HTML, 9.2.6)."""
+"""The events of a job, and their decoder for a stream of server-sent events (WHATWG HTML, 9.2.6)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grazemap.client.http import json_object
-from grazemap.constants import LONGEST_EVENT
+from grazemap.constants import MAX_EVENT_LENGTH
 from grazemap.described import described
 from grazemap.errors import ProtocolError
 from grazemap.wire import Job
@@ -27,9 +27,10 @@ class Event:
 
 
 class EventDecoder:
-    """Decodes a stream line by line; `feed` takes lines without their ends.
+    """Decodes a stream line by line; `feed` takes lines without line ends.
 
-    For a comment, which keeps a connection alive, `feed` returns None, so that the caller can check the time.
+    The service sends comments to keep a connection alive. For a comment `feed` returns None, so that the caller can
+    check the time.
     """
 
     def __init__(self, last_id: str = "") -> None:
@@ -57,8 +58,8 @@ class EventDecoder:
         elif field == "data":
             self._data.append(value)
             self._length += len(value) + 1
-            if self._length > LONGEST_EVENT:
-                raise ProtocolError(f"an event is longer than {LONGEST_EVENT} characters")
+            if self._length > MAX_EVENT_LENGTH:
+                raise ProtocolError(f"an event is longer than {MAX_EVENT_LENGTH} characters")
         elif field == "id" and "\0" not in value:
             self.last_id = value
         return None
@@ -72,5 +73,5 @@ class EventDecoder:
 
 
 def last_events(job: Job) -> list[Event]:
-    """Return the events with which a finished job ends."""
+    """Return the last two events of a finished job."""
     return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

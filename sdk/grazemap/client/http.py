@@ -28,9 +28,9 @@ _HEADER_TEXT = re.compile(r"[!-~]*")
 # Job ids become parts of addresses and of file names in the cache.
 JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
 _GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
-# Who asks, for a service without keys: its workers are shared by those who ask.
-_ASKER = secrets.token_hex(8)
-# The title and the detail of the service's problem.
+# Identifies this process to a service without keys, which shares its workers fairly between clients.
+_CLIENT_ID = secrets.token_hex(8)
+# The same problem as the service's own.
 UNKNOWN_JOB = Problem(
     type="urn:grazemap:problem:unknown-job",
     title="Unknown job",
@@ -39,7 +39,7 @@ UNKNOWN_JOB = Problem(
 )
 
 
-class Settings:
+class ConnectionSettings:
     """The arguments of a client's constructor; invalid ones raise ValueError."""
 
     def __init__(
@@ -74,7 +74,7 @@ class Settings:
     @property
     def headers(self) -> dict[str, str]:
         """Headers of every request."""
-        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _ASKER}
+        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _CLIENT_ID}
         if self.group is not None:
             common["grazemap-group"] = self.group
         return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
@@ -91,7 +91,7 @@ class Settings:
 
     @property
     def _uses_environment(self) -> bool:
-        """Whether proxies of the environment are used; never for a service on this machine."""
+        """Whether the proxies in environment variables are used; never for a service on this machine."""
         host = urlsplit(self.base_url).hostname or ""
         try:
             return not ipaddress.ip_address(host).is_loopback
@@ -108,11 +108,11 @@ def job_path(job_id: str) -> str:
 
 def pause(attempt: int) -> float:
     """Return the seconds before the next attempt: exponential, with full jitter."""
-    return random.uniform(0.0, min(constants.BACKOFF_LIMIT, constants.BACKOFF_START * 2**attempt))
+    return random.uniform(0.0, min(constants.MAX_BACKOFF, constants.BACKOFF_START * 2**attempt))
 
 
 def failure_of(error: httpx2.RequestError) -> ConnectionFailed:
-    """Return the exception for a request without an answer. Raises ProtocolError for an answer that is not readable."""
+    """Return the exception for a request without an answer. Raises ProtocolError where an answer cannot be read."""
     if not isinstance(error, httpx2.TransportError):
         raise ProtocolError(f"the answer cannot be read: {error}") from error
     url = error.request.url
@@ -121,7 +121,7 @@ def failure_of(error: httpx2.RequestError) -> ConnectionFailed:
 
 
 def problem_of(response: httpx2.Response) -> ServiceProblem:
-    """Return the exception for an answer with a status of 400 or more, also for one from a proxy."""
+    """Return the exception for an answer with a status of 400 or more; the answer may come from a proxy."""
     try:
         problem = Problem.model_validate_json(response.content)
     except ValidationError:
@@ -147,7 +147,7 @@ def _retry_after(response: httpx2.Response) -> float | None:
 
 
 def json_object(content: str | bytes, name: str) -> dict[str, Any]:
-    """Return a JSON object that the service sent. Raises ProtocolError, with its name."""
+    """Return a JSON object that the service sent. Raises ProtocolError, whose text has the name."""
     try:
         value = json.loads(content)
     except (ValueError, RecursionError) as error:

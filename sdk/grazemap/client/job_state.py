@@ -1,4 +1,4 @@
-"""A job in its last known state: what the handles of both clients say of it."""
+"""The last known state of a job, which is common to the handles of both clients."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class JobState:
     def __init__(self, connection: AsyncConnection, job: Job, request: ProcessRequest | None = None) -> None:
         self._connection = connection
         self._job = job
-        self._request = request  # of a job that this client has submitted
+        self._request = request  # None unless this client has submitted the job
 
     @property
     def id(self) -> str:

@@ -16,13 +16,13 @@ from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
 from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
 from grazemap.client.job_state import JobState
-from grazemap.client.progress import Listener
-from grazemap.client.request_warnings import warn_of
+from grazemap.client.progress import ProgressListener
+from grazemap.client.request_warnings import warn_about
 from grazemap.client.watch import Follower
 from grazemap.constants import (
     API_PREFIX,
     BATCH_SILENCE,
-    MOST_OF_LINE,
+    MAX_LINE_BYTES,
     PREFER_WAIT,
     RETRIED_STATUSES,
 )
@@ -55,7 +55,7 @@ class AsyncJobHandle(JobState):
 
     async def refresh(self) -> AsyncJobHandle:
         """Update the handle from the service, and return it."""
-        self._job = await look(self._connection, self.id)
+        self._job = await fetch_job(self._connection, self.id)
         return self
 
     async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
@@ -81,7 +81,7 @@ class AsyncJobHandle(JobState):
             Show the progress on a terminal or below a notebook's cell; elsewhere, on stderr, what the job waits
             for longer than 5 s.
 
-        The request of a job that this client has submitted is submitted once more if the service has lost the job.
+        If the service has lost the job, and this client had submitted it, the request is submitted once more.
 
         Raises
         ------
@@ -89,7 +89,7 @@ class AsyncJobHandle(JobState):
         """
         now = self._connection.now
         deadline = None if timeout is None else now() + timeout
-        with Listener(self.process, progress) as listener:
+        with ProgressListener(self.process, progress) as listener:
             try:
                 self._job = await Follower(self._connection, job_path(self.id), timeout).run(listener)
             except NotFound as error:
@@ -102,8 +102,8 @@ class AsyncJobHandle(JobState):
     async def result(self) -> Result:
         """Fetch the result of a finished job.
 
-        If the service no longer stores the result, it is computed again, and this call waits for it; so is the request
-        of a job that this client has submitted if the service has lost the job.
+        If the service no longer stores the result, the result is computed again, and this call waits for it. The same
+        holds if the service has lost the job, provided that this client had submitted it.
 
         Raises
         ------
@@ -111,14 +111,14 @@ class AsyncJobHandle(JobState):
             The job is not finished.
         """
         try:
-            return await fetch(self._connection, self.id)
+            return await fetch_result(self._connection, self.id)
         except NotFound as error:
             await self._submit_again(error)
         messages.require_success(await Follower(self._connection, job_path(self.id), job=self._job).run())
-        return await fetch(self._connection, self.id)
+        return await fetch_result(self._connection, self.id)
 
     async def _submit_again(self, error: NotFound) -> None:
-        """Submit the request again, of a job that the service has lost; otherwise raise the error."""
+        """Submit the request again if the service has lost the job; otherwise raise the error."""
         if self._request is None or not messages.is_lost(error):
             raise error
         self._job = await submit(self._connection, self._request)
@@ -130,9 +130,9 @@ class AsyncJobHandle(JobState):
 
 
 async def submit(connection: AsyncConnection, request: ProcessRequest) -> Job:
-    """Submit a request and return its job, a new one or that of an earlier equal request."""
+    """Submit a request and return its job: a new job, or the job of an earlier equal request."""
     job = messages.job_of(await _post(connection, request))
-    warn_of([*job.notes, *unstated(request)])
+    warn_about([*job.notes, *unstated(request)])
     return job
 
 
@@ -144,100 +144,102 @@ async def _post(connection: AsyncConnection, request: ProcessRequest, **headers:
 async def forecast(connection: AsyncConnection, request: ProcessRequest) -> Forecast:
     """Return the expected cost of a request, which is not submitted."""
     path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
-    found = Forecast.read((await connection.send("POST", path, headers=_JSON, content=body)).content)
-    notes = [*found.notes, *unstated(request)]
-    warn_of(notes)
-    return found.model_copy(update={"notes": notes})
+    estimate = Forecast.read((await connection.send("POST", path, headers=_JSON, content=body)).content)
+    notes = [*estimate.notes, *unstated(request)]
+    warn_about(notes)
+    return estimate.model_copy(update={"notes": notes})
 
 
 def _body(request: ProcessRequest) -> bytes:
     return json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
 
 
-def _member(request: ProcessRequest) -> bytes:
+def _batch_member(request: ProcessRequest) -> bytes:
     """Return a request as a member of a batch."""
     return b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
 
 
-async def look(connection: AsyncConnection, job_id: str) -> Job:
+async def fetch_job(connection: AsyncConnection, job_id: str) -> Job:
     """Return a job as it is now. Raises NotFound."""
     return Job.read((await connection.send("GET", job_path(job_id))).content)
 
 
 async def list_jobs(connection: AsyncConnection, selected: Mapping[str, str | None], limit: int) -> list[Job]:
-    """Return up to `limit` jobs, newest first, page by page, with these parameters of a list."""
-    found: list[Job] = []
-    asked = {name: text for name, text in selected.items() if text}
+    """Return up to `limit` jobs, newest first, with the query parameters `selected`. They are read page by page."""
+    jobs: list[Job] = []
+    filters = {name: text for name, text in selected.items() if text}
     cursor: str | None = None
-    while len(found) < limit:
-        params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
+    while len(jobs) < limit:
+        params: dict[str, str | int] = {**filters, "limit": min(limit - len(jobs), 100)}
         if cursor:
             params["cursor"] = cursor
         page = JobList.read((await connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
-        found.extend(page.jobs)
+        jobs.extend(page.jobs)
         # Only the cursor is taken from the link; the address of the service remains the client's.
         next_links = [link.href for link in page.links if link.rel == "next"]
         cursor = parse_qs(urlsplit(next_links[0]).query).get("cursor", [""])[0] if next_links else None
         if not cursor or not page.jobs:
             break
-    return found[:limit]
+    return jobs[:limit]
 
 
-async def answer(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+async def compute(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
     """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
-    with Listener(request.operation.process, progress) as listener:
+    with ProgressListener(request.operation.process, progress) as listener:
         try:
-            result = await _answer(connection, request, listener)
+            result = await _compute(connection, request, listener)
         except NotFound as error:
             if not messages.is_lost(error):
                 raise
-            result = await _answer(connection, request, listener)
+            result = await _compute(connection, request, listener)
     if result.process != kind.process:
         raise ProtocolError("the service answered with the result of another process")
     return cast(R, result)
 
 
-async def _answer(
+async def _compute(
     connection: AsyncConnection, request: ProcessRequest, listen: Callable[[Event], None] | None = None
 ) -> Result:
     """Submit a request, wait for its job, and return the result."""
     prefer = f"wait={PREFER_WAIT}, return=representation"
     response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
     if response.headers.get("content-type") == _NPZ_TYPE:
-        warn_of([*notes_on(request), *unstated(request)])
+        warn_about([*notes_on(request), *unstated(request)])
         return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
     job = messages.job_of(response)
-    warn_of([*job.notes, *unstated(request)])
+    warn_about([*job.notes, *unstated(request)])
     messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
-    return await fetch(connection, job.id, listen)
+    return await fetch_result(connection, job.id, listen)
 
 
 async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:
-    """Return the result that an answer has, and keep it in the folder of the client."""
+    """Return the result in an answer, and write it to the cache of the client."""
     result = await connection.work(decode_result, response.content)
-    await connection.work(messages.keep, connection.settings, job_id, response)
+    await connection.work(messages.cache_result, connection.settings, job_id, response)
     return result
 
 
-async def answers(
-    connection: AsyncConnection, asked: Sequence[ProcessRequest], return_exceptions: bool = False
+async def compute_many(
+    connection: AsyncConnection, requests: Sequence[ProcessRequest], return_exceptions: bool = False
 ) -> AsyncGenerator[Result | GrazemapError]:
     """Submit requests together and yield their results in the order of the requests.
 
     Raises
     ------
     JobFailed, JobDismissed, ServiceProblem
-        In place of a result, unless they are to be yielded.
+        In place of a result, unless exceptions are yielded.
     QueueFull, ServiceUnavailable, ConnectionFailed
         After the last attempt.
     """
-    warn_of(messages.once([note for request in asked for note in (*notes_on(request), *unstated(request))]))
-    before = 0
-    for bodies in messages.batches(map(_member, asked)):
+    warn_about(
+        messages.merged_notes([note for request in requests for note in (*notes_on(request), *unstated(request))])
+    )
+    offset = 0
+    for bodies in messages.batches(map(_batch_member, requests)):
         lines: dict[int, dict[str, Any]] = {}
-        given = attempt = 0
-        while given < len(bodies):
-            missing = [index for index in range(given, len(bodies)) if index not in lines]
+        yielded = attempt = 0
+        while yielded < len(bodies):
+            missing = [index for index in range(yielded, len(bodies)) if index not in lines]
             failure: ServiceProblem | ConnectionFailed = ConnectionFailed("the answer ended before its last result")
             try:
                 async with aclosing(_lines(connection, [bodies[index] for index in missing])) as arriving:
@@ -246,24 +248,24 @@ async def answers(
                         if refused is not None and refused.problem.status in RETRIED_STATUSES:
                             failure = refused
                         else:
-                            lines[missing[messages.place_of(line, missing)]], attempt = line, 0
-                        while given in lines:
-                            request = asked[before + given]
-                            outcome = await _outcome(connection, request, lines.pop(given), return_exceptions)
-                            given += 1
+                            lines[missing[messages.request_index(line, missing)]], attempt = line, 0
+                        while yielded in lines:
+                            request = requests[offset + yielded]
+                            outcome = await _outcome(connection, request, lines.pop(yielded), return_exceptions)
+                            yielded += 1
                             yield outcome
             except ConnectionFailed as error:
                 failure = error
             except ServiceProblem as error:
                 if error.problem.status not in RETRIED_STATUSES:
-                    raise messages.placed(error, [before + index for index in missing]) from None
+                    raise messages.renumbered_problem(error, [offset + index for index in missing]) from None
                 failure = error
-            if given < len(bodies):
+            if yielded < len(bodies):
                 if attempt >= connection.settings.retries:
                     raise failure
                 await connection.sleep(pause(attempt))
                 attempt += 1
-        before += len(bodies)
+        offset += len(bodies)
 
 
 async def _lines(connection: AsyncConnection, bodies: Sequence[bytes]) -> AsyncGenerator[dict[str, Any]]:
@@ -277,7 +279,7 @@ async def _lines(connection: AsyncConnection, bodies: Sequence[bytes]) -> AsyncG
                 raise problem_of(response)
             async for piece in response.aiter_bytes():
                 *whole, rest = (rest + piece).split(b"\n")
-                if len(rest) > MOST_OF_LINE:
+                if len(rest) > MAX_LINE_BYTES:
                     raise ProtocolError("a line of the answer is too long")
                 for line in whole:
                     if line:
@@ -295,7 +297,7 @@ async def _outcome(
         except NotFound as error:
             if not messages.is_lost(error):
                 raise
-            return await _answer(connection, request)
+            return await _compute(connection, request)
     except (JobError, ServiceProblem) as error:
         if not return_exceptions:
             raise
@@ -303,7 +305,7 @@ async def _outcome(
 
 
 async def _result(connection: AsyncConnection, line: dict[str, Any]) -> Result:
-    """Return the result that a line has, or that its job has."""
+    """Return the result in a line of the answer to a batch, or else the result of its job."""
     refused = messages.refusal_of(line)
     if refused is not None:
         raise refused
@@ -312,11 +314,13 @@ async def _result(connection: AsyncConnection, line: dict[str, Any]) -> Result:
             return await connection.work(decode_result, b64decode(line["npz"], validate=True))
         except ValueError as error:
             raise ProtocolError("a result of the answer cannot be read") from error
-    return await fetch(connection, line["id"])
+    return await fetch_result(connection, line["id"])
 
 
-async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
-    """Return a job's result; compute it again if it was evicted or is of another version.
+async def fetch_result(
+    connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None
+) -> Result:
+    """Return the result of a job; wait for it to be computed again if it was evicted, or is of another version.
 
     Raises
     ------
@@ -329,16 +333,16 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         try:
             response = await connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
-            # A job that was not successful has no result, but a reason.
-            messages.require_success(await look(connection, job_id))
+            # A job that was not successful has a reason, which is raised instead.
+            messages.require_success(await fetch_job(connection, job_id))
             raise
         if response.status_code == 304 and cached:
             return await connection.work(decode_result, cached[1])
         if response.status_code == 202:
             job = Job.read(response.content)
             messages.require_success(await Follower(connection, job_path(job.id)).run(listen))
-            if job.id != job_id:  # the result is of another version, and this job computes it again
-                return await fetch(connection, job.id, listen)
+            if job.id != job_id:  # the result is of another version, and this new job computes it again
+                return await fetch_result(connection, job.id, listen)
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")

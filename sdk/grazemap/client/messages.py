@@ -1,4 +1,4 @@
-"""What both clients make of answers, and how they divide many requests: batches, their lines, and exceptions."""
+"""The jobs, lines and exceptions in the answers of a service, and the division of many requests into batches."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import httpx2
 from pydantic import ValidationError
 
-from grazemap.client.http import JOB_ID, UNKNOWN_JOB, Settings
-from grazemap.constants import BYTES_OF_BATCH, MOST_OF_BATCH
+from grazemap.client.http import JOB_ID, UNKNOWN_JOB, ConnectionSettings
+from grazemap.constants import MAX_BATCH_BYTES, MAX_BATCH_REQUESTS
 from grazemap.errors import (
     JobDismissed,
     JobFailed,
@@ -25,7 +25,7 @@ from grazemap.wire import Job, Note, Problem
 
 
 def job_of(response: httpx2.Response) -> Job:
-    """Return the job that a request was answered with. Raises ProtocolError for an id that is none."""
+    """Return the job in the answer to a request. Raises ProtocolError where its id is not valid."""
     job = Job.read(response.content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an invalid job id")
@@ -42,23 +42,23 @@ def require_success(job: Job) -> None:
 
 
 def is_lost(error: NotFound) -> bool:
-    """Return whether the service knows nothing of a job, as after its store was emptied."""
+    """Return whether the service does not know a job, for example because its store was emptied."""
     return error.problem.type == UNKNOWN_JOB.type
 
 
-def keep(settings: Settings, job_id: str, response: httpx2.Response) -> None:
-    """Keep a result in the folder of the client, if it has one."""
+def cache_result(settings: ConnectionSettings, job_id: str, response: httpx2.Response) -> None:
+    """Write the result in an answer to the cache of the client, if it has one."""
     cache, etag = settings.cache, response.headers.get("etag")
     if cache and etag and JOB_ID.fullmatch(job_id):
         cache.write(job_id, etag, response.content)
 
 
 def batches(members: Iterable[bytes]) -> Iterator[list[bytes]]:
-    """Yield the members of a batch in parts that the service takes."""
+    """Yield the members in batches that are not too large for the service."""
     part: list[bytes] = []
     size = 0
     for member in members:
-        if part and (len(part) == MOST_OF_BATCH or size + len(member) > BYTES_OF_BATCH):
+        if part and (len(part) == MAX_BATCH_REQUESTS or size + len(member) > MAX_BATCH_BYTES):
             yield part
             part, size = [], 0
         part.append(member)
@@ -67,8 +67,8 @@ def batches(members: Iterable[bytes]) -> Iterator[list[bytes]]:
         yield part
 
 
-def place_of(line: dict[str, Any], missing: Sequence[int]) -> int:
-    """Return the place of the request, of those that were sent, that a line belongs to. Raises ProtocolError."""
+def request_index(line: dict[str, Any], missing: Sequence[int]) -> int:
+    """Return the position, among the requests that were sent, of the request of a line. Raises ProtocolError."""
     index = line.get("index")
     if not isinstance(index, int) or not 0 <= index < len(missing):
         raise ProtocolError("a line of the answer belongs to no request")
@@ -76,7 +76,7 @@ def place_of(line: dict[str, Any], missing: Sequence[int]) -> int:
 
 
 def refusal_of(line: dict[str, Any]) -> ServiceProblem | None:
-    """Return why a request was not accepted; None if it has a job."""
+    """Return the exception for a line whose request was not accepted; None if the request has a job."""
     if "id" in line:
         return None
     try:
@@ -85,17 +85,17 @@ def refusal_of(line: dict[str, Any]) -> ServiceProblem | None:
         raise ProtocolError("a line of the answer has neither a job nor a problem") from None
 
 
-def placed(error: ServiceProblem, places: Sequence[int]) -> ServiceProblem:
-    """Return the problem of a batch with the places of its requests among all."""
+def renumbered_problem(error: ServiceProblem, places: Sequence[int]) -> ServiceProblem:
+    """Return the problem of a batch with pointers that number its requests by their places among all requests."""
     errors = []
-    for one in error.problem.errors:
-        pointer = re.sub(r"^/requests/(\d+)", lambda found: f"/requests/{places[int(found[1])]}", one.pointer)
-        errors.append(one.model_copy(update={"pointer": pointer}))
+    for entry in error.problem.errors:
+        pointer = re.sub(r"^/requests/(\d+)", lambda match: f"/requests/{places[int(match[1])]}", entry.pointer)
+        errors.append(entry.model_copy(update={"pointer": pointer}))
     return problem_exception(error.problem.model_copy(update={"errors": errors}))
 
 
-def once(notes: Sequence[Note]) -> list[Note]:
-    """Return one note of each code, which says how many there are."""
+def merged_notes(notes: Sequence[Note]) -> list[Note]:
+    """Return one note of each code; its text says how many requests have the note."""
     counts = Counter(note.code for note in notes)
     first = {note.code: note for note in reversed(notes)}
     return [

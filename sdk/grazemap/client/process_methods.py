@@ -1,7 +1,7 @@
-"""The method of a process, made from the model of its request: its signature, docstring, and the request it sends.
+"""The method of a process, derived from the model of its request: its signature, its docstring, its requests.
 
-An argument is a field of the request, in the forms of `arguments.py`. A method also has the arguments that complete
-ranges, and `progress`. What no request says stands in `_EXTRAS`.
+Every argument is a field of the request, in one of the forms of `arguments.py`. A method also has `points` or `shape`,
+which complete ranges, and `progress`. What does not follow from the request stands in `_EXTRAS`.
 """
 
 from __future__ import annotations
@@ -53,42 +53,42 @@ class Extra(NamedTuple):
     """What a method has that does not follow from its request."""
 
     name: str = ""
-    """Of the method; "": that of the result's class."""
+    """The name of the method; "": derived from the name of the result's class."""
     result: str = ""
-    """The class of the result, of processes with several."""
+    """The class of the result, for a process whose results have several classes."""
     remark: str = ""
     """A paragraph of the docstring."""
     forms: Mapping[str, Form] = {}
-    """Forms of arguments, in place of those of the fields."""
+    """Forms of arguments that replace the forms of the fields."""
     defaults: Mapping[str, Any] = {}
-    """Defaults of arguments, in place of those of the fields; a field with a default here need not be given."""
+    """Defaults of arguments that replace the defaults of the fields; a required field with a default is optional."""
     fields: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {}
-    """Returns fields of the request that depend on several arguments."""
+    """Returns the fields of the request that depend on several arguments."""
     several: tuple[str, str] | None = None
-    """An argument, and the class of the result where it is a sequence."""
+    """The name of an argument, and the class of the result where this argument is a sequence."""
 
 
-def _one_varies(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the name and the range of the parameter that varies, and the others' values. Raises ParameterError."""
-    if given["vary"] is not None:
+def _varied_range(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields `vary` and `range` for a diagram over omega or clearance. Raises ParameterError."""
+    if arguments["vary"] is not None:
         return {}
-    both = {name: given[name] for name in ("omega", "clearance")}
-    numbers = [name for name, value in both.items() if isinstance(plain(value), int | float) or is_pair(value)]
-    if len(numbers) != 1 or None in both.values():
+    pair = {name: arguments[name] for name in ("omega", "clearance")}
+    numbers = [name for name, value in pair.items() if isinstance(plain(value), int | float) or is_pair(value)]
+    if len(numbers) != 1 or None in pair.values():
         detail = "one of omega and clearance varies, and the other one is a number"
         allowed = "(start, stop) with a number of points, or an increasing list or array"
         raise refusal("/range", detail, f"one number, and for the other {allowed}; or vary and range")
     varied = "clearance" if numbers == ["omega"] else "omega"
-    values = as_grid(Argument(varied, given["points"], "points"), given[varied])
+    values = as_grid(Argument(varied, arguments["points"], "points"), arguments[varied])
     return {"vary": varied, varied: None, "range": values}
 
 
-def _of_provable(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the oscillator and the statement of a point or an orbit."""
-    one = given["oscillator"]
-    if not isinstance(one, Provable):
+def _provable_fields(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields `oscillator` and `statement` where a point or an orbit is given; else no fields."""
+    provable = arguments["oscillator"]
+    if not isinstance(provable, Provable):
         return {}
-    return {"oscillator": one.oscillator, "statement": as_statement(Argument("statement"), one.statement())}
+    return {"oscillator": provable.oscillator, "statement": as_statement(Argument("statement"), provable.statement())}
 
 
 _VARIES = "The one of omega and clearance that is a number is fixed, the other one varies, unless `vary` is given."
@@ -106,7 +106,7 @@ _EXTRAS = {
         defaults={"samples_per_period": None},
         several=("initial", "Trajectories"),
     ),
-    # shorter than vary and range, for the two parameters of most diagrams
+    # omega and clearance, the parameters of most diagrams, are given without vary and range
     "bifurcation-diagrams": Extra(
         remark=_VARIES,
         forms={
@@ -117,7 +117,7 @@ _EXTRAS = {
             ),
         },
         defaults={"vary": None, "range": None},
-        fields=_one_varies,
+        fields=_varied_range,
     ),
     # a diagram needs no shape
     "unfolding-diagrams": Extra(defaults={"shape": (256, 256)}),
@@ -126,7 +126,7 @@ _EXTRAS = {
         "point.beyond[0].request``, ``await client.orbit_branch(**beyond, range=...)`` computes the branch of twice "
         "the period, of lost symmetry, or beyond a graze.",
     ),
-    # an action, not its result; parts of results know what proves them
+    # the name is an action, not a result; points and orbits know their statements
     "proofs": Extra(
         name="prove",
         remark="The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Instead "
@@ -134,7 +134,7 @@ _EXTRAS = {
         "statement has its own numbers. The worker needs python-flint.",
         forms={"oscillator": Form("OscillatorLike | Provable", "Oscillator or mapping, or a point or an orbit")},
         defaults={"statement": None},
-        fields=_of_provable,
+        fields=_provable_fields,
     ),
 }
 
@@ -168,7 +168,7 @@ class ProcessMethod:
         self.signature = Signature(list(self._parameters(counted)), return_annotation=result.__name__)
 
     def _parameters(self, counted: list[str]) -> list[Parameter]:
-        # what is read off motions comes last
+        # observables and outputs come last
         observed = [name for name in ObservedRequest.__annotations__ if name in self._fields]
         names = [name for name in self._fields if name not in observed] + observed
         if counted:
@@ -186,7 +186,7 @@ class ProcessMethod:
         return shown
 
     def _default(self, name: str) -> Any:
-        """Return the default of an argument: that of the field; None for models and mappings; () for lists."""
+        """Return the default of an argument: that of the field, but None for models and mappings, () for lists."""
         if name in self.extra.defaults or name not in self._fields:
             return self.extra.defaults.get(name)
         field = self._fields[name]
@@ -204,7 +204,7 @@ class ProcessMethod:
             fill(operation.description, _WIDTH + 4),
             cleandoc(self._request.__doc__ or ""),
             self.extra.remark and fill(self.extra.remark, _WIDTH + 4),
-            "Parameters\n----------\n" + "\n".join(self._entry(one) for one in list(parameters.values())[1:]),
+            "Parameters\n----------\n" + "\n".join(map(self._entry, list(parameters.values())[1:])),
             f"Returns\n-------\n{self._result.__name__}\n    {(self._result.__doc__ or '').partition(chr(10))[0]}",
             f"Raises\n------\n{_RAISES}",
             operation.references and f"References\n----------\n{fill(operation.references, _WIDTH + 4)}",
@@ -226,20 +226,20 @@ class ProcessMethod:
         text = " ".join(filter(None, (field.description if field else "", unit, more)))
         return f"{name} : {kind}{optional}\n{indent(fill(text, _WIDTH), '    ')}"
 
-    def asked(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
+    def request_for(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
         """Return the request for some arguments, and whether progress is shown. Raises TypeError, ParameterError."""
-        given = self._bound(arguments, keywords)
-        points = self._points(given)
-        body = dict(self.extra.fields(given))
+        values = self._bound(arguments, keywords)
+        points = self._points(values)
+        body = dict(self.extra.fields(values))
         for name in self._fields:
-            if name not in body and not self._is_left_out(name, given[name]):
-                place = Argument(name, points.get(name), self._keyword, given, body)
-                body[name] = self.forms[name].convert(place, given[name])
+            if name not in body and not self._is_left_out(name, values[name]):
+                place = Argument(name, points.get(name), self._keyword, values, body)
+                body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
-        return validated(self.process, body), given["progress"]
+        return validated(self.process, body), values["progress"]
 
     def _is_left_out(self, name: str, value: Any) -> bool:
-        """Whether the request lacks a field: its argument is None, as by default."""
+        """Return whether a field is left out of the request: its argument is None, which is the default."""
         return value is None and self.signature.parameters[name].default is None
 
     def _bound(self, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> dict[str, Any]:
@@ -249,19 +249,19 @@ class ProcessMethod:
                 near = suggestion(name, known)
                 raise TypeError(f"{self.name}() has no argument {name}{near} (allowed: {', '.join(known)})")
         try:
-            given = self.signature.bind(None, *arguments, **keywords)
+            bound = self.signature.bind(None, *arguments, **keywords)
         except TypeError as error:
             raise TypeError(f"{self.name}(): {error}") from None
-        given.apply_defaults()
-        return given.arguments
+        bound.apply_defaults()
+        return bound.arguments
 
-    def _points(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def _points(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the number of values of each field that may be a range. Raises ParameterError."""
         counted = [name for name, form in self.forms.items() if form.counted]
         if self._keyword != "shape":
-            return dict.fromkeys(counted, given["points"] if counted else None)
+            return dict.fromkeys(counted, values["points"] if counted else None)
         try:
-            rows, columns = (None, None) if given["shape"] is None else given["shape"]
+            rows, columns = (None, None) if values["shape"] is None else values["shape"]
         except (TypeError, ValueError):
             raise refusal("/shape", "shape is not two numbers", "(vertical points, horizontal points)") from None
         return {name: columns if name in ("omega", "horizontal") else rows for name in counted}
@@ -270,20 +270,20 @@ class ProcessMethod:
         """Return the method of the asynchronous client."""
 
         async def awaited(self_: Any, *arguments: Any, **keywords: Any) -> Result:
-            return await jobs.answer(self_._connection, self._result, *self.asked(*arguments, **keywords))
+            return await jobs.compute(self_._connection, self._result, *self.request_for(*arguments, **keywords))
 
-        made: Any = awaited
-        made.__name__, made.__doc__, made.__signature__ = self.name, self.doc, self.signature
-        made.__annotations__ = {
-            **{name: one.annotation for name, one in list(self.signature.parameters.items())[1:]},
+        method: Any = awaited
+        method.__name__, method.__doc__, method.__signature__ = self.name, self.doc, self.signature
+        method.__annotations__ = {
+            **{name: parameter.annotation for name, parameter in list(self.signature.parameters.items())[1:]},
             "return": self._result.__name__,
         }
         return awaited
 
 
 def _result_of(process: str) -> type[Result]:
-    named = _EXTRAS.get(process, Extra()).result
-    return next(result for name, result in RESULTS.items() if result.process == process and named in ("", name))
+    class_name = _EXTRAS.get(process, Extra()).result
+    return next(result for name, result in RESULTS.items() if result.process == process and class_name in ("", name))
 
 
 METHODS = {method.name: method for method in (ProcessMethod(process, _result_of(process)) for process in PROCESSES)}

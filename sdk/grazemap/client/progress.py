@@ -1,6 +1,6 @@
-"""The progress display of a job: in a notebook below the cell, on a terminal a line of stderr.
+"""The progress display of a job: below the cell of a notebook, or a line of stderr on a terminal.
 
-Elsewhere stderr gets a line for each reason for which a job waits long, and nothing else.
+Elsewhere only long waits are reported, with a line on stderr for each reason to wait.
 """
 
 from __future__ import annotations
@@ -9,42 +9,42 @@ import sys
 import time
 from html import escape
 from shutil import get_terminal_size
-from threading import Event as Flag
+from threading import Event as ThreadEvent
 from threading import Lock, Thread
 from typing import Any, Protocol
 
 from grazemap.client.events import Event
 
 QUIET_SECONDS = 0.5
-"""Work that takes no longer shows nothing."""
+"""Work that takes no longer has no display."""
 TICK_SECONDS = 1.0
-"""The display is refreshed so often, also while no event arrives."""
+"""Interval at which the display is refreshed, also while no event arrives."""
 LOG_SECONDS = 5.0
-"""What a job waits for no longer is not in a log."""
+"""Waits that take no longer are not logged."""
 # Weight of a new estimate of the end against the earlier ones.
 _NEW_ESTIMATE = 0.3
 
 
 class Display(Protocol):
-    """A place that shows the share of the work that is done, from 0 to 1, and a text beside it.
+    """Shows the share of the work that is done, from 0 to 1, with a text.
 
-    The text is what the job waits for; if that is empty, the time that is left, which may be empty too.
+    The text says what the job waits for or, if it does not wait, how much time is left, if that is known.
     """
 
     def show(self, share: float, waiting_for: str, left: str) -> None:
         """Show a state."""
 
     def close(self) -> None:
-        """Leave the place as it should remain."""
+        """End the display."""
 
 
-class Listener:
+class ProgressListener:
     """Shows progress, and what a job waits for, from its events; a context manager that closes the display.
 
     Parameters
     ----------
     title : str
-        What is being computed.
+        The name of the computation.
     shown : bool
         False: nothing is written at all.
     """
@@ -56,13 +56,13 @@ class Listener:
         self._share = 0.0
         self._end: float | None = None
         self._waiting_for = ""
-        # The clock shows the first state, and those that follow, even if no event arrives for long.
+        # The clock opens and refreshes the display, even if no event arrives for a long time.
         self._clock = Thread(target=self._tick, daemon=True)
-        self._ended = Flag()
+        self._ended = ThreadEvent()
         self._lock = Lock()
 
     def __call__(self, event: Event) -> None:
-        """Show a progress or a waiting event; others are ignored."""
+        """Show a progress or a waiting event; other events are ignored."""
         with self._lock:
             if event.name == "waiting":
                 self._waiting_for = event.data.get("waiting_for") or ""
@@ -75,7 +75,7 @@ class Listener:
             self._estimate(event.data.get("eta_seconds"))
             self._refresh()
 
-    def __enter__(self) -> Listener:
+    def __enter__(self) -> ProgressListener:
         if self._shown:
             self._clock.start()
         return self
@@ -89,7 +89,7 @@ class Listener:
                 self._display = None
 
     def _tick(self) -> None:
-        """Open the display, unless the work is done before, and refresh it until it is."""
+        """Open the display, unless the work ends very soon, and refresh it until the work ends."""
         if self._ended.wait(QUIET_SECONDS):
             return
         with self._lock:
@@ -101,7 +101,7 @@ class Listener:
                 self._refresh()
 
     def _estimate(self, left: float | None) -> None:
-        """Update the estimate of the end, gradually, so that it does not leap."""
+        """Update the estimate of the end by a weighted mean, so that it does not jump."""
         if left is not None:
             end = time.monotonic() + left
             self._end = end if self._end is None else self._end + _NEW_ESTIMATE * (end - self._end)
@@ -109,12 +109,12 @@ class Listener:
     def _refresh(self) -> None:
         if self._display is not None:
             left = None if self._end is None or self._share == 1.0 else max(0.0, self._end - time.monotonic())
-            self._display.show(self._share, self._waiting_for, _left(left))
+            self._display.show(self._share, self._waiting_for, _remaining_text(left))
 
 
 def _display(title: str) -> Display:
-    """Return the display for where this runs."""
-    if in_notebook():
+    """Return the display for a notebook, a log, or a terminal with or without tqdm."""
+    if runs_in_notebook():
         return NotebookBar(title)
     if not sys.stderr.isatty():
         return WaitingLog(title)
@@ -125,17 +125,17 @@ def _display(title: str) -> Display:
     return TqdmBar(tqdm(desc=title, total=1.0, file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT))
 
 
-# Without tqdm's estimate of the time left: the service's uses the times of tiles and the number of workers.
+# tqdm's own estimate of the time left is not shown: the service's estimate knows the tiles and the number of workers.
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| [{elapsed}{postfix}]"
 
 
-def in_notebook() -> bool:
+def runs_in_notebook() -> bool:
     """Return whether this runs in a notebook's kernel."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return getattr(shell, "kernel", None) is not None
 
 
-def _left(seconds: float | None) -> str:
+def _remaining_text(seconds: float | None) -> str:
     return "" if seconds is None else f"about {seconds:.0f} s left"
 
 
@@ -144,19 +144,19 @@ def _text(waiting_for: str, left: str) -> str:
 
 
 class NotebookDisplay:
-    """A place below a notebook's cell. It is emptied at the end, so that nothing of it is in the saved notebook.
+    """An output below a notebook's cell. It is emptied at the end, so that a saved notebook does not contain it.
 
-    A widget of `tqdm.auto` would remain there as the text of its first state.
+    A widget of `tqdm.auto` would remain in a saved notebook, as the text of its first state.
     """
 
     def __init__(self) -> None:
         from IPython.display import display
 
-        self._handle: Any = display({"text/html": ""}, raw=True, display_id=True)
+        self._handle_class: Any = display({"text/html": ""}, raw=True, display_id=True)
 
     def update(self, html: str) -> None:
         """Show HTML in place of what was shown before."""
-        self._handle.update({"text/html": html}, raw=True)
+        self._handle_class.update({"text/html": html}, raw=True)
 
 
 class NotebookBar(NotebookDisplay):
@@ -167,12 +167,12 @@ class NotebookBar(NotebookDisplay):
         self._title = escape(title)
 
     def show(self, share: float, waiting_for: str, left: str) -> None:
-        """As `Display.show`."""
+        """Show the bar and the text."""
         text = escape(_text(waiting_for, left))
         self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {text}")
 
     def close(self) -> None:
-        """As `Display.close`."""
+        """Remove the bar."""
         self.update("")
 
 
@@ -183,13 +183,13 @@ class TqdmBar:
         self._bar = bar
 
     def show(self, share: float, waiting_for: str, left: str) -> None:
-        """As `Display.show`."""
+        """Show the bar and the text."""
         self._bar.set_postfix_str(_text(waiting_for, left), refresh=False)
         self._bar.update(share - self._bar.n)
         self._bar.refresh()
 
     def close(self) -> None:
-        """As `Display.close`."""
+        """Leave the bar without its text."""
         self._bar.set_postfix_str("", refresh=False)
         self._bar.close()
 
@@ -201,15 +201,15 @@ class PlainLine:
         self._title = title
 
     def show(self, share: float, waiting_for: str, left: str) -> None:
-        """As `Display.show`."""
-        # a text over the width of the terminal would leave lines behind
+        """Write the share and the text over the previous ones."""
+        # a text wider than the terminal would leave lines behind
         width = get_terminal_size().columns - 1
         line = f"{self._title}: {share:4.0%} {_text(waiting_for, left)}"
         sys.stderr.write(f"\r{line[:width]:<{width}}")
         sys.stderr.flush()
 
     def close(self) -> None:
-        """As `Display.close`."""
+        """Leave the line on the terminal."""
         sys.stderr.write("\n")
         sys.stderr.flush()
 
@@ -220,18 +220,18 @@ class WaitingLog:
     def __init__(self, title: str) -> None:
         self._title = title
         self._reason, self._since = "", 0.0
-        self._said: set[str] = set()
+        self._reported: set[str] = set()
 
     def show(self, share: float, waiting_for: str, left: str) -> None:
-        """As `Display.show`; the same reason may say other numbers after a comma, such as seconds."""
+        """Write what the job waits for, once for each reason: the text before the first comma, without details."""
         reason = waiting_for.partition(",")[0]
         now = time.monotonic()
         if reason != self._reason:
             self._reason, self._since = reason, now
-        if reason and reason not in self._said and now - self._since >= LOG_SECONDS:
-            self._said.add(reason)
+        if reason and reason not in self._reported and now - self._since >= LOG_SECONDS:
+            self._reported.add(reason)
             sys.stderr.write(f"grazemap: {self._title}: waiting for {waiting_for}\n")
             sys.stderr.flush()
 
     def close(self) -> None:
-        """As `Display.close`: the lines remain."""
+        """Do nothing: the lines remain."""

@@ -1,4 +1,4 @@
-"""The notes on a request as warnings at the line of the caller."""
+"""Warnings for the notes on a request, at the line of the caller."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 from grazemap.errors import RequestWarning
 from grazemap.wire import Note
 
-# What is below the grazing curve are the motions with impacts, which most maps of a part are about. A request whose
-# kernels are compiled first is meant, and only takes longer. What a period is, a result says.
+# Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
+# that waits for the compilation of kernels only takes longer. The result says what a forcing period is.
 _QUIET = frozenset({"below-grazing-curve", "compiles-first", "forcing-period"})
 _PACKAGE = str(Path(__file__).parents[1])
 
 
-def warn_of(notes: Sequence[Note]) -> None:
-    """Issue a RequestWarning for each note but the quiet ones, at the line outside of this package that led here."""
+def warn_about(notes: Sequence[Note]) -> None:
+    """Issue a RequestWarning for each note that is not quiet, at the line that called this package."""
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
         frame, level = frame.f_back, level + 1

@@ -31,8 +31,7 @@ class Follower:
     job : Job, optional
         The last known state of the job; left out: it is requested first.
     replay : bool
-        Whether all events of a finished job that the service still stores are yielded; otherwise only its last progress
-        and done are.
+        For a finished job: yield all events that the service still stores, not only the last progress and done.
 
     Attributes
     ----------
@@ -72,7 +71,7 @@ class Follower:
 
     async def events(self) -> AsyncGenerator[Event]:
         """Yield the job's events until it is finished. Raises WaitTimeout."""
-        job = self.job or await self._look()
+        job = self.job or await self._fetch_job()
         broken = 0
         while job.status not in FINISHED or (self._replay and not self._done):
             if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
@@ -80,15 +79,15 @@ class Follower:
                     async for event in events:
                         yield event
                 return
-            before = self._seen
-            async with aclosing(self._listen()) as events:
+            seen_before = self._seen
+            async with aclosing(self._stream_events()) as events:
                 async for event in events:
                     yield event
-            job = await self._look()
-            broken = 0 if self._seen > before else broken + 1
+            job = await self._fetch_job()
+            broken = 0 if self._seen > seen_before else broken + 1
             if job.status not in FINISHED:
-                self._done = False  # the end of an earlier computation of the same request
-            for event in self._waiting(job):
+                self._done = False  # it was the end of an earlier computation of the same request
+            for event in self._waiting_events(job):
                 yield event
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
@@ -97,7 +96,7 @@ class Follower:
             for event in last_events(job):
                 yield event
 
-    async def _look(self) -> Job:
+    async def _fetch_job(self) -> Job:
         response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
         self.job = Job.read(response.content)
         return self.job
@@ -105,8 +104,8 @@ class Follower:
     def _near_deadline(self) -> bool:
         return self._deadline is not None and self._deadline - self._connection.now() < constants.STREAM_SILENCE
 
-    async def _listen(self) -> AsyncGenerator[Event]:
-        """Yield the events of one connection until it ends or breaks, or the deadline is near."""
+    async def _stream_events(self) -> AsyncGenerator[Event]:
+        """Yield the events of one stream until it ends or breaks, or the deadline is near."""
         headers = {"accept": "text/event-stream", "cache-control": "no-store"}
         if self._last_id:
             headers["last-event-id"] = self._last_id
@@ -120,7 +119,7 @@ class Follower:
                     async for line in lines:
                         event = decoder.feed(line)
                         if event is not None:
-                            self._seen += event.id != self._last_id  # one without an id may come on every connection
+                            self._seen += event.id != self._last_id  # an event without an id may come on every stream
                             self._last_id = event.id
                             self._done = event.name == "done"
                             if event.name == "waiting":
@@ -129,7 +128,7 @@ class Follower:
                         if self._done or self._near_deadline():
                             return
         except (httpx2.RequestError, ProtocolError):
-            # No error: the caller requests the job itself, opens another stream, and finally polls.
+            # Not an error: the caller requests the job, opens another stream, and polls after several such failures.
             pass
 
     async def _poll(self, job: Job) -> AsyncGenerator[Event]:
@@ -140,7 +139,7 @@ class Follower:
             if job.progress != seen:
                 seen = job.progress
                 yield Event("", "progress", seen.model_dump())
-            for event in self._waiting(job):
+            for event in self._waiting_events(job):
                 yield event
             if self._deadline is not None:
                 left = self._deadline - self._connection.now()
@@ -148,13 +147,13 @@ class Follower:
                     raise WaitTimeout(f"job {job.id} is still {job.status}; it continues", job)
                 seconds = min(seconds, left)
             await self._connection.sleep(seconds)
-            seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
-            job = await self._look()
+            seconds = min(constants.MAX_POLL_INTERVAL, seconds * constants.POLL_GROWTH)
+            job = await self._fetch_job()
         for event in last_events(job):
             yield event
 
-    def _waiting(self, job: Job) -> list[Event]:
-        """Return an event if an unfinished job waits for something else than the last event said."""
+    def _waiting_events(self, job: Job) -> list[Event]:
+        """Return a waiting event if what an unfinished job waits for has changed since the last event."""
         if job.status in FINISHED or job.waiting_for == self._waiting_for:
             return []
         self._waiting_for = job.waiting_for

@@ -1,7 +1,7 @@
 """Pictures of results on matplotlib axes.
 
-Each function draws on the axes it is given or makes a figure of pyplot's, and returns the axes. A notebook shows the
-figure below the cell, ``axes.figure.savefig("picture.png")`` writes it. Needs the extra "plot".
+Each function draws on the axes that it is given, or on those of a new pyplot figure, and returns the axes. A notebook
+shows the figure below the cell; ``axes.figure.savefig("picture.png")`` writes it. Needs the extra "plot".
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 
 def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False, **options: Any) -> None:
-    """Draw a result by itself and write it as a picture; the ending of the path gives the format.
+    """Draw a result on a figure of its own and write the picture; the ending of the path gives the format.
 
-    With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI. `options` are those of its
-    `plot`.
+    With `engineering` frequencies are in Hz and lengths in mm, if the result is in SI. `options` are keywords of the
+    result's `plot`.
     """
-    draw_apart(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
+    draw_without_pyplot(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
 
 
-def draw_apart(result: Result, **options: Any) -> Figure:
-    """Draw a result on a figure that pyplot does not have; `options` are those of its `plot`.
+def draw_without_pyplot(result: Result, **options: Any) -> Figure:
+    """Draw a result on a figure that pyplot does not know; `options` are the keywords of the result's `plot`.
 
     Raises TypeError for a result without a picture.
     """

@@ -1,4 +1,4 @@
-"""Figures, axes and their labels: what all pictures share."""
+"""Figures, axes, labels and legends, which all pictures share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import Wording, in_engineering_units, scale_ticks, with_unit, with_value
+from grazemap.plots.engineering import Wording, scale_ticks, shows_engineering_units, unit_wording, value_wording
 from grazemap.plots.palette import INK, PAPER
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-# Share of the axes' width and height that a legend may cover, and entries below which there is none.
-_COVERED, _FEWEST = 0.6, 3
+# Maximum share of the width and height of the axes that a legend covers, and minimum number of its entries.
+_MAX_COVERED, _MIN_ENTRIES = 0.6, 3
 _MANY_POINTS = 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
@@ -55,7 +55,7 @@ _QUANTITIES = {
 }
 
 
-_OF_LISTS = {
+_LIST_QUANTITIES = {
     "masses": ("mass $m_{{{}}}$", "kg"),
     "stiffnesses": ("stiffness $k_{{{}}}$", "N/m"),
     "dampings": ("damping of link {}", "N s/m"),
@@ -64,7 +64,7 @@ _OF_LISTS = {
 
 @contextmanager
 def kept_from_pyplot() -> Iterator[None]:
-    """Within this block new figures are not pyplot's: they are not shown, and closed with their last reference."""
+    """Within this block pyplot does not know new figures: it does not show them, nor keep them after their last use."""
     token = _KEPT_FROM_PYPLOT.set(True)
     try:
         yield
@@ -73,9 +73,9 @@ def kept_from_pyplot() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of a size in inches that is readable as a PNG. Raises MissingExtra.
+    """Return an empty figure of a size in inches, with a resolution that is readable as a PNG. Raises MissingExtra.
 
-    A notebook shows it below the cell, a script with `matplotlib.pyplot.show()`.
+    A notebook shows the figure below the cell, a script with `matplotlib.pyplot.show()`.
     """
     try:
         from matplotlib import pyplot
@@ -87,62 +87,62 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def axes_or_new(ax: Axes | None, width: float = 9.0, height: float = 5.5) -> Axes:
-    """Return the axes that were given, or those of a new figure."""
+    """Return the given axes or, for None, the axes of a new figure."""
     return ax if ax is not None else new_figure(width, height).add_subplot(axes_class=shown_axes())
 
 
 def shown_axes() -> type[Axes]:
-    """Return the class of axes that are a picture, not a line of text, as the value of a notebook's cell."""
+    """Return the class of axes that a notebook shows as a picture, not as a line of text."""
     from grazemap.plots.picture_axes import PictureAxes
 
     return PictureAxes
 
 
 def axis_label(quantity: str, units: str, mass: int | None = 1) -> Wording:
-    """Return the text of an axis, with its unit in SI; nondimensional quantities have none.
+    """Return the text of an axis, with the unit where the result is in SI.
 
-    Without a mass, displacement and velocity are those of the contact coordinate.
+    Displacement and velocity are those of a mass or, for None, of the contact coordinate.
     """
     text, unit = _QUANTITIES[
         f"contact {quantity}" if mass is None and quantity in ("displacement", "velocity") else quantity
     ]
-    return with_unit(text.replace("mass", str(mass)), unit, units)
+    return unit_wording(text.replace("mass", str(mass)), unit, units)
 
 
 def parameter_label(name: str, units: str) -> Wording:
-    """Return the text of an axis of a parameter that varies, with its unit in SI."""
+    """Return the text of an axis of a parameter that varies, with the unit where the result is in SI."""
     kind, _, index = name.rstrip("]").partition("[")
     if not index:
         return axis_label(name, units)
-    text, unit = _OF_LISTS[kind]
-    return with_unit(text.format(index), unit, units)
+    text, unit = _LIST_QUANTITIES[kind]
+    return unit_wording(text.format(index), unit, units)
 
 
 def quantity_label(quantity: Quantity) -> Wording:
-    """Return the text of an axis of an observable or an output, with its unit in SI."""
-    return with_unit(quantity.name, "" if quantity.unit == "nondimensional" else quantity.unit)
+    """Return the text of an axis of an observable or an output, with its unit, if it has one."""
+    return unit_wording(quantity.name, "" if quantity.unit == "nondimensional" else quantity.unit)
 
 
 def place_text(units: str, **values: float) -> Wording:
-    """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
+    """Return the text "omega = .., b = .." of some values, with units where the result is in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$", "right": "right stop at $b$", "left": "left stop at $-b$, $b$"}
-    each = [with_value(signs[name], at, "rad/s" if name == "omega" else "m", units) for name, at in values.items()]
-    return Wording(", ".join(one.text for one in each), ", ".join(one.engineering for one in each))
+    each = [value_wording(signs[name], x, "rad/s" if name == "omega" else "m", units) for name, x in values.items()]
+    return Wording(", ".join(wording.text for wording in each), ", ".join(wording.engineering for wording in each))
 
 
 def point_text(result: Result) -> Wording:
-    """Return the text of omega and of the clearance, or of each stop's, in a result's request, where they are fixed."""
+    """Return the text of the fixed ones of omega and the clearances in the request of a result."""
     request = result.meta["request"]
     vary, clearance = request.get("vary"), request.get("clearance")
     stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
-    fixed = {name: at for name, at in stops.items() if vary not in (name, f"clearance_{name}")}
+    fixed = {name: value for name, value in stops.items() if vary not in (name, f"clearance_{name}")}
     values = fixed if vary == "omega" else {"omega": request.get("omega"), **fixed}
-    return place_text(result.units, **{name: at for name, at in values.items() if at is not None})
+    return place_text(result.units, **{name: value for name, value in values.items() if value is not None})
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """The axes of a picture, and what is written on and beside them."""
+    """The axes of a picture, with its options for legend, labels and units."""
 
     ax: Axes
     """The axes."""
@@ -151,9 +151,9 @@ class Drawing:
     labels: bool
     """Whether there are a title, texts of the axes and names of regions."""
     engineering_units: bool
-    """Whether what is in SI is drawn with Hz and mm."""
+    """Whether results in SI are drawn with Hz and mm."""
     may_be_left_out: bool = False
-    """Whether a legend that would cover most of the axes has fewer entries, or is left out."""
+    """Whether a legend that would cover most of the axes is shortened, or left out."""
 
     def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
         """Give the axes their units and labels."""
@@ -163,7 +163,7 @@ class Drawing:
             self.write(partial(self.ax.set_title, fontsize=10), title)
 
     def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
-        """Give an axis of the picture its unit, and a label with a method such as `ax.set_xlabel`."""
+        """Give an axis its unit and its label. `put` sets the label, for example `ax.set_xlabel`."""
         # `set_units` would forget the limits of regions
         axis.units = wording.unit or None
         if self.engineering_units:
@@ -171,10 +171,10 @@ class Drawing:
         self.write(put, wording)
 
     def write(self, put: Callable[[str], Text], wording: Wording | str) -> None:
-        """Write a text with a method such as `ax.set_title`, if there are texts."""
+        """Write a text, unless the picture has no texts. `put` sets the text, for example `ax.set_title`."""
         if not self.labels:
             return
-        wording = with_unit(wording) if isinstance(wording, str) else wording
+        wording = unit_wording(wording) if isinstance(wording, str) else wording
         text = put(wording.engineering if self.engineering_units else wording.text)
         text.wording = wording  # type: ignore[attr-defined]
 
@@ -188,9 +188,10 @@ class Drawing:
         self.describe_axis(bar.yaxis, wording, bar.set_ylabel)
 
     def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
-        """Add the legend, if it has entries; equal ones, as of several results on the axes, are one.
+        """Add the legend, if it has entries. Equal entries, such as those of several results, are shown once.
 
-        `shares` of entries say which are kept where not all fit: those with the largest, and all without one.
+        `shares` has the share of an entry by its text. Where not all entries fit, entries without a share are kept
+        first, and then those with the largest shares.
         """
         every = zip(*self.ax.get_legend_handles_labels(), strict=True)
         different = {(text, _look(handle)): handle for handle, text in every}
@@ -200,7 +201,7 @@ class Drawing:
         if self.legend == "outside":
             place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         else:
-            # where the fewest points are; for pictures of many it takes long to find
+            # "best" is where the fewest points are; it takes long to find in pictures with many points
             many = bool(self.ax.collections) or sum(np.size(line.get_xdata()) for line in self.ax.lines) > _MANY_POINTS
             place = {"loc": "upper right" if many else "best", "framealpha": 0.85}
         place |= {"frameon": self.legend == "inside", "fontsize": 8} | options
@@ -216,17 +217,17 @@ class Drawing:
         shares: Mapping[str, float],
         place: Mapping[str, Any],
     ) -> None:
-        """Replace a legend that covers too much by one with fewer entries; remove it where few would fit."""
+        """Replace a legend that covers too much by a shorter one; remove it where too few entries would fit."""
         from matplotlib.lines import Line2D
 
         important = sorted(range(len(texts)), key=lambda i: -shares.get(texts[i], np.inf))
         count, whole = len(texts), self.ax.get_window_extent()
         box = shown.get_window_extent()
-        while box.width > _COVERED * whole.width or box.height > _COVERED * whole.height:
+        while box.width > _MAX_COVERED * whole.width or box.height > _MAX_COVERED * whole.height:
             shown.remove()
-            # the last entry counts the others
-            count = min(count - 1, int(_COVERED * whole.height / box.height * (count + 1)) - 1)
-            if count < _FEWEST:
+            # the last entry says how many are left out
+            count = min(count - 1, int(_MAX_COVERED * whole.height / box.height * (count + 1)) - 1)
+            if count < _MIN_ENTRIES:
                 return
             kept = sorted(important[:count])
             rest = Line2D([], [], linestyle="none")
@@ -237,8 +238,8 @@ class Drawing:
             )
             box = shown.get_window_extent()
 
-    def say(self, reason: str) -> None:
-        """Write on empty axes why there is nothing to draw."""
+    def write_reason(self, reason: str) -> None:
+        """Write the reason why there is nothing to draw on the empty axes."""
         self.ax.set_axis_off()
         self.ax.text(0.5, 0.5, reason, transform=self.ax.transAxes, ha="center", va="center", wrap=True, fontsize=9)
 
@@ -251,36 +252,37 @@ def drawing(
     width: float = 9.0,
     height: float = 5.5,
 ) -> Drawing:
-    """Return where to draw: on the caller's axes, or on a new figure's.
+    """Return the drawing on the caller's axes, or on those of a new figure.
 
-    Without a choice the legend is to the right of new axes. On the caller's it is inside, with fewer entries where it
-    would cover most of them, and left out where not even a few fit. Axes that show Hz or mm keep these units.
+    For `legend=None` the legend is to the right of new axes. On the caller's axes it is inside; where it would cover
+    most of them it is shortened, and left out if not even a few entries fit. Axes that show Hz or mm keep these units.
     """
     place = legend or ("outside" if ax is None else "inside")
     may_be_left_out = ax is not None and legend is None
     ax = axes_or_new(ax, width, height)
-    return Drawing(ax, place, labels, engineering_units or in_engineering_units(ax), may_be_left_out)
+    return Drawing(ax, place, labels, engineering_units or shows_engineering_units(ax), may_be_left_out)
 
 
 def draws(
     kind: type[Result], method: str = "plot", place: Callable[..., Any] = drawing, **size: float
 ) -> Callable[[F], F]:
-    """Register a function as what a method of a result draws.
+    """Register the function that draws the picture of a method of a result.
 
-    The function is called with the result, where to draw, as `place` returns it for a new figure of the `width` and
-    the `height`, and the arguments of the method that not every picture has. Where it fails, a new figure is closed.
+    The function is called with the result, the drawing, and those arguments of the method that not every picture has.
+    `place` makes the drawing; `size` is the width and height of a new figure. If the function fails, a new figure is
+    closed.
     """
 
     def register(function: F) -> F:
         def drawn(result: Result, ax: Any, options: PictureOptions, **arguments: Any) -> Any:
-            where = place(ax, **options, **size)
+            target = place(ax, **options, **size)
             try:
-                return function(result, where, **arguments)
+                return function(result, target, **arguments)
             except BaseException:
                 if ax is None:
                     from matplotlib import pyplot
 
-                    pyplot.close(where.ax.get_figure(root=True))
+                    pyplot.close(target.ax.get_figure(root=True))
                 raise
 
         PICTURES[kind, method] = drawn
@@ -290,30 +292,30 @@ def draws(
 
 
 def _look(handle: Artist) -> tuple[Hashable, ...]:
-    """Return what entries of the legend with the same text may differ in."""
+    """Return the properties by which legend entries with the same text may differ."""
     names = ("color", "facecolor", "marker", "linestyle")
     return tuple(str(getattr(handle, f"get_{name}")()) for name in names if hasattr(handle, f"get_{name}"))
 
 
 def share_text(share: float) -> str:
-    """Return a share in percent; a small one is not 0."""
+    """Return a share in percent; a small share is "< 0.1%", not 0."""
     return "< 0.1%" if 0.0 < share < 0.0005 else f"{share:.1%}"
 
 
 def chance_text(kind: str, chance: ChanceToSettle | None) -> str:
-    """Return the second line of the legend's entry of chaotic motions, or nothing: how many settle later."""
+    """Return the second line of the legend entry of chaotic motions, which says how many settle later; else ""."""
     if chance is None or kind != "chaotic":
         return ""
     return f"\n{chance.settled} of {chance.sampled} settle within {chance.run_on} periods"
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:
-    """Add an entry to the legend: a square of a colour, its edge of some width."""
+    """Add an entry to the legend: a square of a colour, with an edge of a width."""
     ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=edge, label=text)
 
 
 def rimmed(width: float, colour: str = PAPER) -> list[AbstractPathEffect]:
-    """Return the path effects of a line with a rim, legible on colours; the width is that of both."""
+    """Return the path effects that give a line a rim, so that it is legible on colours; `width` includes the rim."""
     from matplotlib.patheffects import Normal, withStroke
 
     return [withStroke(linewidth=width, foreground=colour), Normal()]

@@ -1,4 +1,4 @@
-"""Basins of attraction: initial states coloured by the motion that they lead to; their shares along a parameter."""
+"""Basins of attraction, with states coloured by the motion that they lead to, and basin fractions along a parameter."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from grazemap.plots.axes import (
     point_text,
     share_text,
 )
-from grazemap.plots.engineering import with_unit
+from grazemap.plots.engineering import unit_wording
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
 from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
@@ -70,19 +70,20 @@ def plot_basin_fractions(
 ) -> Axes:
     """Draw the shares over the parameter, as areas on top of each other, in the order of the attractors.
 
-    The `motions` with the largest shares have a colour and an entry in the legend; the others have one, as "other".
+    `motions` is the number of attractors with a colour and a legend entry of their own; those with the largest shares
+    are chosen. All others are drawn as "other".
     """
     ax, every = drawing.ax, result.motions()
-    chosen = np.sort(np.argsort([-one.share for one in every], kind="stable")[:motions])
-    found = motion_colours([every[i] for i in chosen], colours)
-    # none is left for a motion with that of the others
-    coloured = {int(i): colour for i, colour in zip(chosen, found, strict=True) if colour != OTHER}
+    chosen = np.sort(np.argsort([-motion.share for motion in every], kind="stable")[:motions])
+    assigned = motion_colours([every[i] for i in chosen], colours)
+    # a motion with the colour of "other" has no area of its own
+    coloured = {int(i): colour for i, colour in zip(chosen, assigned, strict=True) if colour != OTHER}
     shown, drawn = [every[i] for i in coloured], list(coloured.values())
     areas, texts = [result.share[i] for i in coloured], _texts(shown, result.chance_to_settle)
-    others = len(every) - len(shown)
-    if others:
+    other_count = len(every) - len(shown)
+    if other_count:
         areas.append(result.share.sum(axis=0) - np.sum(areas, axis=0))
-        drawn, texts = [*drawn, OTHER], [*texts, f"{others} other motions"]
+        drawn, texts = [*drawn, OTHER], [*texts, f"{other_count} other motions"]
     if np.any(result.unresolved > 0.0):
         areas.append(result.unresolved)
         drawn, texts = [*drawn, UNRESOLVED], [*texts, f"unresolved ({share_text(float(result.unresolved.mean()))})"]
@@ -91,7 +92,7 @@ def plot_basin_fractions(
         legend_square(ax, colour, text)
     states = result.meta["request"]["states"]
     title = "Basin fractions, " + point_text(result) + f", {states} states"
-    drawing.describe(axis_label(result.vary, result.units), with_unit("share of the initial states"), title)
+    drawing.describe(axis_label(result.vary, result.units), unit_wording("share of the initial states"), title)
     ax.set_xlim(result.parameter[0], result.parameter[-1])
     ax.set_ylim(0.0, 1.0)
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
@@ -99,7 +100,7 @@ def plot_basin_fractions(
 
 
 def _texts(motions: Sequence[MotionShare], chance: ChanceToSettle | None) -> list[str]:
-    """Return the legend's texts of motions with their shares; those of one name are numbered from the second on."""
+    """Return the legend texts of motions with their shares. Motions of equal names are numbered from the second on."""
     seen: Counter[str] = Counter()
     texts = []
     for motion in motions:

@@ -36,9 +36,9 @@ def plot_bifurcation_diagram(
 ) -> Axes:
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
 
-    The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
-    `observed` is the quantity where it is an observable or an output, which has one value for each value of the
-    parameter. Ticks along the top show the values whose motion is sensitive.
+    `motions` is the number of motions with a colour and a legend entry of their own; the most frequent ones are chosen.
+    All others are drawn as "other". `observed` has the values of an observable or an output, one for each value of the
+    parameter; None for other quantities. Ticks along the top mark sensitive motions.
     """
     ax = drawing.ax
     parameter, values = result.points(quantity)
@@ -48,8 +48,8 @@ def plot_bifurcation_diagram(
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     order = np.lexsort([first, -counts])
     shown = [result.sections[first[i]].motion for i in order[:motions]]
-    found = motion_colours(shown, colours)
-    coloured = [(i, *one) for i, *one in zip(order, found, shown, strict=False) if one[0] != OTHER]
+    assigned = motion_colours(shown, colours)
+    coloured = [entry for entry in zip(order, assigned, shown, strict=False) if entry[1] != OTHER]
     entries = [
         (
             label_of_point == names[i],
@@ -59,11 +59,11 @@ def plot_bifurcation_diagram(
         for i, colour, motion in coloured
     ]
     if len(order) > len(coloured):
-        others = ~np.isin(label_of_point, names[[i for i, _, _ in coloured]])
-        entries.append((others, OTHER, f"{len(order) - len(coloured)} other motions"))
+        other_points = ~np.isin(label_of_point, names[[i for i, _, _ in coloured]])
+        entries.append((other_points, OTHER, f"{len(order) - len(coloured)} other motions"))
     for chosen, colour, text in entries:
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0.0, "rasterized": True}
-        if is_light(colour):  # on dark dots, so that light ones are seen on white
+        if is_light(colour):  # light dots are drawn on dark ones, so that they are seen on white
             ax.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
         ax.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
         legend_square(ax, colour, text)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import Drawing, draws, place_text
-from grazemap.plots.engineering import with_unit
+from grazemap.plots.engineering import unit_wording
 from grazemap.plots.palette import INK, LINE, ORDERS, SECOND_LINE
 from grazemap.results import DiscontinuityMapping
 
@@ -20,7 +20,7 @@ _RETURNS = 5
 
 @draws(DiscontinuityMapping)
 def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
-    """Draw errors over the overshoot, logarithmically: of the mapping, of the next order, and of the first returns."""
+    """Draw the errors of the mapping, of its second order, and of the first returns, over the overshoot (log-log)."""
     ax = drawing.ax
     order = np.argsort(result.overshoot)
     overshoot = result.overshoot[order]
@@ -45,11 +45,11 @@ def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
             label=f"map ({which} order), return {m}" if which == "leading" else f"map (exact), return {m}",
         )
     stop = "A" if result.stop == 1 else "C"
-    where = place_text(result.units, omega=result.omega, clearance=result.clearance)
+    place = place_text(result.units, omega=result.omega, clearance=result.clearance)
     drawing.describe(
-        with_unit("overshoot", "m", result.units),
-        with_unit(r"maximum error, in units of $A$, $\omega A$ and radians"),
-        f"Discontinuity mapping at stop {stop}, " + where,
+        unit_wording("overshoot", "m", result.units),
+        unit_wording(r"maximum error, in units of $A$, $\omega A$ and radians"),
+        f"Discontinuity mapping at stop {stop}, " + place,
     )
     ax.grid(alpha=0.25, linewidth=0.5)
     drawing.show_legend()

@@ -29,16 +29,16 @@ class Wording:
     engineering: str
     """The text in engineering units."""
     unit: str = ""
-    """Of the numbers along an axis with this text; empty without one."""
+    """The unit of the numbers along an axis with this text; empty if they have none."""
 
-    def __add__(self, after: str) -> Wording:
-        return replace(self, text=self.text + after, engineering=self.engineering + after)
+    def __add__(self, suffix: str) -> Wording:
+        return replace(self, text=self.text + suffix, engineering=self.engineering + suffix)
 
-    def __radd__(self, before: str) -> Wording:
-        return replace(self, text=before + self.text, engineering=before + self.engineering)
+    def __radd__(self, prefix: str) -> Wording:
+        return replace(self, text=prefix + self.text, engineering=prefix + self.engineering)
 
 
-def with_unit(text: str, unit: str = "", units: str = "SI") -> Wording:
+def unit_wording(text: str, unit: str = "", units: str = "SI") -> Wording:
     """Return the text of an axis, with its unit if there is one; nondimensional quantities have none."""
     if not unit or units != "SI":
         return Wording(text, text)
@@ -47,13 +47,13 @@ def with_unit(text: str, unit: str = "", units: str = "SI") -> Wording:
     return Wording(f"{text} ({unit})", f"{symbol} ({shown})", unit)
 
 
-def with_value(symbol: str, value: float, unit: str, units: str) -> Wording:
+def value_wording(symbol: str, value: float, unit: str, units: str) -> Wording:
     """Return the text "symbol = value unit"; nondimensional quantities have no unit."""
     if units != "SI":
-        return with_unit(f"{symbol} = {value:.5g}")
+        return unit_wording(f"{symbol} = {value:.5g}")
     shown, factor = ENGINEERING_UNITS.get(unit, (unit, 1.0))
-    other = symbol.replace(_OMEGA, _FREQUENCY) if unit == "rad/s" else symbol
-    return Wording(f"{symbol} = {value:.5g} {unit}", f"{other} = {value * factor:.5g} {shown}")
+    engineering_symbol = symbol.replace(_OMEGA, _FREQUENCY) if unit == "rad/s" else symbol
+    return Wording(f"{symbol} = {value:.5g} {unit}", f"{engineering_symbol} = {value * factor:.5g} {shown}")
 
 
 def engineering_units(ax: A) -> A:
@@ -71,32 +71,32 @@ def engineering_units(ax: A) -> A:
     Returns
     -------
     Axes, or several
-        Those that were given.
+        The given axes.
 
     Raises
     ------
     ValueError
-        Nothing on the axes is in SI: they have a picture of a nondimensional result, or none.
+        Nothing on the axes is in SI: they are empty, or have a picture of a nondimensional result.
     TypeError
-        What is given are not axes.
+        The argument is neither axes nor several axes.
     """
-    given: list[Axes] = np.ravel(np.array(ax, dtype=object)).tolist()
-    if not all(hasattr(one, "xaxis") for one in given):
+    axes_list: list[Axes] = np.ravel(np.array(ax, dtype=object)).tolist()
+    if not all(hasattr(axes, "xaxis") for axes in axes_list):
         raise TypeError("engineering_units takes axes; of a figure, figure.axes")
-    pictures = [one for axes in given for one in (axes, *_colour_bars(axes))]
-    if all(axis.units is None for one in pictures for axis in (one.xaxis, one.yaxis)):
+    pictures = [picture for axes in axes_list for picture in (axes, *_colour_bars(axes))]
+    if all(axis.units is None for picture in pictures for axis in (picture.xaxis, picture.yaxis)):
         raise ValueError("nothing on these axes is in SI units: plot a result in SI first")
-    for one in pictures:
-        for axis in (one.xaxis, one.yaxis):
+    for picture in pictures:
+        for axis in (picture.xaxis, picture.yaxis):
             scale_ticks(axis)
-        for text in _texts(one):
+        for text in _texts(picture):
             wording = getattr(text, "wording", None)
             if wording is not None and text.get_text() == wording.text:
                 text.set_text(wording.engineering)
     return ax
 
 
-def in_engineering_units(ax: Axes) -> bool:
+def shows_engineering_units(ax: Axes) -> bool:
     """Return whether axes show Hz or mm."""
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLogFormatter
 
@@ -139,7 +139,7 @@ def _colour_bars(ax: Axes) -> Iterator[Axes]:
 def _texts(ax: Axes) -> Iterator[Text]:
     """Yield the titles of axes and of their figure, and the labels of all axes that share the ticks."""
     yield ax.title
-    yield from (one.xaxis.label for one in ax.get_shared_x_axes().get_siblings(ax))
-    yield from (one.yaxis.label for one in ax.get_shared_y_axes().get_siblings(ax))
+    yield from (sibling.xaxis.label for sibling in ax.get_shared_x_axes().get_siblings(ax))
+    yield from (sibling.yaxis.label for sibling in ax.get_shared_y_axes().get_siblings(ax))
     figure = ax.get_figure(root=False)
     yield from () if figure is None else figure.texts

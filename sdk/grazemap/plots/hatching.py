@@ -13,7 +13,7 @@ from grazemap.plots.palette import INK
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Distance between strokes and their length, in points of typography: single strokes are visible, many are a hatching.
+# Distance between strokes and their length, in typographic points: single strokes are visible, many form a hatching.
 _SPACING, _LENGTH = 4.0, 4.5
 _POINTS_PER_INCH = 72.0
 
@@ -23,15 +23,15 @@ def hatch_sensitive(
 ) -> None:
     """Draw strokes on the sensitive points of a plane, and give their share in the legend.
 
-    A stroke is on a sensitive point, so single ones are visible. Where points are closer than the strokes, a block of
-    them has one stroke.
+    Every stroke is on a sensitive point, so that single points are visible. Where points are closer together than
+    strokes, a block of points has one stroke.
 
     Parameters
     ----------
     horizontal, vertical
         The coordinates of the points.
     sensitive : (vertical, horizontal), or None
-        None, as of results of an earlier version, or no sensitive point: nothing is drawn.
+        Nothing is drawn for None (results of an earlier version), or if no point is sensitive.
     """
     if sensitive is None or not sensitive.any():
         return
@@ -53,7 +53,7 @@ def hatch_sensitive(
 
 
 def one_in_each_block(mask: NDArray[np.bool_], height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return row and column of one true entry of every block of a mask that has any: the nearest to its middle."""
+    """Return rows and columns of the true entries nearest to the middle of their block, one for each block with any."""
     rows, columns = np.nonzero(mask)
     block = rows // height * mask.shape[1] + columns // width
     away = np.hypot(rows % height - (height - 1) / 2, columns % width - (width - 1) / 2)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
-from grazemap.plots.borders import draw_bifurcation_curves
-from grazemap.plots.curve import draw_curve, draw_graze, draw_points, meets_other
+from grazemap.plots.bifurcation_curves import draw_bifurcation_curves
+from grazemap.plots.grazing_curve import draw_curve, draw_graze, draw_points, meets_other_stop
 from grazemap.plots.palette import INK
 from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 from grazemap.wire.linear import STOPS
@@ -32,9 +32,9 @@ def draw_curves_and_points(
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None,
     margins: bool = True,
 ) -> None:
-    """Draw the curves and the codimension-two points that are given over a map, and the grazing curves of its margins.
+    """Draw curves and codimension-two points over a map.
 
-    Without `margins` the latter are not drawn.
+    With `margins` the grazing curves are drawn too, as the lines on which the margins of the map are 0.
     """
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     if curves is not None:
@@ -51,7 +51,7 @@ def draw_curves_and_points(
 
 
 def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazingCurves) -> None:
-    """Draw the grazing curves of the stops that vary in a map, dashed where the motion meets the map's other stop.
+    """Draw the grazing curves of the stops that vary in a map, dashed where the steady motion meets the other stop.
 
     Raises
     ------
@@ -71,14 +71,14 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
     for stop, clearance in grazes.items():
         if clearance is None:
             continue
-        other = STOPS[1 - STOPS.index(stop)]
-        fixed = clearance if varied == "clearance" else getattr(parameters, other)
-        virtual = meets_other(parameters.oscillator, curve.omega, stop, fixed)
+        opposite = STOPS[1 - STOPS.index(stop)]
+        fixed = clearance if varied == "clearance" else getattr(parameters, opposite)
+        virtual = meets_other_stop(parameters.oscillator, curve.omega, stop, fixed)
         draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)
 
 
 def _draw_margins(ax: Axes, umap: UnfoldingMap) -> None:
-    """Draw the grazing curves where the margins of the stops are 0, where the map has them."""
+    """Draw the lines on which the margins of a stop are 0, if the map has margins."""
     for margin, style, text in ((umap.margin_right, "-", "right"), (umap.margin_left, "--", "left")):
         if margin is None or not (np.any(margin < 0.0) and np.any(margin > 0.0)):
             continue

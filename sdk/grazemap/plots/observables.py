@@ -33,7 +33,7 @@ def plot_over_plane(
     points: CodimensionTwoPoints | None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None,
 ) -> Axes:
-    """Draw a quantity over a map with its scale, grey where there is none, and over it the curves and points given."""
+    """Draw a quantity over the plane of a map, with a scale of colours, curves and points; grey where it is NaN."""
     ax, across, up = drawing.ax, cell_borders(umap.horizontal), cell_borders(umap.vertical)
     ax.set_facecolor(OTHER)
     drawn = ax.pcolormesh(across, up, np.ma.masked_invalid(quantity.values), cmap="viridis", rasterized=True)
@@ -61,9 +61,9 @@ def plot_along_branch(
     title = f"{quantity.name} along branches" if label else f"{named_branch(branch)}: {quantity.name}"
     drawing.describe(vary, quantity_label(quantity), title)
     if not len(branch.parameter):
-        drawing.say(f"no branch was found: {branch.reason}")
+        drawing.write_reason(f"no branch was found: {branch.reason}")
         return ax
-    named = "" if label is None else f"{label}, "
+    prefix = "" if label is None else f"{label}, "
     for kind, chosen in (("stable", branch.stable), ("unstable", ~branch.stable)):
         # a line goes on to the next orbit, of whatever kind
         shown = chosen.copy()
@@ -71,11 +71,11 @@ def plot_along_branch(
         if not np.any(chosen & branch.admissible):
             continue
         style: dict[str, Any] = STYLES[kind] | ({"color": colour} if colour else {})
-        ax.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=named + kind, **style)
+        ax.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=prefix + kind, **style)
     seen: set[str] = set()
     for point in branch.special_points:
         ends = quantity.values[point.segment : point.segment + 2]
-        if not np.all(np.isfinite(ends)):  # as at a graze, beyond which there is no motion
+        if not np.all(np.isfinite(ends)):  # for example at a graze, beyond which there is no motion
             continue
         marker, of_type, text = BIFURCATIONS[point.type]
         style = {"marker": marker, "color": of_type, "markersize": 6, "linestyle": "none", "zorder": 5}

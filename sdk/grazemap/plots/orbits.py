@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
-from grazemap.plots.engineering import Wording, with_unit
+from grazemap.plots.engineering import Wording, unit_wording
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
 from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
@@ -19,12 +19,12 @@ from grazemap.wire import impacts_on, motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_VIRTUAL = 0.3
-_FARTHEST = 3.0
-# Share of the height of a picture that is added for a scale of colours inside of it.
-_FOR_BAR = 0.25
-# Share of the height of the axes within which the impacts of two lines have one text.
-_TOGETHER = 0.025
+_VIRTUAL_SHARE = 0.3
+_MAX_MODULUS = 3.0
+# Share of the height that is added to a picture for a scale of colours inside it.
+_BAR_SPACE = 0.25
+# Share of the height of the axes: lines that are closer have one text for their impacts.
+_MERGED_DISTANCE = 0.025
 # Styles of the stretches of a branch.
 STYLES: dict[str, dict[str, Any]] = {
     "stable": {"color": LINE, "linewidth": 1.8, "zorder": 3},
@@ -41,7 +41,7 @@ def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
     name = label_text(result.motion.label) if result.motion.label else "no orbit"
     _describe_circle(drawing, f"Multipliers of {name}, {result.said}")
     if not result.converged:
-        drawing.say(f"no orbit was found: {result.reason}")
+        drawing.write_reason(f"no orbit was found: {result.reason}")
         return drawing.ax
     ax = _unit_circle(drawing)
     inside = np.abs(result.multipliers) < 1.0
@@ -55,11 +55,11 @@ def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
 def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
 
-    Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
+    Multipliers of inadmissible orbits are pale. Multipliers far outside the circle, as near a graze, are not shown.
     """
     _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, " + point_text(result))
     if not len(result.parameter):
-        drawing.say(f"no branch was found: {result.reason}")
+        drawing.write_reason(f"no branch was found: {result.reason}")
         return drawing.ax
     from matplotlib.ticker import MaxNLocator
 
@@ -68,16 +68,16 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     low, high = float(result.parameter.min()), float(result.parameter.max())
     for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
         points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
-        near = np.abs(points) < _FARTHEST
+        near = np.abs(points) < _MAX_MODULUS
         x, y = points[near].real, points[near].imag
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
     label = parameter_label(result.meta["request"]["vary"], result.units)
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
-        # below what is drawn, where the view is made higher
+        # the view is extended below the points, to make room for the scale
         bottom, top = ax.dataLim.intervaly
-        ax.update_datalim([(0.0, bottom - _FOR_BAR * (top - bottom))])
+        ax.update_datalim([(0.0, bottom - _BAR_SPACE * (top - bottom))])
         bar = ax.inset_axes((0.05, 0.09, 0.5, 0.03))
         ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         drawing.describe_axis(bar.xaxis, label, partial(bar.set_title, fontsize=7))
@@ -86,7 +86,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
 
 
 def _describe_circle(drawing: Drawing, title: Wording | str) -> None:
-    drawing.describe(with_unit("real part"), with_unit("imaginary part"), title)
+    drawing.describe(unit_wording("real part"), unit_wording("imaginary part"), title)
 
 
 def _unit_circle(drawing: Drawing) -> Axes:
@@ -103,24 +103,25 @@ def _unit_circle(drawing: Drawing) -> Axes:
 def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label: str | None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
-    Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts,
-    and stretches end at them. Where a branch goes back as its own mirror image, or as the same motions some forcing
-    periods later, it is drawn once. `colour` is that of motions, and `label` names the branch in the legend.
+    Stable motions are solid, unstable motions dashed, inadmissible orbits pale. Special points are marked on all
+    impacts, and stretches end at them. A branch may go back as its own mirror image, or as the same motions some
+    forcing periods later; then it is drawn once. `colour` is the colour of the motions, `label` the name of the branch
+    in the legend.
     """
     ax = drawing.ax
     drawing.describe(
         parameter_label(result.meta["request"]["vary"], result.units),
-        with_unit("impact speed", "m/s", result.units),
+        unit_wording("impact speed", "m/s", result.units),
         ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
     )
     if not len(result.parameter):
-        drawing.say(f"no branch was found: {result.reason}")
+        drawing.write_reason(f"no branch was found: {result.reason}")
         return ax
-    named = "" if label is None else f"{label}, "
+    prefix = "" if label is None else f"{label}, "
     for kind, line in _lines(result).items():
         style = STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
         for impact in range(1, line.shape[1]):
-            ax.plot(line[:, 0], line[:, impact], label=named + kind if impact == 1 and len(line) else None, **style)
+            ax.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, colour, text = BIFURCATIONS[point.type]
@@ -133,7 +134,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
     # virtual impacts may be many times as fast as real ones
     low, high = ax.get_ylim()
-    ax.set_ylim(max(low, -_VIRTUAL * high), high)
+    ax.set_ylim(max(low, -_VIRTUAL_SHARE * high), high)
     if drawing.labels:
         _name_stops(ax, result)
     drawing.show_legend()
@@ -145,7 +146,7 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
 
 
 def named_branch(result: OrbitBranch) -> str:
-    """Return which branch it is."""
+    """Return the name of a branch."""
     if not len(result.stops):
         return f"Branch of period {result.period}"
     knots = result.knots()
@@ -154,7 +155,7 @@ def named_branch(result: OrbitBranch) -> str:
 
 
 def _name_stops(ax: Axes, result: OrbitBranch) -> None:
-    """Write A or C, the stop of the impacts, at the end of the motions that are drawn where most lines are apart."""
+    """Write A or C, the stop of the impacts, at that end of a branch where most lines are separate."""
     knots = result.knots()
     first, last = _drawn_once(knots)
     real = [kind != "not admissible" for kind in knots.kinds]
@@ -167,7 +168,10 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
         if (knot < last and real[knot]) == (inwards == 1) != (knot > first and real[knot - 1])
     }
     low, high = ax.get_ylim()
-    groups = {knot: _together(knots.path[knot, 1 : 1 + len(result.stops)], _TOGETHER * (high - low)) for knot in ends}
+    groups = {
+        knot: _close_groups(knots.path[knot, 1 : 1 + len(result.stops)], _MERGED_DISTANCE * (high - low))
+        for knot in ends
+    }
     end = max(ends, key=lambda knot: (len(groups[knot]), float(knots.path[knot, 0])))
     side = -1 if knots.path[end + ends[end], 0] > knots.path[end, 0] else 1
     style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "va": "center", "annotation_clip": True}
@@ -181,22 +185,22 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
             ax.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
 
 
-def _together(heights: Floats, apart: float) -> list[list[int]]:
-    """Return the indices of heights in groups whose neighbours are closer than `apart`."""
+def _close_groups(heights: Floats, distance: float) -> list[list[int]]:
+    """Return the indices of heights in groups: within a group, neighbouring heights are closer than a distance."""
     order = np.argsort(heights)
-    groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= apart) + 1)
+    groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= distance) + 1)
     return [group.tolist() for group in groups]
 
 
 def _drawn_once(knots: Knots) -> tuple[int, int]:
-    """Return the first and the last knot of a part of a branch with all its motions, or their mirror images."""
+    """Return the first and last knot of a part of a branch that has all its motions, or their mirror images."""
     last = len(knots.types) - 1
     back = [i for i in knots.turns() if knots.types[i] in ("SB", "PD")]
     if not back:
         return 0, last
     if len(back) > 1:
         return back[0], back[1]
-    # on both sides are the same motions, as far as they were followed
+    # the two sides have the same motions; one of them may have been followed further
     lengths = np.linalg.norm(np.diff(knots.path, axis=0), axis=1)
     return (0, back[0]) if lengths[: back[0]].sum() > lengths[back[0] :].sum() else (back[0], last)
 
@@ -208,10 +212,10 @@ def _lines(result: OrbitBranch) -> dict[str, Floats]:
     motions that graze end at the graze.
     """
     knots = result.knots()
-    at = knots.path[:, : 1 + len(result.stops)]
-    gap = np.full((1, at.shape[1]), np.nan)
-    lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in STYLES}
-    pieces, (first, last) = list(smooth_pieces(knots.path, at)), _drawn_once(knots)
+    points = knots.path[:, : 1 + len(result.stops)]
+    gap = np.full((1, points.shape[1]), np.nan)
+    lines: dict[str, list[Floats]] = {kind: [np.empty((0, points.shape[1]))] for kind in STYLES}
+    pieces, (first, last) = list(smooth_pieces(knots.path, points)), _drawn_once(knots)
     for number in range(first, last):
         piece, kind = pieces[number], knots.kinds[number]
         goes_on = number > first and knots.kinds[number - 1] == kind

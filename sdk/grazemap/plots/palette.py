@@ -50,7 +50,7 @@ DASHES: tuple[Any, ...] = (
 
 
 def dash(number: int) -> Any:
-    """Return the style of a line that tells motions, or numbers of periods, apart: a different one for each number."""
+    """Return the line style for a number, which stands for a motion or a number of periods; all styles differ."""
     style, round = DASHES[number % len(DASHES)], number // len(DASHES)
     if not round:
         return style
@@ -67,21 +67,21 @@ def order_style(order: int) -> dict[str, Any]:
 _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 
-def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, str] | None = None) -> list[str]:
+def motion_colours(motions: Sequence[Motion | MotionShare], fixed: Mapping[str, str] | None = None) -> list[str]:
     """Return the colours of different motions in one picture, as `grazemap.colours.motion_colours`.
 
-    `given` are the colours of some motions by label or kind. Raises ValueError for what is not a colour.
+    `fixed` are the colours of some motions by label or kind. Raises ValueError for what is not a colour.
     """
-    return colours.motion_colours([motion.label or motion.kind for motion in motions], hexadecimal(given))
+    return colours.motion_colours([motion.label or motion.kind for motion in motions], hexadecimal(fixed))
 
 
-def hexadecimal(given: Mapping[str, str] | None) -> dict[str, str]:
-    """Return colours that are given in any form as #RRGGBB. Raises ValueError for what is not a colour."""
-    if not given:
+def hexadecimal(named_colours: Mapping[str, str] | None) -> dict[str, str]:
+    """Return colours in any form of matplotlib as #RRGGBB. Raises ValueError for a text that is not a colour."""
+    if not named_colours:
         return {}
     from matplotlib.colors import to_hex
 
-    return {name: to_hex(colour).upper() for name, colour in given.items()}
+    return {name: to_hex(colour).upper() for name, colour in named_colours.items()}
 
 
 def is_dark(colour: str) -> bool:
@@ -101,15 +101,15 @@ def _luminance(colour: str) -> float:
 
 
 def motion_text(motion: Motion | MotionShare) -> str:
-    """Return a motion's label with subscripts, as mathtext; its kind when it is not periodic."""
+    """Return the label of a motion with subscripts, as mathtext, or its kind where it has no label."""
     return label_text(motion.label or motion.kind)
 
 
 def label_text(label: str) -> str:
     """Return a label n-p_r-q_l in plain text with subscripts, as mathtext; other texts as they are."""
 
-    def subscripts(found: re.Match[str]) -> str:
-        period, right, left = (count.replace("∞", r"\infty") for count in found.groups())
+    def subscripts(match: re.Match[str]) -> str:
+        period, right, left = (count.replace("∞", r"\infty") for count in match.groups())
         return f"{period}-${right}_r$-${left}_l$"
 
     return _LABEL.sub(subscripts, label)

@@ -1,4 +1,4 @@
-"""Axes that are a picture, not a line of text, as the value of a notebook's cell. Needs matplotlib."""
+"""Axes that a notebook shows as a picture, not as a line of text. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class PictureAxes(Axes):
 
 
 def show_in_notebook(ax: Axes) -> None:
-    """Show the figure of axes in a notebook, unless pyplot still has it and shows it at the end of the cell."""
+    """Show the figure of axes in a notebook, unless pyplot will show it at the end of the cell."""
     from IPython.display import display
     from matplotlib import pyplot
 

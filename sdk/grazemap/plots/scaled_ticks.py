@@ -1,4 +1,4 @@
-"""Ticks of an axis that shows its data in another unit: the data times a factor. Needs matplotlib."""
+"""Ticks of an axis that shows its data in another unit, multiplied by a factor. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 from matplotlib.ticker import Locator, LogFormatterSciNotation, ScalarFormatter
 
 # Values between these are legible as numbers.
-_SMALLEST, _LARGEST = 1e-2, 1e4
+_MIN_PLAIN, _MAX_PLAIN = 1e-2, 1e4
 
 
 class ScaledLocator(Locator):
-    """Places ticks where the data times a factor have the ticks of another locator."""
+    """Places ticks so that another locator would place them at the scaled data."""
 
-    def __init__(self, of: Locator, factor: float) -> None:
-        self._of, self._factor = of, factor
+    def __init__(self, locator: Locator, factor: float) -> None:
+        self._locator, self._factor = locator, factor
 
     def __call__(self) -> list[float]:
         """Return the places of the ticks in the view, in the unit of the data."""
@@ -24,16 +24,16 @@ class ScaledLocator(Locator):
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
         """Return the places of the ticks, in the unit of the data."""
-        return [place / self._factor for place in self._of.tick_values(vmin * self._factor, vmax * self._factor)]
+        return [place / self._factor for place in self._locator.tick_values(vmin * self._factor, vmax * self._factor)]
 
     def nonsingular(self, v0: float, v1: float) -> tuple[float, float]:
-        """As of the other locator: data of one value are in the middle of a view, and on a logarithmic one positive."""
-        low, high = self._of.nonsingular(v0, v1)
+        """Return the limits of a view by the other locator: they differ, and are positive on a logarithmic axis."""
+        low, high = self._locator.nonsingular(v0, v1)
         return low, high
 
     def set_params(self, **settings: Any) -> None:
-        """As of the other locator."""
-        self._of.set_params(**settings)
+        """Set the parameters of the other locator."""
+        self._locator.set_params(**settings)
 
 
 class ScaledFormatter(ScalarFormatter):
@@ -45,13 +45,13 @@ class ScaledFormatter(ScalarFormatter):
 
     def set_axis(self, axis: Any) -> None:
         """Take the view of an axis, in the unit that is shown."""
-        self._of = axis
+        self._data_axis = axis
         self.create_dummy_axis()
         self._shown: Any = self.axis
 
     def set_locs(self, locs: Sequence[float]) -> None:
         """Choose the digits for ticks at places in the unit of the data."""
-        self._shown.set_view_interval(*(end * self._factor for end in self._of.get_view_interval()))
+        self._shown.set_view_interval(*(end * self._factor for end in self._data_axis.get_view_interval()))
         super().set_locs([place * self._factor for place in locs])
 
     def __call__(self, x: float, pos: int | None = None) -> str:
@@ -75,4 +75,4 @@ class ScaledLogFormatter(LogFormatterSciNotation):
         assert self.axis is not None
         text = super().__call__(x * self._factor, pos)
         low, high = sorted(abs(end) * self._factor for end in self.axis.get_view_interval())
-        return f"{x * self._factor:.10g}" if text and low >= _SMALLEST and high <= _LARGEST else text
+        return f"{x * self._factor:.10g}" if text and low >= _MIN_PLAIN and high <= _MAX_PLAIN else text

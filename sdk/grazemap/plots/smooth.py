@@ -1,8 +1,8 @@
 """Curves through computed points, drawn smooth.
 
-Points of a branch or a bifurcation curve are as far apart as Newton's method allows: tangents of neighbours may differ
-by 18 degrees. Between them the picture has the cubic spline in the length along the curve, in more pieces where the
-curve turns. The points lie on the line.
+Points of a branch or a bifurcation curve are as far apart as Newton's method allows: the tangents at neighbouring
+points may differ by 18 degrees. Between the points a cubic spline is drawn, whose parameter is the length along the
+curve. It has more pieces where the curve turns. The points lie on the line.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _TURN = np.radians(2.0)
-_MOST_PIECES = 24
+_MAX_PIECES = 24
 
 
 def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
@@ -22,10 +22,10 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
     Parameters
     ----------
     path : (n, d)
-        Coordinates along which length is measured, each on its own scale: in more of them than are drawn, a curve is
-        smooth where its picture has a cusp.
+        Coordinates in which length is measured, each on its own scale. They may be more than those that are drawn: a
+        curve can be smooth where its picture has a cusp.
     drawn : (n, m)
-        What is drawn.
+        The coordinates that are drawn.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
     pieces = []
     for i, step in enumerate(steps):
         turn = _angle(derivatives[i] / scale, slopes[i] / scale) + _angle(slopes[i] / scale, derivatives[i + 1] / scale)
-        count = int(np.clip(np.ceil(turn / _TURN), 1, _MOST_PIECES))
+        count = int(np.clip(np.ceil(turn / _TURN), 1, _MAX_PIECES))
         t = np.linspace(0.0, 1.0, count + 1)[:, None]
         start, end = drawn[i], drawn[i + 1]
         first, last = step * derivatives[i] - (end - start), (end - start) - step * derivatives[i + 1]
@@ -59,11 +59,11 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
 def smooth_line(path: Floats, drawn: Floats, shown: NDArray[np.bool_] | None = None) -> Floats:
     """Return the line through all points, (pieces + 1, m), NaN at and beside points that are not `shown`, (n,).
 
-    Other arguments as of `smooth_pieces`.
+    `path` and `drawn` are those of `smooth_pieces`.
     """
-    there = np.ones(len(drawn), dtype=bool) if shown is None else shown
-    knots = np.where(there[:, None], drawn, np.nan)
-    between = there[:-1] & there[1:]
+    is_shown = np.ones(len(drawn), dtype=bool) if shown is None else shown
+    knots = np.where(is_shown[:, None], drawn, np.nan)
+    between = is_shown[:-1] & is_shown[1:]
     parts = [knots[:1]]
     for piece, visible, end in zip(smooth_pieces(path, drawn), between, knots[1:], strict=True):
         parts += [np.where(visible, piece[1:-1], np.nan), end[None]]
@@ -73,20 +73,20 @@ def smooth_line(path: Floats, drawn: Floats, shown: NDArray[np.bool_] | None = N
 def _derivatives(steps: Floats, slopes: Floats) -> Floats:
     """Return the derivative at every point of the cubic spline whose first and last piece are parabolas."""
     count = len(steps) + 1
-    below, middle, above = np.ones(count), np.ones(count), np.ones(count)
-    below[1:-1], middle[1:-1], above[1:-1] = steps[1:], 2.0 * (steps[:-1] + steps[1:]), steps[:-1]
+    lower, diagonal, upper = np.ones(count), np.ones(count), np.ones(count)
+    lower[1:-1], diagonal[1:-1], upper[1:-1] = steps[1:], 2.0 * (steps[:-1] + steps[1:]), steps[:-1]
     right = np.empty((count, slopes.shape[1]))
     right[0], right[-1] = 2.0 * slopes[0], 2.0 * slopes[-1]
     right[1:-1] = 3.0 * (steps[1:, None] * slopes[:-1] + steps[:-1, None] * slopes[1:])
     if count == 2:  # both conditions are the same
         return np.repeat(slopes, 2, axis=0)
     for i in range(1, count):
-        share = below[i] / middle[i - 1]
-        middle[i] -= share * above[i - 1]
+        share = lower[i] / diagonal[i - 1]
+        diagonal[i] -= share * upper[i - 1]
         right[i] -= share * right[i - 1]
-    right[-1] /= middle[-1]
+    right[-1] /= diagonal[-1]
     for i in range(count - 2, -1, -1):
-        right[i] = (right[i] - above[i] * right[i + 1]) / middle[i]
+        right[i] = (right[i] - upper[i] * right[i + 1]) / diagonal[i]
     return right
 
 

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 _EARLIER, _STOP, _IMPACT = NAMED["1-1r-1l"], UNRESOLVED, SECOND_LINE
 # Maximum number of forcing periods that are legible in the time history.
 _HISTORY_PERIODS = 12
-# Forcing periods of a longest motion that is looked for; a record of no more of them need not decide its motion.
-_LONGEST_MOTION = 32
+# Longest period of a motion that is searched for, in forcing periods. A record that is no longer may be too short to
+# identify its motion.
+_MAX_PERIOD = 32
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class TrajectoryDrawing(NamedTuple):
     portrait: Drawing
     """The drawing of the phase portrait."""
     own_figure: bool
-    """Whether the figure was made for it."""
+    """Whether the figure was made for this picture."""
 
     @property
     def ax(self) -> Axes:
@@ -71,7 +72,7 @@ def trajectory_drawing(
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
-    With one axes the phase portrait is drawn on a figure that nobody sees.
+    If only one axes is given, the phase portrait is drawn on a hidden figure.
     """
     pair: Iterable[Axes]
     if ax is None:
@@ -83,7 +84,7 @@ def trajectory_drawing(
         from matplotlib.figure import Figure
 
         pair = ax, Figure().add_subplot()
-    history, portrait = (drawing(one, legend, labels, engineering_units) for one in pair)
+    history, portrait = (drawing(axes, legend, labels, engineering_units) for axes in pair)
     return TrajectoryDrawing(history, portrait, own_figure=ax is None)
 
 
@@ -93,19 +94,19 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
 
     The stops and the impacts are drawn for the contact only. Raises ValueError: there is no such mass.
     """
-    touching = _Contact.of(trajectory)
-    mass = _checked_mass(touching, mass)
+    contact = _Contact.from_trajectory(trajectory)
+    mass = _checked_mass(contact, mass)
     history, portrait = drawing.axes
-    time, displacement, velocity = with_impacts(trajectory, mass)
+    time, displacement, velocity = history_with_impacts(trajectory, mass)
     shown = _last_periods(trajectory, time)
     history.plot(time[shown], displacement[shown], color=LINE, linewidth=1.0)
     portrait.plot(displacement[~shown], velocity[~shown], color=_EARLIER, linewidth=0.6, label="earlier")
     portrait.plot(displacement[shown], velocity[shown], color=LINE, linewidth=1.2, label="last periods, as on the left")
     if not shown.all():
         _legend(drawing.portrait, 2)
-    if mass == touching.mass:
-        _draw_stops(history, portrait, touching, True)
-        _draw_impacts(history, trajectory, touching, float(time[shown][0]) if shown.any() else 0.0)
+    if mass == contact.mass:
+        _draw_stops(history, portrait, contact, True)
+        _draw_impacts(history, trajectory, contact, float(time[shown][0]) if shown.any() else 0.0)
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
         _legend(drawing.history, 2)
     _label(drawing, trajectory, mass, _title(trajectory, mass))
@@ -118,17 +119,17 @@ def plot_trajectories(
 ) -> TrajectoryAxes:
     """Draw the last periods of every trajectory over time and in its phase plane, coloured by motion.
 
-    The rest as for `plot_trajectory`.
+    The stops are drawn as by `plot_trajectory`, but no impacts. Raises ValueError: there is no such mass.
     """
     first = result.trajectories[0]
-    touching = _Contact.of(first)
-    mass = _checked_mass(touching, mass)
+    contact = _Contact.from_trajectory(first)
+    mass = _checked_mass(contact, mass)
     history, portrait = drawing.axes
     different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
     shades = dict(zip(different, motion_colours(list(different.values()), colours), strict=True))
     seen: set[str] = set()
     for trajectory in result.trajectories:
-        time, displacement, velocity = with_impacts(trajectory, mass)
+        time, displacement, velocity = history_with_impacts(trajectory, mass)
         shown = _last_periods(trajectory, time)
         text = motion_text(trajectory.motion)
         style: dict[str, Any] = {"color": shades[text], "linewidth": 0.8}
@@ -136,47 +137,48 @@ def plot_trajectories(
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)
-    if mass == touching.mass:
-        _draw_stops(history, portrait, touching)
+    if mass == contact.mass:
+        _draw_stops(history, portrait, contact)
     _label(drawing, first, mass, f"{_name(mass)} at " + point_text(first) + f": {len(result)} trajectories")
     _legend(drawing.history, 6)
     return drawing.axes
 
 
 class _Contact(NamedTuple):
-    """What hits the stops."""
+    """The part of the structure that hits the stops."""
 
     row: Floats
     """(N,) The contact coordinate is row @ displacement."""
     mass: int | None
-    """The mass of which it is the displacement, counted from 1; None: it is no displacement of one mass."""
+    """The mass whose displacement is the contact coordinate, counted from 1; None where it is not that of one mass."""
     clearances: tuple[float, float]
-    """Of the right and of the left stop; an absent one has an infinite clearance."""
+    """The clearances of the right and the left stop; infinite for an absent stop."""
     restitutions: tuple[float, float]
-    """Of the right and of the left stop."""
+    """The restitutions of the right and the left stop."""
 
     @classmethod
-    def of(cls, trajectory: Trajectory) -> _Contact:
+    def from_trajectory(cls, trajectory: Trajectory) -> _Contact:
         request = trajectory.meta["request"]
         oscillator = Oscillator.model_validate(request["oscillator"])
         row = np.array(oscillator.contact_row)
-        named = np.flatnonzero(row)
-        alone = len(named) == 1 and row[named[0]] == 1.0
-        stops = as_pair(ClearancePair(**given) if isinstance(given := request["clearance"], dict) else given)
-        right, left = (np.inf if one is None else float(one) for one in (stops.right, stops.left))
-        return cls(row, int(named[0]) + 1 if alone else None, (right, left), restitutions(oscillator.restitution))
+        masses = np.flatnonzero(row)
+        alone = len(masses) == 1 and row[masses[0]] == 1.0
+        clearance = request["clearance"]
+        stops = as_pair(ClearancePair(**clearance) if isinstance(clearance, dict) else clearance)
+        right, left = (np.inf if gap is None else float(gap) for gap in (stops.right, stops.left))
+        return cls(row, int(masses[0]) + 1 if alone else None, (right, left), restitutions(oscillator.restitution))
 
-    def of_stops(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
+    def stop_values(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
         """Return the value of each stop, +1 or -1."""
         return np.where(stops > 0, values[0], values[1])
 
 
-def _checked_mass(touching: _Contact, mass: int | None) -> int | None:
-    """Return the mass that is drawn; None: the contact coordinate, which is no displacement of one mass."""
-    size = len(touching.row)
+def _checked_mass(contact: _Contact, mass: int | None) -> int | None:
+    """Return the mass to draw; None for a contact coordinate that is not the displacement of one mass."""
+    size = len(contact.row)
     if mass is not None and not 1 <= mass <= size:
         raise ValueError(f"the oscillator has masses 1 to {size}")
-    return touching.mass if mass is None else mass
+    return contact.mass if mass is None else mass
 
 
 def _name(mass: int | None) -> str:
@@ -184,7 +186,7 @@ def _name(mass: int | None) -> str:
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
-    """Return which times are in the last periods of a trajectory; none where it has ended early."""
+    """Return which times are in the last periods of a trajectory."""
     end = time[-1] if len(time) else 0.0
     request = trajectory.meta["request"]
     period = Oscillator.model_validate(request["oscillator"]).forcing_period(request["omega"])
@@ -212,21 +214,20 @@ def _legend(drawing: Drawing, columns: int) -> None:
         drawing.show_legend()
 
 
-def with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:
+def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:
     """Return time, displacement and velocity of a mass, or of the contact (None).
 
-    Those of what hits the stops have the values before and after every impact.
-
-    Without these values an impact between two samples would look like a rounded corner instead of a jump. Each array
-    has the shape (samples + 2 impacts,), or (samples,).
+    For the contact, the values before and after every impact are inserted: without them an impact between two samples
+    would look like a rounded corner instead of a jump. Each array has the shape (samples + 2 impacts,), for other
+    masses (samples,).
     """
-    touching, impacts = _Contact.of(trajectory), trajectory.impacts
-    row = touching.row if mass is None else np.eye(len(touching.row))[mass - 1]
+    contact, impacts = _Contact.from_trajectory(trajectory), trajectory.impacts
+    row = contact.row if mass is None else np.eye(len(contact.row))[mass - 1]
     displacement, velocity = row @ trajectory.displacement, row @ trajectory.velocity
-    if mass != touching.mass or not len(impacts):
+    if mass != contact.mass or not len(impacts):
         return trajectory.time, displacement, velocity
-    after = -touching.of_stops(touching.restitutions, impacts.stop) * impacts.velocity
-    position = impacts.stop * touching.of_stops(touching.clearances, impacts.stop)
+    rebound = -contact.stop_values(contact.restitutions, impacts.stop) * impacts.velocity
+    position = impacts.stop * contact.stop_values(contact.clearances, impacts.stop)
     time = np.concatenate([trajectory.time, impacts.time, impacts.time])
     # A sample at the time of an impact has the state after it.
     rank = np.repeat([2, 0, 1], [len(trajectory.time), len(impacts), len(impacts)])
@@ -234,22 +235,26 @@ def with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floa
     return (
         time[order],
         np.concatenate([displacement, position, position])[order],
-        np.concatenate([velocity, impacts.velocity, after])[order],
+        np.concatenate([velocity, impacts.velocity, rebound])[order],
     )
 
 
-def _draw_stops(history: Axes, portrait: Axes, touching: _Contact, labelled: bool = False) -> None:
-    there = [(side, at, name) for side, at, name in zip((1, -1), touching.clearances, "AC", strict=True) if at < np.inf]
-    label = f"stop{'s' * (len(there) > 1)} {', '.join(name for _, _, name in there)}"
-    for number, (side, clearance, _) in enumerate(there):
+def _draw_stops(history: Axes, portrait: Axes, contact: _Contact, labelled: bool = False) -> None:
+    present = [
+        (side, clearance, name)
+        for side, clearance, name in zip((1, -1), contact.clearances, "AC", strict=True)
+        if clearance < np.inf
+    ]
+    label = f"stop{'s' * (len(present) > 1)} {', '.join(name for _, _, name in present)}"
+    for number, (side, clearance, _) in enumerate(present):
         text = label if labelled and number == 0 else None
         history.axhline(side * clearance, color=_STOP, linewidth=2.0, label=text, zorder=0)
         portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
 
 
-def _draw_impacts(history: Axes, trajectory: Trajectory, touching: _Contact, start: float) -> None:
+def _draw_impacts(history: Axes, trajectory: Trajectory, contact: _Contact, start: float) -> None:
     impacts = trajectory.impacts
-    position = impacts.stop * touching.of_stops(touching.clearances, impacts.stop)
+    position = impacts.stop * contact.stop_values(contact.clearances, impacts.stop)
     grazing = impacts.kind == "graze"
     for chosen, text, face in ((~grazing, "impacts", _IMPACT), (grazing, "grazes", "white")):
         inside = chosen & (impacts.time >= start)
@@ -268,7 +273,7 @@ def _draw_impacts(history: Axes, trajectory: Trajectory, touching: _Contact, sta
 
 
 def _title(trajectory: Trajectory, mass: int | None) -> Wording:
-    named, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
+    motion_name, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
     counts = [
         f"{count} {text[: -1 if count == 1 else None]}"
@@ -276,6 +281,6 @@ def _title(trajectory: Trajectory, mass: int | None) -> Wording:
         if count
     ]
     request = trajectory.meta["request"]
-    if trajectory.motion.kind == "unresolved" and request["transient_periods"] + request["periods"] <= _LONGEST_MOTION:
-        named = f"{request['periods']} forcing period{'s' * (request['periods'] > 1)}"
-    return f"{_name(mass)} at " + point_text(trajectory) + f": {named}, {', '.join(counts) or 'no impacts'}"
+    if trajectory.motion.kind == "unresolved" and request["transient_periods"] + request["periods"] <= _MAX_PERIOD:
+        motion_name = f"{request['periods']} forcing period{'s' * (request['periods'] > 1)}"
+    return f"{_name(mass)} at " + point_text(trajectory) + f": {motion_name}, {', '.join(counts) or 'no impacts'}"

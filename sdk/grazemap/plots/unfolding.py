@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 # A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
 # A map with more points than this is drawn as an image, and its regions are measured on a coarser grid.
-_DRAWN_AS_CELLS = 1 << 20
+_MAX_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
 _INFERRED = OTHER
 
@@ -48,23 +48,23 @@ def plot_unfolding_map(
     colours: Mapping[str, str] | None,
     merge_mirror_images: bool,
     title: str | None = None,
-    over: Callable[[Axes], None] | None = None,
+    overlay: Callable[[Axes], None] | None = None,
     margins: bool = True,
 ) -> Axes:
-    """Draw the regions of a map, or a quantity, and over them what is given; see `UnfoldingMap.plot`.
+    """Draw the regions of a map, or a quantity, and over them the curves and points; see `UnfoldingMap.plot`.
 
-    The motions that have no colour have one together, as "other". Of `curves` those of admissible motions are drawn.
-    `over` draws more on the axes that it is called with, before the legend. With `margins` the grazing curves of a map
-    with axes are drawn, where its margins are 0.
+    All motions without a colour of their own are drawn as "other". Of `curves` those of admissible motions are drawn.
+    `overlay` is called with the axes before the legend is made, and draws more on them. With `margins` the grazing
+    curves of a map with axes are drawn: the lines on which its margins are 0.
     """
     if quantity is not None:
         return plot_over_plane(umap, drawing, quantity, curve, points, curves)
     ax = drawing.ax
     shares = umap.motions(merge_mirror_images=merge_mirror_images)
-    found = colours_of_map(
+    assigned = colours_of_map(
         [motion.label for motion in shares], [motion.kind for motion in shares], motions, hexadecimal(colours)
     )
-    coloured = {motion: colour for motion, colour in zip(shares, found, strict=True) if colour is not None}
+    coloured = {motion: colour for motion, colour in zip(shares, assigned, strict=True) if colour is not None}
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
     shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
     hatch_sensitive(ax, umap.horizontal, umap.vertical, umap.sensitive)
@@ -74,8 +74,8 @@ def plot_unfolding_map(
                 _name_region(ax, umap, motion, colour)
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     draw_curves_and_points(ax, umap, curve, points, curves, margins)
-    if over is not None:
-        over(ax)
+    if overlay is not None:
+        overlay(ax)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
     _leave_out_of_legend(ax)
@@ -86,7 +86,7 @@ def plot_unfolding_map(
 
 
 def _leave_out_of_legend(ax: Axes) -> None:
-    """Take lines that lie wholly outside of the axes out of the legend."""
+    """Remove lines that lie wholly outside the axes from the legend."""
     for line in ax.lines:
         if np.size(line.get_xdata()) and not line.get_path().intersects_bbox(ax.viewLim, filled=False):
             line.set_label("_nolegend_")
@@ -114,8 +114,8 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
     codes = umap.computed.astype(np.int8)
     _draw_codes(ax, umap, codes, [_INFERRED, INK])
     computed = umap.computed.mean()
-    found = umap.inferred_wrong
-    wrong = "" if found is None else f"\n{found.wrong} of {found.sampled} in a sample wrong"
+    sample = umap.inferred_wrong
+    wrong = "" if sample is None else f"\n{sample.wrong} of {sample.sampled} in a sample wrong"
     legend_square(ax, INK, f"computed ({computed:.1%})", edge=1.0)
     legend_square(ax, _INFERRED, f"inferred ({1.0 - computed:.1%}){wrong}", edge=1.0)
     describe_map(umap, drawing, f"Computed points of {len(umap.vertical)} × {len(umap.horizontal)}")
@@ -154,7 +154,7 @@ def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], c
     """Colour every point by its code."""
     from matplotlib.colors import ListedColormap
 
-    draw = ax.pcolormesh if codes.size <= _DRAWN_AS_CELLS else ax.pcolorfast
+    draw = ax.pcolormesh if codes.size <= _MAX_CELLS else ax.pcolorfast
     draw(
         cell_borders(umap.horizontal),
         cell_borders(umap.vertical),

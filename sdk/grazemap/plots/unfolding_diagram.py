@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, draws, rimmed
-from grazemap.plots.borders import curve_style
-from grazemap.plots.curve import draw_curve, draw_plane_grazes
+from grazemap.plots.bifurcation_curves import curve_style
+from grazemap.plots.grazing_curve import draw_curve, draw_plane_grazes
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.unfolding import plot_unfolding_map
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **options: Any) -> Axes:
     """Draw a map, its grazing curve and the curves that explain borders, one colour for each type.
 
-    Borders of basins of attraction are white, unexplained ones magenta. Without borders the curves are those in closed
-    form. `options` are those of a map that a diagram has too.
+    Borders of basins of attraction are white, unexplained borders magenta. A diagram without borders has the
+    bifurcation curves in closed form instead. `options` are keywords of `plot_unfolding_map`.
     """
     borders, umap = diagram.borders, diagram.unfolding_map
     size = f"{len(umap.vertical)} × {len(umap.horizontal)} points"
     note = "; no border between mirror images" if borders is not None and diagram.mirrors else ""
 
-    def over(ax: Axes) -> None:
+    def draw_overlay(ax: Axes) -> None:
         for curve in (diagram.grazing_curve, diagram.stop_grazing_curves):
             if curve is not None:
                 draw_curve(ax, curve, halo=True)
@@ -44,7 +44,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
         points=diagram.codimension_two_points,
         curves=diagram.bifurcation_curves if borders is None else None,
         title=f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}",
-        over=over,
+        overlay=draw_overlay,
         margins=diagram.grazing_curves is None,
         **options,
     )
@@ -61,7 +61,7 @@ def _draw_borders(ax: Axes, umap: UnfoldingMap, borders: MapBorders) -> None:
 
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
-    """Draw the curves that explain a border, where their orbits are admissible; grazing curves are drawn before."""
+    """Draw the curves that explain a border, where their orbits are admissible; grazing curves are drawn elsewhere."""
     for kind, (_, _, name) in BIFURCATIONS.items():
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs]
         chosen = [curve for curve in chosen if max(curve.impacts_right, curve.impacts_left) > 0]
@@ -73,7 +73,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
-    """Draw the sides shared by the cells of pairs of neighbouring points."""
+    """Draw the side between the two cells of each chosen pair of neighbouring points."""
     from matplotlib.collections import LineCollection
 
     if not chosen:

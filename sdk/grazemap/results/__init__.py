@@ -11,6 +11,7 @@ from pkgutil import iter_modules
 
 from grazemap.results.base import RESULTS, Result, class_of, decode_result, load, schema_of
 from grazemap.results.basins import Attractor, BasinEntropy, BasinFractions, Basins, ContinuedAttractor, Uncertainty
+from grazemap.results.common_records import ChanceToSettle, Impacts, InferredWrong, Motion, MotionShare, State, Sticking
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
@@ -26,7 +27,6 @@ from grazemap.results.grazing import (
 )
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.proofs import Proof
-from grazemap.results.records import ChanceToSettle, Impacts, InferredWrong, Motion, MotionShare, State, Sticking
 from grazemap.results.structures import Gaps, HarmonicResponse, Structure
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap

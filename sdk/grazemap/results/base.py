@@ -1,4 +1,4 @@
-"""What all results share: reading a document by its schema, saving, loading and converting."""
+"""The base of all results: it reads documents by their schema, and saves, loads and converts results."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from grazemap.constants import ENGINEERING_UNITS, UNITS
 from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
-from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema
-from grazemap.results.record import ComplexArray, Record, named
+from grazemap.results.fields import TYPES, Field, RecordSchema, RequestDocument, ResultSchema
+from grazemap.results.record import ComplexArray, Record, named_field
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 RESULTS: dict[str, type[Result]] = {}
 """The classes of results by their names."""
-# No result has a longer list of texts, such as the reasons to which a map refers by numbers.
-_MOST_TEXTS = 1 << 16
+# Maximum length of a list of texts, such as the reasons to which a map refers by numbers. No result has a longer one.
+_MAX_TEXTS = 1 << 16
 
 
 def counted(items: Sized, noun: str) -> str:
@@ -36,21 +36,21 @@ def counted(items: Sized, noun: str) -> str:
     return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
-def counted_points(where: NDArray[np.bool_], what: str) -> str:
-    """Return the number of points that are something, with their share of all points."""
-    return f"{np.count_nonzero(where)} {what} ({where.mean():.2%})"
+def counted_points(mask: NDArray[np.bool_], what: str) -> str:
+    """Return the number of points in a mask with a word for them, and their share of all points."""
+    return f"{np.count_nonzero(mask)} {what} ({mask.mean():.2%})"
 
 
 def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
-    """Return the error for a value of a parameter outside a result, in SI with units and in Hz or mm too."""
+    """Return the error for a parameter value outside the range of a result; in SI it has units, and Hz or mm too."""
     low, high = ends
     if units != "SI" or name not in UNITS:
         return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
     unit = UNITS[name]
-    other, factor = ENGINEERING_UNITS[unit]
+    engineering_unit, factor = ENGINEERING_UNITS[unit]
     return ValueError(
         f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
-        f"{low * factor:g} to {high * factor:g} {other}"
+        f"{low * factor:g} to {high * factor:g} {engineering_unit}"
     )
 
 
@@ -74,20 +74,20 @@ class Result(Record):
         derived: Mapping[str, Any] | None = None,
         in_json: Mapping[str, Any] | None = None,
     ) -> None:
-        """Make the schema of the class, with the attributes of `ResultSchema`; `derived` and `in_json` are by name."""
+        """Make the schema of the class. The keywords are those of `ResultSchema`, with fields of `derived` by name."""
         super().__init_subclass__()
         cls.schema = ResultSchema(
             **vars(cls.schema),
             process=process,
             rows=rows,
             roles=roles or {},
-            derived=tuple(named(name, one) for name, one in (derived or {}).items()),
-            in_json=tuple(named(name, one) for name, one in (in_json or {}).items()),
+            derived=tuple(named_field(name, declared) for name, declared in (derived or {}).items()),
+            in_json=tuple(named_field(name, declared) for name, declared in (in_json or {}).items()),
         )
         cls.process = process
         cls._comparable = False
         RESULTS[cls.__name__] = cls
-        # results come from clients and files, so help() shows no arguments
+        # results come from clients and files, so help() shows no arguments of the constructor
         cls.__signature__ = Signature()
 
     @classmethod
@@ -101,7 +101,7 @@ class Result(Record):
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """Return a document of the codec with the fields that JSON alone has."""
+        """Return a document of the codec with the fields that only JSON has."""
         return document
 
     @property
@@ -111,7 +111,7 @@ class Result(Record):
 
     @property
     def notes(self) -> list[Note]:
-        """What is probably not meant in the request, for example a window off the grazing curve."""
+        """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -137,10 +137,10 @@ class Result(Record):
     def to_dataframe(self, table: str | None = None, *, engineering_units: bool = False) -> pandas.DataFrame:
         """Return a table of the result, such as its points or impacts, one row each (needs the extra "pandas").
 
-        Without a name it is that of the result's own arrays, such as the points of a curve or the samples of a
-        trajectory; its name is that of their dimension. A result without one gives its only table. Units are in its
-        `attrs`. With `engineering_units` frequencies are in Hz and lengths in mm. Raises ValueError for other names,
-        which names those that there are, and for these units of a result that is not in SI.
+        Without a name it is the table of the result's own arrays, such as the points of a curve or the samples of a
+        trajectory; this table has the name of their dimension. A result without such arrays gives its only table. The
+        `attrs` of the table have the units. With `engineering_units` frequencies are in Hz and lengths in mm. Raises
+        ValueError for an unknown name, with the known names, and for engineering units of a nondimensional result.
         """
         from grazemap.results.tables import dataframe
 
@@ -163,16 +163,16 @@ class Result(Record):
         return f"<{type(self).__name__}: {self._summary()}>"
 
     def _repr_html_(self) -> str:
-        from grazemap.results.html import of_result
+        from grazemap.results.html import result_html
 
-        return of_result(self, self._summary())
+        return result_html(self, self._summary())
 
     def _summary(self) -> str:
         raise NotImplementedError
 
 
 def class_of(process: str, names: Container[str]) -> type[Result]:
-    """Return the class of a process's result; of several forms, the one whose fields are among the names.
+    """Return the class of the result of a process; if there are several, the one whose fields are all among the names.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def class_of(process: str, names: Container[str]) -> type[Result]:
     forms = [kind for kind in RESULTS.values() if kind.process == process]
     if not forms:
         raise KeyError(process)
-    whole = (kind for kind in forms if all(one.optional or one.name in names for one in kind.schema))
+    whole = (kind for kind in forms if all(field.optional or field.name in names for field in kind.schema))
     return next(whole, forms[0])
 
 
@@ -240,43 +240,43 @@ def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
 
 
 def _decoded(record: RecordSchema, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a result from its document; what is stored only is left out.
+    """Return the attributes of a result from its document, without fields that are in documents only.
 
     Raises KeyError where a field that is always present is missing.
     """
     attributes: dict[str, Any] = {}
-    for one in record:
-        if one.replaces or one.stored_only:
+    for field in record:
+        if field.replaces or field.stored_only:
             continue
-        if one.optional and document.get(one.name) is None:
-            attributes[one.name] = () if one.dims and isinstance(one.type, RecordSchema) else None
+        if field.optional and document.get(field.name) is None:
+            attributes[field.name] = () if field.dims and isinstance(field.type, RecordSchema) else None
         else:
-            attributes[one.name] = value_of(one, document[one.name])
+            attributes[field.name] = value_of(field, document[field.name])
     return attributes
 
 
-def value_of(one: Field, value: Any) -> Any:
+def value_of(field: Field, value: Any) -> Any:
     """Return the attribute for a field's value in a document."""
-    if isinstance(one.type, RecordSchema):
-        kind = one.type.kind
-        if one.dims:
-            return tuple(kind(**_decoded(one.type, item)) for item in value)
-        return None if value is None else kind(**_decoded(one.type, value))
-    if isinstance(one.type, Request):
+    if isinstance(field.type, RecordSchema):
+        kind = field.type.kind
+        if field.dims:
+            return tuple(kind(**_decoded(field.type, item)) for item in value)
+        return None if value is None else kind(**_decoded(field.type, value))
+    if isinstance(field.type, RequestDocument):
         return _plain(value)
-    if one.type == "complex":
+    if field.type == "complex":
         return _complex(value)
-    if one.texts:
-        if len(value) > _MOST_TEXTS:
+    if field.texts:
+        if len(value) > _MAX_TEXTS:
             raise ValueError("a list of texts is too long")
-        return tuple(map(TYPES[one.type], value))
-    if one.dims:
-        array: NDArray[Any] = np.asarray(value, dtype=TYPES[one.type])
+        return tuple(map(TYPES[field.type], value))
+    if field.dims:
+        array: NDArray[Any] = np.asarray(value, dtype=TYPES[field.type])
         # neither JSON nor npz has the second dimension of an array without rows
-        return array if array.size else array.reshape(*array.shape, *[0] * (len(one.dims) - array.ndim))
-    if one.type == "float":
+        return array if array.size else array.reshape(*array.shape, *[0] * (len(field.dims) - array.ndim))
+    if field.type == "float":
         return np.nan if value is None else float(value)
-    return None if value is None else TYPES[one.type](value)
+    return None if value is None else TYPES[field.type](value)
 
 
 def _complex(pairs: Any) -> ComplexArray:

@@ -9,12 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted, counted_points
+from grazemap.results.common_records import (
+    CHANCE,
+    KINDS,
+    PERIODIC_MOTIONS,
+    SINCE,
+    ChanceToSettle,
+    Common,
+    Motion,
+    MotionShare,
+)
 from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named
-from grazemap.results.records import CHANCE, KINDS, OF_PERIODIC, SINCE, ChanceToSettle, Common, Motion, MotionShare
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named_field
 from grazemap.results.unfolding import LABEL, UnfoldingMap
 
 if TYPE_CHECKING:
@@ -39,12 +48,12 @@ class Attractor(Record):
     mean_position: float | None = field(
         "Mean distance of the contact coordinate from the steady motion at the initial phase of the "
         "forcing, divided by the clearance.",
-        when=OF_PERIODIC,
+        when=PERIODIC_MOTIONS,
     )
     mean_velocity: float | None = field(
-        "The same for the velocity, over p omega times the clearance.", when=OF_PERIODIC
+        "The same for the velocity, over p omega times the clearance.", when=PERIODIC_MOTIONS
     )
-    multiplier: float | None = field("Largest modulus of the multipliers over one period.", when=OF_PERIODIC)
+    multiplier: float | None = field("Largest modulus of the multipliers over one period.", when=PERIODIC_MOTIONS)
     lyapunov: float | None = field("Largest Lyapunov exponent per forcing period.", when="where it is known")
     verified: bool = field(
         Common, description="Whether a periodic motion is verified for every state that leads to it."
@@ -76,8 +85,8 @@ class BasinEntropy(Record):
     def __str__(self) -> str:
         if not self.boundary_boxes:
             return "no box on a boundary"
-        above = ", above log 2: a fractal boundary" if self.fractal else ""
-        return f"basin entropy {self.entropy:.3g}, on the boundary {self.boundary_entropy:.3g}{above}"
+        verdict = ", above log 2: a fractal boundary" if self.fractal else ""
+        return f"basin entropy {self.entropy:.3g}, on the boundary {self.boundary_entropy:.3g}{verdict}"
 
 
 class Uncertainty(Record):
@@ -85,7 +94,7 @@ class Uncertainty(Record):
 
     distance: IntArray = field("In steps of the rectangle, along either side.", "distance", coordinate=True)
     share: FloatArray = field(
-        "Share of the resolved states that have one within the distance which leads to another attractor.", "distance"
+        "Share of the resolved states with a state within the distance that leads to another attractor.", "distance"
     )
     exponent: float = field("alpha: slope of log share over log distance.", null=True)
     standard_error: float = field(
@@ -152,10 +161,10 @@ class Basins(
         return float((self.label < 0).mean())
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
-        named = [attractor.label or attractor.kind for attractor in self.attractors]
-        every = np.where(self.label < 0, len(named), self.label)
-        return {"motion": (every, [*named, "unresolved"]), "attractor_motion": (np.arange(len(named)), named)}
+        """Return the names of the motions, of every state and of every attractor, as codes and texts."""
+        names = [attractor.label or attractor.kind for attractor in self.attractors]
+        every = np.where(self.label < 0, len(names), self.label)
+        return {"motion": (every, [*names, "unresolved"]), "attractor_motion": (np.arange(len(names)), names)}
 
     @picture
     def plot(
@@ -169,10 +178,10 @@ class Basins(
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
-        said = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
-        said += "" if self.sensitive is None else f", {counted_points(self.sensitive, 'sensitive')}"
-        said += "".join(f", {one}" for one in (self.basin_entropy, self.uncertainty) if one is not None)
-        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
+        summary = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        summary += "" if self.sensitive is None else f", {counted_points(self.sensitive, 'sensitive')}"
+        summary += "".join(f", {measure}" for measure in (self.basin_entropy, self.uncertainty) if measure is not None)
+        return summary if self.chance_to_settle is None else f"{summary}, {self.chance_to_settle}"
 
 
 class ContinuedAttractor(Record):
@@ -205,14 +214,14 @@ class BasinFractions(
     )
     states: IntArray = field("Initial states that lead to the attractor; 0 where it was not found.", _ALONG)
     share: FloatArray = field(Attractor, _ALONG)
-    share_error: FloatArray = field("Its binomial standard error.", _ALONG)
+    share_error: FloatArray = field("Binomial standard error of the share.", _ALONG)
     mean_position: FloatArray = field(Attractor, _ALONG, null=True, when="")
     mean_velocity: FloatArray = field(Attractor, _ALONG, null=True, when="")
     multiplier: FloatArray = field(Attractor, _ALONG, null=True, when="")
     lyapunov: FloatArray = field(Attractor, _ALONG, null=True, when="")
     verified: BoolArray = field(Attractor, _ALONG)
     unresolved: FloatArray = field("Share of the states whose motion is unresolved.", "parameter")
-    unresolved_error: FloatArray = field("Its binomial standard error.", "parameter")
+    unresolved_error: FloatArray = field("Binomial standard error of that share.", "parameter")
     sensitive: FloatArray = field("Share of the states whose trajectories are sensitive.", "parameter")
     displacement: FloatArray = field("The range of each initial displacement.", "mass end", "m")
     velocity: FloatArray = field("The range of each initial velocity.", "mass end", "m/s")
@@ -225,14 +234,16 @@ class BasinFractions(
 
     def motions(self) -> tuple[MotionShare, ...]:
         """Return the motion of every attractor, with its states and its share over all values together."""
-        names = ((one.label or one.kind, one.kind, *_counts(one)) for one in self.attractors)
+        names = (
+            (attractor.label or attractor.kind, attractor.kind, *_counts(attractor)) for attractor in self.attractors
+        )
         shares = zip(self.states.sum(axis=1).tolist(), self.share.mean(axis=1).tolist(), strict=True)
         return tuple(MotionShare(*name, *share) for name, share in zip(names, shares, strict=True))
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
-        named = [attractor.label or attractor.kind for attractor in self.attractors]
-        return {"attractor_motion": (np.arange(len(named)), named)}
+        """Return the names of the attractors as codes and texts."""
+        names = [attractor.label or attractor.kind for attractor in self.attractors]
+        return {"attractor_motion": (np.arange(len(names)), names)}
 
     @picture
     def plot(
@@ -250,27 +261,30 @@ class BasinFractions(
         return draw(self, ax, options, motions=motions, colours=colours)
 
     def _summary(self) -> str:
-        said = f"{counted(self.parameter, 'value')} of {self.vary}, {counted(self.attractors, 'attractor')}"
-        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
+        summary = f"{counted(self.parameter, 'value')} of {self.vary}, {counted(self.attractors, 'attractor')}"
+        return summary if self.chance_to_settle is None else f"{summary}, {self.chance_to_settle}"
 
 
-def _counts(one: Attractor | ContinuedAttractor) -> tuple[int | None, int | None, int | None]:
-    return one.period, one.impacts_right, one.impacts_left
+def _counts(attractor: Attractor | ContinuedAttractor) -> tuple[int | None, int | None, int | None]:
+    return attractor.period, attractor.impacts_right, attractor.impacts_left
 
 
 TILE_OF_BASINS = RecordSchema(
     "TileOfBasins",
-    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished; of "
-    "basin fractions those at some values of the parameter, for some states.",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished. For "
+    "basin fractions, the motions at some values of the parameter, for some of the states.",
     (
         *(
-            one.varied(index_of="")
-            for one in UnfoldingMap.schema
-            if one.dims == UnfoldingMap.schema["kind"].dims
-            and not one.replaces
-            and one.name not in ("computed", "resolved", *OBSERVABLES)
+            member.varied(index_of="")
+            for member in UnfoldingMap.schema
+            if member.dims == UnfoldingMap.schema["kind"].dims
+            and not member.replaces
+            and member.name not in ("computed", "resolved", *OBSERVABLES)
         ),
-        *(named(name, field("As for an attractor.", _PLANE, null=True)) for name in ("mean_position", "mean_velocity")),
+        *(
+            named_field(name, field("As for an attractor.", _PLANE, null=True))
+            for name in ("mean_position", "mean_velocity")
+        ),
     ),
 )
 """The schema of a tile of basins and of basin fractions."""

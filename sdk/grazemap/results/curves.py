@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
-from grazemap.results.records import BIFURCATIONS, Common
 from grazemap.wire import BifurcationCurvesRequest
 from grazemap.wire.planes import Plane
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 _ASKED = "of continued curves"
 _FOUND = "where an orbit was found"
-_OF_RANGES, _OF_AXES = "of windows of omega and clearance", "of windows with axes"
-_OF_VARIED = "Clearance: of both stops, or of the stop that varies."
-_ONE_VARIES = f"of continued curves {_OF_RANGES}, where the clearance of one stop varies"
+_RANGE_WINDOWS, _AXIS_WINDOWS = "of windows of omega and clearance", "of windows with axes"
+_VARIED_CLEARANCE = "Clearance: of both stops, or of the stop that varies."
+_ONE_VARIES = f"of continued curves {_RANGE_WINDOWS}, where the clearance of one stop varies"
 
 
 class PlaneCurve(Record):
@@ -35,10 +35,10 @@ class PlaneCurve(Record):
     impacts_right: int = field(Common)
     impacts_left: int = field(Common)
     symmetric: bool = field(Common)
-    omega: FloatArray | None = field(Common, "point", when=_OF_RANGES)
-    clearance: FloatArray | None = field(Common, "point", when=_OF_RANGES, description=_OF_VARIED)
-    horizontal: FloatArray | None = field("Values of the horizontal parameter.", "point", when=_OF_AXES)
-    vertical: FloatArray | None = field("Values of the vertical parameter.", "point", when=_OF_AXES)
+    omega: FloatArray | None = field(Common, "point", when=_RANGE_WINDOWS)
+    clearance: FloatArray | None = field(Common, "point", when=_RANGE_WINDOWS, description=_VARIED_CLEARANCE)
+    horizontal: FloatArray | None = field("Values of the horizontal parameter.", "point", when=_AXIS_WINDOWS)
+    vertical: FloatArray | None = field("Values of the vertical parameter.", "point", when=_AXIS_WINDOWS)
     ends: tuple[str, ...] = field(
         "The reason for each end: window, grazing (the curve meets the grazing curve), admissible (the admissibility "
         "changes), none (no such motions beyond); for continued curves also closed, real (two multipliers become "
@@ -113,7 +113,7 @@ class BifurcationCurve(PlaneCurve):
         clearance: Any = float(self.clearance[index])
         if self.clearance_right is not None and self.clearance_left is not None:
             both = {"right": float(self.clearance_right[index]), "left": float(self.clearance_left[index])}
-            clearance = {name: None if math.isnan(one) else one for name, one in both.items()}
+            clearance = {name: None if math.isnan(gap) else gap for name, gap in both.items()}
         return {"omega": float(self.omega[index]), "clearance": clearance, "motion": motion}
 
 
@@ -122,10 +122,10 @@ class FollowedMotion(Record):
 
     period: int = field(Common)
     stops: tuple[int, ...] = field("Stops of its impacts: +1 A, -1 C.", "impact", variable=None)
-    omega: float | None = field(Common, when=f"{_OF_RANGES}, {_FOUND}")
-    clearance: float | None = field(Common, when=f"{_OF_RANGES}, {_FOUND}", description=_OF_VARIED)
-    horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_OF_AXES}, {_FOUND}")
-    vertical: float | None = field("Value of the vertical parameter.", when=f"{_OF_AXES}, {_FOUND}")
+    omega: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_FOUND}")
+    clearance: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_FOUND}", description=_VARIED_CLEARANCE)
+    horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_AXIS_WINDOWS}, {_FOUND}")
+    vertical: float | None = field("Value of the vertical parameter.", when=f"{_AXIS_WINDOWS}, {_FOUND}")
     label: str | None = field("The name n-p_r-q_l as plain text.", when=_FOUND)
     admissible: bool = field(Common)
     reason: str | None = field("Why no orbit was found.", when="where no orbit was found")
@@ -156,8 +156,8 @@ class BifurcationCurves(Result, process="bifurcation-curves"):
     @property
     def varied_stop(self) -> str | None:
         """The stop whose clearance varies, "right" or "left"; None: that of both, or none."""
-        named = [name for name in self.parameters if name in ("clearance_right", "clearance_left")]
-        return named[0].removeprefix("clearance_") if len(named) == 1 else None
+        varied = [name for name in self.parameters if name in ("clearance_right", "clearance_left")]
+        return varied[0].removeprefix("clearance_") if len(varied) == 1 else None
 
     def orbit(self, curve: BifurcationCurve, index: int) -> dict[str, Any]:
         """Return a point of a continued curve as keywords of `periodic_orbit`, in any plane.
@@ -168,9 +168,9 @@ class BifurcationCurves(Result, process="bifurcation-curves"):
             The curve is in closed form, without phases.
         """
         motion = curve.motion_at(index)
-        there = self.plane.parameters.at(dict(zip(self.parameters, curve.line[index].tolist(), strict=True)))
-        place = {"omega": there.omega, "clearance": there.clearance.model_dump()}
-        return {"oscillator": there.oscillator.model_dump(), **place, "motion": motion}
+        parameters = self.plane.parameters.at(dict(zip(self.parameters, curve.line[index].tolist(), strict=True)))
+        place = {"omega": parameters.omega, "clearance": parameters.clearance.model_dump()}
+        return {"oscillator": parameters.oscillator.model_dump(), **place, "motion": motion}
 
     @picture
     def plot(self, ax: Axes | None = None, *, admissible: bool = True, **options: Unpack[PictureOptions]) -> Axes:

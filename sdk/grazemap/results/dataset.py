@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.results.common_records import Motion
 from grazemap.results.fields import TYPES, Field, RecordSchema, ResultSchema
 from grazemap.results.observables import outputs_of
-from grazemap.results.records import Motion
 
 if TYPE_CHECKING:
     import xarray
@@ -46,21 +46,21 @@ def dataset(result: Result) -> xarray.Dataset:
         raise MissingExtra("to_xarray()", "xarray") from error
     columns = _Columns(result.units, result.roles)
     columns.add_record(result.schema, result)
-    for one, values in outputs_of(result):
-        columns.add(one, one.name, one.dims, values, result.schema)
+    for field, values in outputs_of(result):
+        columns.add(field, field.name, field.dims, values, result.schema)
     derived = result.derived()
-    for one in result.schema.derived:
-        codes, texts = derived[one.name]
+    for field in result.schema.derived:
+        codes, texts = derived[field.name]
         meanings, order = np.unique(texts, return_inverse=True)
         codes = order.astype(_smallest(len(meanings)))[codes]
-        columns.add(one, one.name, one.dims, codes, result.schema, meanings=meanings.tolist())
+        columns.add(field, field.name, field.dims, codes, result.schema, meanings=meanings.tolist())
     columns.number()
     for role, name in result.roles.items():
         columns.coordinates.setdefault(name, ((name,), getattr(result, role, None)))
-    made = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
+    converted = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
     for name, attributes in columns.attributes.items():
-        made[name].attrs.update(attributes)
-    return made
+        converted[name].attrs.update(attributes)
+    return converted
 
 
 def _attributes(result: Result) -> dict[str, str]:
@@ -69,16 +69,16 @@ def _attributes(result: Result) -> dict[str, str]:
         "core_version": str(result.meta.get("core_version", "")),
         "request": json.dumps(result.meta.get("request", {}), sort_keys=True),
     }
-    for one in result.schema:
-        if _is_motion(one):
-            attributes["motion"] = json.dumps(asdict(getattr(result, one.name)))
-        elif isinstance(one.type, RecordSchema) and any(_is_motion(inner) for inner in one.type):
-            attributes["motion"] = json.dumps([asdict(item.motion) for item in getattr(result, one.name)])
+    for field in result.schema:
+        if _is_motion(field):
+            attributes["motion"] = json.dumps(asdict(getattr(result, field.name)))
+        elif isinstance(field.type, RecordSchema) and any(_is_motion(inner) for inner in field.type):
+            attributes["motion"] = json.dumps([asdict(item.motion) for item in getattr(result, field.name)])
     return attributes
 
 
-def _is_motion(one: Field) -> bool:
-    return one.type is Motion.schema and one.variable is None
+def _is_motion(field: Field) -> bool:
+    return field.type is Motion.schema and field.variable is None
 
 
 class _Columns:
@@ -93,7 +93,7 @@ class _Columns:
 
     def add(
         self,
-        one: Field,
+        field: Field,
         name: str,
         dims: tuple[str, ...],
         values: Any,
@@ -105,13 +105,13 @@ class _Columns:
 
         `meanings` are the texts that the values stand for.
         """
-        if one.type == "complex":
-            self._add(one, f"{name}_real", dims, values.real)
-            self._add(one, f"{name}_imaginary", dims, values.imag)
+        if field.type == "complex":
+            self._add(field, f"{name}_real", dims, values.real)
+            self._add(field, f"{name}_imaginary", dims, values.imag)
             return
         if isinstance(record, ResultSchema):
             dims = tuple(prefix + self._roles.get(dim, dim) for dim in dims)
-        self._add(one, name, dims, np.asarray(values))
+        self._add(field, name, dims, np.asarray(values))
         if meanings:
             words = " ".join(text.replace(" ", "_") or "_" for text in meanings)
             self.attributes[name] |= {
@@ -121,48 +121,50 @@ class _Columns:
 
     def add_record(self, record: RecordSchema, item: Any, prefix: str = "") -> None:
         """Add the fields of a record."""
-        for one in _shown(record):
-            value = getattr(item, one.name)
-            name = prefix + (one.variable or one.name)
-            if one.type is Motion.schema:
-                self.add(one, name, (), value.label or value.kind, record)
-            elif isinstance(one.type, RecordSchema) and one.dims:
-                self.add_records(one, value)
-            elif isinstance(one.type, RecordSchema):
+        for field in _shown(record):
+            value = getattr(item, field.name)
+            name = prefix + (field.variable or field.name)
+            if field.type is Motion.schema:
+                self.add(field, name, (), value.label or value.kind, record)
+            elif isinstance(field.type, RecordSchema) and field.dims:
+                self.add_records(field, value)
+            elif isinstance(field.type, RecordSchema):
                 if value is not None:
-                    self.add_record(one.type, value, prefix + one.prefix)
-                elif not one.optional:
-                    self._add_nothing(one.type, prefix + one.prefix)
+                    self.add_record(field.type, value, prefix + field.prefix)
+                elif not field.optional:
+                    self._add_nothing(field.type, prefix + field.prefix)
             elif value is not None:
-                meanings = getattr(item, one.index_of) if one.index_of else ()
+                meanings = getattr(item, field.index_of) if field.index_of else ()
                 codes = value.astype(_smallest(len(meanings))) if meanings else value
-                self.add(one, name, one.dims, codes, record, prefix, meanings)
+                self.add(field, name, field.dims, codes, record, prefix, meanings)
 
-    def add_records(self, of: Field, items: Sequence[Any], prefix: str = "") -> None:
-        """Add the fields of a list of records, or of a record in each of them, whose `prefix` is given."""
-        assert isinstance(of.type, RecordSchema)
-        (along,) = of.dims
-        for one in _shown(of.type):
-            values: list[Any] = [None if item is None else getattr(item, one.name) for item in items]
-            name = prefix + (one.variable or one.name)
-            if one.type is Motion.schema:
-                self.add(one, name, (along,), np.array([value.label or value.kind for value in values]), of.type)
-            elif isinstance(one.type, RecordSchema) and one.dims:
-                self._add_owners(one.dims[0], along, [len(value) for value in values])
-                self.add_records(one, [item for value in values for item in value])
-            elif isinstance(one.type, RecordSchema):
-                self.add_records(one.varied(dims=of.dims), values, prefix + one.prefix)
-            elif not one.dims:
-                missing, kind = _MISSING[str(one.type)], TYPES[one.type]
-                incomplete = any((one.optional, one.null, of.optional, of.null)) and one.type != "str"
+    def add_records(self, parent: Field, items: Sequence[Any], prefix: str = "") -> None:
+        """Add the fields of a list of records; with a `prefix`, those of a record inside each record of a list."""
+        assert isinstance(parent.type, RecordSchema)
+        (along,) = parent.dims
+        for field in _shown(parent.type):
+            values: list[Any] = [None if item is None else getattr(item, field.name) for item in items]
+            name = prefix + (field.variable or field.name)
+            if field.type is Motion.schema:
+                self.add(field, name, (along,), np.array([value.label or value.kind for value in values]), parent.type)
+            elif isinstance(field.type, RecordSchema) and field.dims:
+                self._add_owners(field.dims[0], along, [len(value) for value in values])
+                self.add_records(field, [item for value in values for item in value])
+            elif isinstance(field.type, RecordSchema):
+                self.add_records(field.varied(dims=parent.dims), values, prefix + field.prefix)
+            elif not field.dims:
+                missing, kind = _MISSING[str(field.type)], TYPES[field.type]
+                incomplete = any((field.optional, field.null, parent.optional, parent.null)) and field.type != "str"
                 kind = np.float64 if incomplete else kind
                 column: NDArray[Any] = np.array([missing if value is None else value for value in values], kind)
-                self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
-            elif one.dims[-1] in _SHARED:
-                self._add_padded(one, name, along, values)
+                self.add(field, parent.prefix + name if not prefix else name, (along,), column, parent.type)
+            elif field.dims[-1] in _SHARED:
+                self._add_padded(field, name, along, values)
             elif not values or any(value is not None for value in values):
-                self._add_owners(one.dims[0], along, [len(value) for value in values])
-                self.add(one, name, one.dims, np.concatenate([np.zeros(0, TYPES[one.type]), *values]), of.type)
+                self._add_owners(field.dims[0], along, [len(value) for value in values])
+                self.add(
+                    field, name, field.dims, np.concatenate([np.zeros(0, TYPES[field.type]), *values]), parent.type
+                )
 
     def number(self) -> None:
         """Add the coordinates of dimensions that are numbered from 1, and of the entries of states."""
@@ -173,35 +175,35 @@ class _Columns:
                 entries = [f"{name}{i}" for i in range(1, (size - 1) // 2 + 1) for name in ("x", "v")]
                 self.coordinates[dim] = ((dim,), np.array([*entries, "theta"]))
 
-    def _add(self, one: Field, name: str, dims: tuple[str, ...], values: NDArray[Any]) -> None:
-        kind = self.coordinates if one.coordinate or dims == (name,) else self.variables
+    def _add(self, field: Field, name: str, dims: tuple[str, ...], values: NDArray[Any]) -> None:
+        kind = self.coordinates if field.coordinate or dims == (name,) else self.variables
         kind[name] = (dims, values)
         self._sizes |= dict(zip(dims, values.shape, strict=True))
-        unit = one.unit_in(self._units)
-        self.attributes[name] = {"description": one.description} | ({"units": unit} if unit else {})
+        unit = field.unit_in(self._units)
+        self.attributes[name] = {"description": field.description} | ({"units": unit} if unit else {})
 
     def _add_nothing(self, record: RecordSchema, prefix: str) -> None:
         """Add a missing record, as NaN."""
-        for one in _shown(record):
-            nothing = np.full([self._sizes[dim] for dim in one.dims], _MISSING[str(one.type)])
-            self.add(one, prefix + one.name, one.dims, nothing, record)
+        for field in _shown(record):
+            nothing = np.full([self._sizes[dim] for dim in field.dims], _MISSING[str(field.type)])
+            self.add(field, prefix + field.name, field.dims, nothing, record)
 
-    def _add_owners(self, dim: str, along: str, lengths: list[int]) -> None:
-        owners = self.coordinates[along][1] if along in self.coordinates else np.arange(len(lengths))
-        self.variables[f"{dim}_{along}"] = ((dim,), np.repeat(owners, lengths))
+    def _add_owners(self, dim: str, list_dim: str, lengths: list[int]) -> None:
+        owners = self.coordinates[list_dim][1] if list_dim in self.coordinates else np.arange(len(lengths))
+        self.variables[f"{dim}_{list_dim}"] = ((dim,), np.repeat(owners, lengths))
 
-    def _add_padded(self, one: Field, name: str, along: str, values: list[Any]) -> None:
-        given = [value for value in values if value is not None]
-        longest: Any = max(given, key=lambda value: value.shape[-1], default=None)
-        shape = [self._sizes[dim] for dim in one.dims] if longest is None else longest.shape
-        if one.dims == (name,):  # one coordinate for all records
-            self._add(one, name, one.dims, longest)
+    def _add_padded(self, field: Field, name: str, along: str, values: list[Any]) -> None:
+        present = [value for value in values if value is not None]
+        longest: Any = max(present, key=lambda value: value.shape[-1], default=None)
+        shape = [self._sizes[dim] for dim in field.dims] if longest is None else longest.shape
+        if field.dims == (name,):  # one coordinate for all records
+            self._add(field, name, field.dims, longest)
             return
         whole = np.full((len(values), *shape), np.nan)
         for place, value in enumerate(values):
             if value is not None:
                 whole[place, ..., : value.shape[-1]] = value
-        self._add(one, name, (along, *one.dims), whole)
+        self._add(field, name, (along, *field.dims), whole)
 
 
 def _smallest(count: int) -> type[np.signedinteger[Any]]:
@@ -210,4 +212,4 @@ def _smallest(count: int) -> type[np.signedinteger[Any]]:
 
 
 def _shown(record: RecordSchema) -> list[Field]:
-    return [one for one in record if one.variable is not None and not one.replaces]
+    return [field for field in record if field.variable is not None and not field.replaces]

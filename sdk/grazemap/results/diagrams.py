@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import CHANCE, STOPS, ChanceToSettle, Common, Motion
 from grazemap.results.observables import Observed, quantity_of, variables_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, IntArray, Record, field
-from grazemap.results.records import CHANCE, STOPS, ChanceToSettle, Common, Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ class Section(Record):
     impact_velocity: FloatArray = field("Velocity before every impact, signed.", "impact", "m/s")
     impact_stop: IntArray = field("Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS)
     motion: Motion = field(
-        "The motion that the trajectory settles to until 500 periods after those that are shown. It is verified if "
+        "The motion to which the trajectory has settled at most 500 periods after those shown. It is verified if "
         "its orbit is verified and captures the trajectory, which is not sensitive.",
         variable="motion",
     )
@@ -36,7 +36,9 @@ class Section(Record):
     transient_growth: float | None = field(Common)
 
 
-class BifurcationDiagram(Observed, Result, process="bifurcation-diagrams", over="parameter", outputs="OutputOfDiagram"):
+class BifurcationDiagram(
+    Observed, Result, process="bifurcation-diagrams", dimensions="parameter", outputs="OutputOfDiagram"
+):
     """Settled motions along one parameter."""
 
     parameter: FloatArray = field("Values of the parameter that varies, increasing.", "parameter")
@@ -59,10 +61,10 @@ class BifurcationDiagram(Observed, Result, process="bifurcation-diagrams", over=
             The quantity is none of `QUANTITIES`, and was not asked for.
         """
         if quantity not in QUANTITIES:
-            found = dict(self._observed())
-            if quantity not in found:
-                raise ValueError(f"the quantity is one of {', '.join((*QUANTITIES, *found))}")
-            return self.parameter, found[quantity]
+            observed = dict(self._observed())
+            if quantity not in observed:
+                raise ValueError(f"the quantity is one of {', '.join((*QUANTITIES, *observed))}")
+            return self.parameter, observed[quantity]
         columns = [getattr(section, quantity) for section in self.sections]
         return np.repeat(self.parameter, [len(column) for column in columns]), np.concatenate(columns)
 
@@ -90,11 +92,11 @@ class BifurcationDiagram(Observed, Result, process="bifurcation-diagrams", over=
         return draw(self, ax, options, quantity=quantity, observed=observed, motions=motions, colours=colours)
 
     def _observed(self) -> Iterator[tuple[str, FloatArray]]:
-        return ((one.name, values) for one, values in variables_of(self))
+        return ((variable.name, values) for variable, values in variables_of(self))
 
     def _summary(self) -> str:
-        said = f"{counted(self.parameter, 'value')} of {self.vary}"
+        summary = f"{counted(self.parameter, 'value')} of {self.vary}"
         sensitive = [section.sensitive for section in self.sections]
         if None not in sensitive:
-            said += f", {sensitive.count(True)} sensitive"
-        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
+            summary += f", {sensitive.count(True)} sensitive"
+        return summary if self.chance_to_settle is None else f"{summary}, {self.chance_to_settle}"

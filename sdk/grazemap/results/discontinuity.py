@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import STOPS, Common
 from grazemap.results.grazing import XI
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, IntArray, Record, field
-from grazemap.results.records import STOPS, Common
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ class NextContact(Record):
 
 
 class Returns(Record):
-    """The motion with the stops closer than the steady amplitude by each overshoot, by the map (26) and by simulation.
+    """The motion with stops closer than the steady amplitude by each overshoot, from the map (26) and from simulation.
 
     Deviations are taken from the grazing point at every return: half periods of the forces, alternately at the two
     stops, where both are grazed at once, else whole ones. The first return is the graze. There are no
@@ -84,7 +84,7 @@ class DiscontinuityMapping(Result, process="discontinuity-mappings", rows="overs
         "Jacobian of the map from this return to the next one, equation (46).", f"{_ENTRY} state_entry_before"
     )
     jacobian_opposite: FloatArray = field(
-        "Jacobian of the map from there to the return after it, at the other stop if both are grazed at once.",
+        "Jacobian of the map from the next return to the one after it, at the other stop if both are grazed at once.",
         f"{_ENTRY} state_entry_before",
     )
     xi: FloatArray = field(

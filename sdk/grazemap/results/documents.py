@@ -1,4 +1,4 @@
-"""Documents and their schemas: documents from fields, and documents from JSON."""
+"""Makes documents by their schemas: from the values of fields, and from JSON."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NewType
 
 import numpy as np
 
-from grazemap.results.fields import Field, RecordSchema, Request, ResultSchema
+from grazemap.results.fields import Field, RecordSchema, RequestDocument, ResultSchema
 
 if TYPE_CHECKING:
     from grazemap.results.record import Record
@@ -24,42 +24,42 @@ def document_of(kind: type[Record], source: object = None, /, **values: Any) -> 
     ----------
     kind : class of a record or of a result
     source
-        An object of the core, whose attributes are the fields without a value. What is None there is left out if not
-        every document has the field.
+        An object of the core, whose attributes are the fields that `values` lacks. An optional field is left out where
+        the attribute is None.
     values
-        Values of fields. A record inside is its document, or the object of the core that it is made of, and complex
-        numbers need not be pairs.
+        Values of fields. A record inside is given as its document, or as an object of the core. Complex numbers need
+        not be pairs.
 
     Raises
     ------
     TypeError
-        The class, or that of a record inside, has no field of a name; or neither the values nor the object have one
-        that every document has.
+        A name is not a field of the class, or of the class of a record inside; or a required field is neither among the
+        values nor an attribute of the object.
     """
     document: Document = {}
-    for one in kind.schema:
-        if one.replaces:
-            values.pop(one.name, None)
-            if one.replaces in document:
-                document[one.name] = document[one.replaces]
-        elif one.name in values:
-            document[one.name] = _stored(one, values.pop(one.name))
-        elif one.optional and getattr(source, one.name, None) is None:
+    for field in kind.schema:
+        if field.replaces:
+            values.pop(field.name, None)
+            if field.replaces in document:
+                document[field.name] = document[field.replaces]
+        elif field.name in values:
+            document[field.name] = _stored(field, values.pop(field.name))
+        elif field.optional and getattr(source, field.name, None) is None:
             continue
-        elif hasattr(source, one.name):
-            document[one.name] = _stored(one, getattr(source, one.name))
+        elif hasattr(source, field.name):
+            document[field.name] = _stored(field, getattr(source, field.name))
         else:
-            raise TypeError(f"a document of {kind.schema.name} lacks {one.name}")
+            raise TypeError(f"a document of {kind.schema.name} lacks {field.name}")
     if values:
         raise TypeError(f"documents of {kind.schema.name} have no {', '.join(values)}")
     return ClassDocument(document)
 
 
-def _stored(one: Field, value: Any) -> Any:
+def _stored(field: Field, value: Any) -> Any:
     """Return the value of a field as documents have it."""
-    if isinstance(one.type, RecordSchema) and value is not None:
-        return [_record(one.type, item) for item in value] if one.dims else _record(one.type, value)
-    if one.type == "complex" and np.iscomplexobj(value):
+    if isinstance(field.type, RecordSchema) and value is not None:
+        return [_record(field.type, item) for item in value] if field.dims else _record(field.type, value)
+    if field.type == "complex" and np.iscomplexobj(value):
         return np.stack([value.real, value.imag], axis=-1)
     return value
 
@@ -71,32 +71,32 @@ def _record(record: RecordSchema, value: Any) -> Any:
 def from_json(record: RecordSchema, document: Mapping[str, Any]) -> Document:
     """Return a document from its JSON, with arrays where the schema has them, and NaN for null in them.
 
-    Fields that JSON alone has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
+    Fields that only JSON has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
     they are lists of numbers.
     """
-    left_out = {one.name for one in record.in_json} if isinstance(record, ResultSchema) else set()
+    left_out = {field.name for field in record.in_json} if isinstance(record, ResultSchema) else set()
     return {
         name: _value_from_json(_field(record, name), value) for name, value in document.items() if name not in left_out
     }
 
 
 def _field(record: RecordSchema, name: str) -> Field | None:
-    return next((one for one in record if one.name == name), None)
+    return next((field for field in record if field.name == name), None)
 
 
-def _value_from_json(one: Field | None, value: Any) -> Any:
-    if one is None:
+def _value_from_json(field: Field | None, value: Any) -> Any:
+    if field is None:
         return _guessed(value)
-    if isinstance(one.type, Request) or value is None:
+    if isinstance(field.type, RequestDocument) or value is None:
         return value
-    if isinstance(one.type, RecordSchema):
-        record = one.type
-        return [from_json(record, item) for item in value] if one.dims else from_json(record, value)
-    if not one.dims or (one.texts and one.type != "str"):
+    if isinstance(field.type, RecordSchema):
+        record = field.type
+        return [from_json(record, item) for item in value] if field.dims else from_json(record, value)
+    if not field.dims or (field.texts and field.type != "str"):
         return value
-    if one.type == "str":
+    if field.type == "str":
         return np.asarray(value, dtype=np.str_)
-    return np.asarray(value, dtype=one.stored_dtype)
+    return np.asarray(value, dtype=field.stored_dtype)
 
 
 def _guessed(value: Any) -> Any:

@@ -39,22 +39,22 @@ class RecordSchema:
 
     def __getitem__(self, name: str) -> Field:
         """Return the field of a name. Raises KeyError."""
-        for one in self.fields:
-            if one.name == name:
-                return one
+        for field in self.fields:
+            if field.name == name:
+                return field
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[Field]:
         return iter(self.fields)
 
-    def varied(self, name: str = "", without: Container[str] = (), **changes: Mapping[str, object]) -> Self:
+    def varied(self, name: str = "", omitted: Container[str] = (), **changes: Mapping[str, object]) -> Self:
         """Return the schema with another name, without some fields, and with attributes of other fields changed."""
-        fields = tuple(one.varied(**changes.get(one.name, {})) for one in self if one.name not in without)
+        fields = tuple(field.varied(**changes.get(field.name, {})) for field in self if field.name not in omitted)
         return replace(self, name=name or self.name, fields=fields)
 
 
 @dataclass(frozen=True)
-class Request:
+class RequestDocument:
     """A nested document that can be posted to a process."""
 
     process: str
@@ -67,8 +67,8 @@ class Field:
 
     name: str
     """Its name."""
-    type: Scalar | RecordSchema | Request
-    """A complex number is stored as a pair, its real and imaginary part."""
+    type: Scalar | RecordSchema | RequestDocument
+    """The type of its values. A complex number is stored as a pair, its real and imaginary part."""
     description: str
     """What it is, in one sentence."""
     dims: tuple[str, ...] = ()

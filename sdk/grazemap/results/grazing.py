@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted, outside
+from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
-from grazemap.results.records import Common
 from grazemap.wire import Oscillator
 from grazemap.wire.linear import STOPS, StopName, grazing_clearance
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NEAR = 1e-9
-"""Relative distance from omega of a point in which the statement on the point has its zero."""
+"""Half the width of the range of omega in the statement on a point, relative to the omega of the point."""
 _UNLIKE = "of stops that are not alike"
 _RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
-_AT_CORNER = "d A/d omega of this maximum: that of the grazing curve at omega {} the point."
+_CORNER_SLOPE = "d A/d omega of this maximum, which is the slope of the grazing curve at omega {} the point."
 _IF_RIGHT, _IF_LEFT = "if the clearance of the right stop varies", "if the clearance of the left stop varies"
 XI = field("xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
 
@@ -71,8 +71,8 @@ class Corner(Record):
         "omega t, in (-pi/p, pi/p], of the maximum that is the larger one at omega below the point.", unit="rad"
     )
     phase_after: float = field("The same at omega above the point.", unit="rad")
-    slope_before: float = field(_AT_CORNER.format("below"), unit="m s/rad")
-    slope_after: float = field(_AT_CORNER.format("above"), unit="m s/rad")
+    slope_before: float = field(_CORNER_SLOPE.format("below"), unit="m s/rad")
+    slope_after: float = field(_CORNER_SLOPE.format("above"), unit="m s/rad")
     recurrence_before: int = field(
         "Number of the contact at which an impact first recurs after a graze at the first maximum; 0: none within "
         "max_order half periods. The contacts are those of the steady motion at the point, in the order of time."
@@ -151,7 +151,7 @@ class CodimensionTwoPoint(Record):
         return {"kind": "codimension-two", "type": function, "order": order, "range": window, "stop": stop}
 
 
-class _WithPoints:
+class _PointsResult:
     """Base of results whose points know their oscillator."""
 
     @classmethod
@@ -161,7 +161,7 @@ class _WithPoints:
         return attributes | {"points": tuple(changed(point, _oscillator=oscillator) for point in attributes["points"])}
 
 
-class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):
+class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"):
     """The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19)."""
 
     omega: FloatArray = field(Common, "omega")
@@ -195,8 +195,8 @@ class GrazingCurve(_WithPoints, Result, process="grazing-curves", rows="omega"):
     def at(self, omega: ArrayLike) -> FloatArray:
         """Return the clearance at which the steady motion touches the stops, in the shape of omega.
 
-        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside of the curve's, as it
-        may be meant in other units.
+        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside the range of the
+        curve, which may be meant in other units.
         """
         return _evaluated(self, omega, ["right"])
 
@@ -223,7 +223,7 @@ _FIRST_RECURRENCE = field(
 )
 
 
-class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="omega"):
+class StopGrazingCurves(_PointsResult, Result, process="grazing-curves", rows="omega"):
     """The grazes of stops that are not alike: of one of them, or of both at one clearance.
 
     The stop that does not vary is fixed or absent. The grazes of both at one clearance differ where a bias moves the
@@ -251,10 +251,11 @@ class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="ome
     def at(self, omega: ArrayLike, stop: StopName | None = None) -> FloatArray:
         """Return the clearance at which the steady motion touches a stop, in the shape of omega.
 
-        It is that of the stop that varies. Where both vary together it is that of the first one that the motion touches
-        as they come nearer, the larger one, or with `stop` that of this one. As in the fields, the motion may meet the
-        other stop before: the graze is virtual. The formula is evaluated: nothing is interpolated. Raises ValueError
-        for an omega outside of the curve's, as it may be meant in other units, and for a stop that does not vary.
+        The stop is the one that varies. Where both vary together, `stop` chooses one of them; without it, the larger
+        clearance is returned, at which the motion first touches a stop as both come nearer. As in the fields, the graze
+        is virtual where the motion meets the other stop first. The formula is evaluated: nothing is interpolated.
+        Raises ValueError for an omega outside the range of the curve, which may be meant in other units, and for a stop
+        that does not vary.
         """
         varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
         if stop is not None and stop not in varied:
@@ -276,7 +277,7 @@ class StopGrazingCurves(_WithPoints, Result, process="grazing-curves", rows="ome
         return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
-class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"):
+class CodimensionTwoPoints(_PointsResult, Result, process="codimension-two-points"):
     """Every codimension-two point of the grazing curve over an interval of omega."""
 
     points: tuple[CodimensionTwoPoint, ...] = field("The points, in increasing omega.", "point")
@@ -291,7 +292,7 @@ class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"
     ) -> Axes:
         """Draw the points on the grazing curve in the plane of omega and clearance.
 
-        A `curve` that is given is drawn as it draws itself; left out, those of the stops that vary are evaluated.
+        `curve` is drawn as by its own `plot`. Without it, the grazing curves of the stops that vary are evaluated.
         """
         return draw(self, ax, options, curve=curve)
 
@@ -311,8 +312,8 @@ class CodimensionTwoPoints(_WithPoints, Result, process="codimension-two-points"
 
     def _summary(self) -> str:
         kinds = Counter(point.kind for point in self.points)
-        others = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
-        return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{others}"
+        special = "".join(f", {kinds[kind]} {kind}" for kind in ("double-graze", "corner") if kinds[kind])
+        return f"{kinds['recurrence']} recurrence and {kinds['resonant']} resonant points{special}"
 
 
 def _evaluated(curve: GrazingCurve | StopGrazingCurves, omega: ArrayLike, stops: Sequence[StopName]) -> FloatArray:

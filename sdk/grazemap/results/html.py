@@ -1,4 +1,4 @@
-"""What a notebook shows of results, jobs and clients: a small picture and a table. Nothing is computed."""
+"""The HTML that notebooks show for results, jobs and clients: a small picture and a table. Nothing is computed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from grazemap.results.base import Result
 
 _DOTS_PER_INCH = 70
-_DRAWN_AT_MOST = {"vertical": 400, "horizontal": 400, "time": 20_000}
+_MAX_DRAWN = {"vertical": 400, "horizontal": 400, "time": 20_000}
 
 
 def table(title: str, rows: Mapping[str, Any], picture: str = "") -> str:
@@ -36,18 +36,21 @@ def table(title: str, rows: Mapping[str, Any], picture: str = "") -> str:
     )
 
 
-def of_result(result: Result, summary: str) -> str:
+def result_html(result: Result, summary: str) -> str:
     """Return a result as HTML."""
     request = result.meta["request"]
     rows: dict[str, Any] = {"result": summary, "units": result.units}
     shown = ("omega", "clearance", "horizontal", "vertical", "vary", "range")
     rows |= {name: _value(request[name]) for name in shown if name in request}
     oscillator = Oscillator(**request["oscillator"])
-    given = oscillator.restitution
-    said = f"{given:g}" if isinstance(given, float) else f"{given.right:g} right, {given.left:g} left"
-    rows |= {
-        "oscillator": f"{oscillator.size} {'masses' if oscillator.matrices is None else 'coordinates'}, R = {said}"
-    }
+    restitution = oscillator.restitution
+    restitution_text = (
+        f"{restitution:g}"
+        if isinstance(restitution, float)
+        else f"{restitution.right:g} right, {restitution.left:g} left"
+    )
+    coordinates = "masses" if oscillator.matrices is None else "coordinates"
+    rows |= {"oscillator": f"{oscillator.size} {coordinates}, R = {restitution_text}"}
     rows |= {"core": result.meta.get("core_version"), "note": "; ".join(note.detail for note in result.notes)}
     return table(type(result).__name__, rows, _thumbnail(result))
 
@@ -58,7 +61,7 @@ def _value(value: Any) -> str:
         if "values" in value:  # of an axis
             return f"{value.get('vary') or ''.join(map(str, list(value.values())[:2]))}: {_value(value['values'])}"
         if "start" not in value:  # of each stop
-            return ", ".join(f"{name} {'absent' if one is None else _value(one)}" for name, one in value.items())
+            return ", ".join(f"{name} {'absent' if gap is None else _value(gap)}" for name, gap in value.items())
         return f"{value['start']:g} to {value['stop']:g}{points}"
     if isinstance(value, list) and value:
         return f"{value[0]:g} to {value[-1]:g}, {len(value)} values"
@@ -66,21 +69,23 @@ def _value(value: Any) -> str:
 
 
 def thinned(result: Result) -> Result:
-    """Return a result of which every n-th row, column and sample is kept, or the result itself if it is not large."""
+    """Return a large result with every n-th row, column and sample only, and any other result itself."""
     steps: dict[str, int] = {}
     roles = {name: role for role, name in result.roles.items()}
-    stored = [one for one in result.schema if not one.replaces]
-    for one in stored:
-        value = getattr(result, one.name, None)
-        for dim, length in zip(one.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
+    stored = [field for field in result.schema if not field.replaces]
+    for field in stored:
+        value = getattr(result, field.name, None)
+        for dim, length in zip(field.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
             role = roles.get(dim, dim)
-            steps[role] = -(-length // _DRAWN_AT_MOST.get(role, length or 1))
+            steps[role] = -(-length // _MAX_DRAWN.get(role, length or 1))
     if all(step <= 1 for step in steps.values()):
         return result
     kept = {
-        one.name: getattr(result, one.name)[tuple(slice(None, None, steps[roles.get(dim, dim)]) for dim in one.dims)]
-        for one in stored
-        if isinstance(getattr(result, one.name, None), np.ndarray)
+        field.name: getattr(result, field.name)[
+            tuple(slice(None, None, steps[roles.get(dim, dim)]) for dim in field.dims)
+        ]
+        for field in stored
+        if isinstance(getattr(result, field.name, None), np.ndarray)
     }
     return changed(result, **kept)
 
@@ -91,8 +96,10 @@ def _thumbnail(result: Result) -> str:
         return ""
     small = thinned(result)
     try:
-        draw_apart = plots().draw_apart
-        figure = draw_apart(small) if small is result else draw_apart(small, legend="none", labels=False)
+        draw_without_pyplot = plots().draw_without_pyplot
+        figure = (
+            draw_without_pyplot(small) if small is result else draw_without_pyplot(small, legend="none", labels=False)
+        )
     except MissingExtra:
         return ""
     except Exception:  # a display must not fail: the table is shown without a picture

@@ -49,8 +49,8 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     order = sorted(range(len(motions)), key=lambda i: (-motions[i]["pixels"], motions[i]["label"]))
     rank = np.argsort(order)
     largest = [motions[i] for i in order]
-    colours = colours_of_map([one["label"] for one in largest], [one["kind"] for one in largest])
-    coloured = [{**one, "colour": colour} for one, colour in zip(largest, colours, strict=True)]
+    colours = colours_of_map([entry["label"] for entry in largest], [entry["kind"] for entry in largest])
+    coloured = [{**entry, "colour": colour} for entry, colour in zip(largest, colours, strict=True)]
     return coloured, np.repeat(rank[places], lengths).reshape(kind.shape)
 
 

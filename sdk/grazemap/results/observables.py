@@ -1,4 +1,4 @@
-"""What is read off the motions of a result: observables, and outputs."""
+"""Observables and outputs: quantities that are measured on the motions of a result."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 _ASKED_FOR = "where `observables` names it"
-_ON_RIGHT, _ON_LEFT = " on stop A", " on stop C"
+_RIGHT_STOP, _LEFT_STOP = " on stop A", " on stop C"
 _RATE = "Number of impacts{} per forcing period; null in complete chatter, which has infinitely many."
 _PEAK = "Largest speed of the contact before an impact{}; null without impacts."
 _MEAN = "Mean speed of the contact before impacts{}; null without impacts, 0 in complete chatter."
@@ -41,26 +41,27 @@ MEANS = tuple(Output.schema[name] for name in ("rms", "mean", "peak"))
 
 
 class Observed(Record):
-    """Base of results with what was read off their motions; None where it was not asked for.
+    """Base of results with observables and outputs; those that the request does not ask for are None.
 
-    A class says `over` which dimensions its observables are, and what its outputs are called in the API's document.
+    A subclass gives the `dimensions` of its observables, and the name of the schema of its outputs in the API's
+    document.
     """
 
     impact_rate: Any = field(_RATE.format(""), when=_ASKED_FOR, null=True)
-    impact_rate_right: Any = field(_RATE.format(_ON_RIGHT), when=_ASKED_FOR, null=True)
-    impact_rate_left: Any = field(_RATE.format(_ON_LEFT), when=_ASKED_FOR, null=True)
+    impact_rate_right: Any = field(_RATE.format(_RIGHT_STOP), when=_ASKED_FOR, null=True)
+    impact_rate_left: Any = field(_RATE.format(_LEFT_STOP), when=_ASKED_FOR, null=True)
     peak_impact_speed: Any = field(_PEAK.format(""), unit="m/s", when=_ASKED_FOR, null=True)
-    peak_impact_speed_right: Any = field(_PEAK.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
-    peak_impact_speed_left: Any = field(_PEAK.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_right: Any = field(_PEAK.format(_RIGHT_STOP), unit="m/s", when=_ASKED_FOR, null=True)
+    peak_impact_speed_left: Any = field(_PEAK.format(_LEFT_STOP), unit="m/s", when=_ASKED_FOR, null=True)
     mean_impact_speed: Any = field(_MEAN.format(""), unit="m/s", when=_ASKED_FOR, null=True)
-    mean_impact_speed_right: Any = field(_MEAN.format(_ON_RIGHT), unit="m/s", when=_ASKED_FOR, null=True)
-    mean_impact_speed_left: Any = field(_MEAN.format(_ON_LEFT), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_right: Any = field(_MEAN.format(_RIGHT_STOP), unit="m/s", when=_ASKED_FOR, null=True)
+    mean_impact_speed_left: Any = field(_MEAN.format(_LEFT_STOP), unit="m/s", when=_ASKED_FOR, null=True)
     impulse: Any = field(_IMPULSE.format(""), unit="N s", when=_ASKED_FOR, null=True)
-    impulse_right: Any = field(_IMPULSE.format(_ON_RIGHT), unit="N s", when=_ASKED_FOR, null=True)
-    impulse_left: Any = field(_IMPULSE.format(_ON_LEFT), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_right: Any = field(_IMPULSE.format(_RIGHT_STOP), unit="N s", when=_ASKED_FOR, null=True)
+    impulse_left: Any = field(_IMPULSE.format(_LEFT_STOP), unit="N s", when=_ASKED_FOR, null=True)
     dissipated_power: Any = field(_POWER.format(""), unit="W", when=_ASKED_FOR, null=True)
-    dissipated_power_right: Any = field(_POWER.format(_ON_RIGHT), unit="W", when=_ASKED_FOR, null=True)
-    dissipated_power_left: Any = field(_POWER.format(_ON_LEFT), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_right: Any = field(_POWER.format(_RIGHT_STOP), unit="W", when=_ASKED_FOR, null=True)
+    dissipated_power_left: Any = field(_POWER.format(_LEFT_STOP), unit="W", when=_ASKED_FOR, null=True)
     rms_displacement: Any = field(
         "Root mean square of the contact coordinate about its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
     )
@@ -83,36 +84,39 @@ class Observed(Record):
         "The outputs, by name.", "output", when="where `outputs` asks for some", variable=None
     )
 
-    def __init_subclass__(cls, over: str = "", outputs: str = "Output", **more: Any) -> None:
+    def __init_subclass__(cls, dimensions: str = "", outputs: str = "Output", **more: Any) -> None:
         super().__init_subclass__(**more)
-        dims = {"dims": tuple(over.split())}
-        output = Output.schema.varied(outputs, **{one.name: dims for one in MEANS})
-        observed = (one.varied(type=output) if one.name == "outputs" else one.varied(**dims) for one in Observed.schema)
-        names = {one.name for one in Observed.schema}
-        own = (one for one in cls.schema if one.name not in names)
+        dims = {"dims": tuple(dimensions.split())}
+        output = Output.schema.varied(outputs, **{mean.name: dims for mean in MEANS})
+        observed = (
+            observable.varied(type=output) if observable.name == "outputs" else observable.varied(**dims)
+            for observable in Observed.schema
+        )
+        names = {observable.name for observable in Observed.schema}
+        own = (observable for observable in cls.schema if observable.name not in names)
         cls.schema = replace(cls.schema, fields=(*own, *observed))
 
     def output(self, name: str) -> Output:
         """Return the output of a name. Raises ValueError for a name that was not asked for."""
-        found = {one.name: one for one in self.outputs}
-        if name not in found:
-            raise ValueError(f"the result has no output {name!r}; it has {', '.join(found) or 'none'}")
-        return found[name]
+        outputs = {output.name: output for output in self.outputs}
+        if name not in outputs:
+            raise ValueError(f"the result has no output {name!r}; it has {', '.join(outputs) or 'none'}")
+        return outputs[name]
 
 
-OBSERVABLES = tuple(one.name for one in Observed.schema if one.name != "outputs")
+OBSERVABLES = tuple(observable.name for observable in Observed.schema if observable.name != "outputs")
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Figures of the motions of a result."""
+    """The values of an observable or an output over the motions of a result."""
 
     values: Any
-    """The figures."""
+    """The values."""
     name: str
-    """Their name in words."""
+    """The name of the quantity in words."""
     unit: str
-    """Their unit; empty if there is none."""
+    """The unit; empty if there is none."""
 
 
 def quantity_of(result: Any, name: str) -> Quantity:
@@ -121,20 +125,20 @@ def quantity_of(result: Any, name: str) -> Quantity:
     Raises
     ------
     ValueError
-        It was not asked for; the message names what was.
+        The request did not ask for it; the message names the quantities of the result.
     """
-    found = {one.name: (one, values) for one, values in variables_of(result)}
-    if name not in found:
-        raise ValueError(f"the result has no {name}; it has {', '.join(found) or 'no observables'}")
-    one, values = found[name]
-    return Quantity(values, name.replace("_", " "), one.unit_in(result.units))
+    variables = {variable.name: (variable, values) for variable, values in variables_of(result)}
+    if name not in variables:
+        raise ValueError(f"the result has no {name}; it has {', '.join(variables) or 'no observables'}")
+    variable, values = variables[name]
+    return Quantity(values, name.replace("_", " "), variable.unit_in(result.units))
 
 
 def variables_of(result: Any) -> Iterator[tuple[Field, Any]]:
     """Yield the fields of the observables of a result, and those of its outputs with names like spring_rms."""
-    for one in result.schema:
-        if one.name in OBSERVABLES and getattr(result, one.name) is not None:
-            yield one, getattr(result, one.name)
+    for observable in result.schema:
+        if observable.name in OBSERVABLES and getattr(result, observable.name) is not None:
+            yield observable, getattr(result, observable.name)
     yield from outputs_of(result)
 
 
@@ -145,6 +149,6 @@ def outputs_of(result: Any) -> Iterator[tuple[Field, Any]]:
     record = cast("RecordSchema", result.schema["outputs"].type)
     for output in result.outputs:
         for mean in MEANS:
-            said = f"{mean.description.rstrip('.').partition(';')[0]} of {output.name}"
-            changes = {"name": f"{output.name}_{mean.name}", "description": f"{said}.", "unit": output.unit}
+            quantity = f"{mean.description.rstrip('.').partition(';')[0]} of {output.name}"
+            changes = {"name": f"{output.name}_{mean.name}", "description": f"{quantity}.", "unit": output.unit}
             yield record[mean.name].varied(**changes), getattr(output, mean.name)

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Common, Motion, State, Sticking
 from grazemap.results.curves import BifurcationCurve, PlaneCurve
-from grazemap.results.fields import Request
+from grazemap.results.fields import RequestDocument
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
-from grazemap.results.records import Common, Motion, State, Sticking
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _EXCESS = "Maximum distance of the contact beyond a stop between the impacts; ne
 _MULTIPLIERS = "Floquet multipliers, by decreasing modulus."
 _UNLIKE = "where the stops differ or one is absent"
 _GENERAL = "where the stops differ, or one of these varies"
-_OF_GRAZE = "of grazes"
+_GRAZES = "of grazes"
 
 
 class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
@@ -77,8 +77,8 @@ class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
         "Number of contacts with a stop other than the impacts.", values=("none", "some", "undecided", "not searched")
     )
     excess: float = field(_EXCESS, unit="m", null=True)
-    excess_phase: float = field("Phase of this maximum.", unit="rad", null=True)
-    excess_stop: int = field("Stop of this maximum: +1 A, -1 C, 0 none.")
+    excess_phase: float = field("Phase of the maximum in `excess`.", unit="rad", null=True)
+    excess_stop: int = field("Stop of the maximum in `excess`: +1 A, -1 C, 0 none.")
     start: State = field("The state at phase 0; a trajectory from there follows the orbit.", prefix="start_")
     motion: Motion = field("Its name.", variable="label")
 
@@ -123,7 +123,7 @@ class Beyond(Record):
     admissible: bool = field(Common)
     request: dict[str, Any] = field(
         "Its request: post it unchanged to `/v1/periodic-orbits`, or with `vary` and `range` to `/v1/orbit-branches`.",
-        type=Request("periodic-orbits"),
+        type=RequestDocument("periodic-orbits"),
     )
 
 
@@ -142,15 +142,15 @@ class SpecialPoint(Record):
     bias: float | None = field("Factor of the bias of the request.", when=_GENERAL)
     forcing: float | None = field("Factor of the forces of the request.", when=_GENERAL)
     status: str = field("Whether it was solved for to round-off (converged).", values=("converged", "guess"))
-    reason: str | None = field("Why it was not.", when="of guesses", variable=None)
+    reason: str | None = field("Why it was not solved for.", when="of guesses", variable=None)
     admissible: bool = field(
         Common, description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
     )
     segment: int = field("The special point lies between this point of the branch and the next.")
     phases: FloatArray = field(_PHASES, "impact", "rad", variable=None)
     velocities: FloatArray = field(_VELOCITIES, "impact", "m/s", variable=None)
-    stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE)
-    phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_OF_GRAZE)
+    stop: int | None = field("The stop that is grazed: +1 A, -1 C.", when=_GRAZES)
+    phase: float | None = field("Forcing phase of the graze.", unit="rad", when=_GRAZES)
     impact: int | None = field(BifurcationCurve)
     beyond: tuple[Beyond, ...] = field(
         "Orbits of other branches: with twice the period at a PD, without the symmetry at an SB, with one impact "
@@ -160,7 +160,9 @@ class SpecialPoint(Record):
     )
 
 
-class OrbitBranch(Observed, Result, process="orbit-branches", rows="point", over="point", outputs="OutputOfBranch"):
+class OrbitBranch(
+    Observed, Result, process="orbit-branches", rows="point", dimensions="point", outputs="OutputOfBranch"
+):
     """A branch of periodic motions over a parameter, in the order of the branch."""
 
     parameter: FloatArray = field("The parameter that varies.", "point", coordinate=True)
@@ -209,9 +211,9 @@ class OrbitBranch(Observed, Result, process="orbit-branches", rows="point", over
         """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked.
 
         A branch that turns at an SB or a PD has the same motions, or their mirror images, beyond it: they are drawn
-        once. `colour` is that of motions, and `label` the name of the branch in the legend, for several on one axes.
-        With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
-        drawn instead. Raises ValueError for one that was not asked for.
+        once. `colour` is the colour of the motions. `label` is the name of the branch in the legend, for several
+        branches on one axes. With a `quantity`, an observable such as "dissipated_power" or an output such as
+        "spring_rms", its values are drawn instead. Raises ValueError for a quantity that the request did not ask for.
         """
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity
@@ -230,20 +232,20 @@ class OrbitBranch(Observed, Result, process="orbit-branches", rows="point", over
     def stretches(self) -> list[Stretch]:
         """Return where the motions of the branch are stable, unstable or not admissible, and at what each part ends.
 
-        A part also ends where the parameter turns. From an SB at which it turns, the branch goes back as its own mirror
-        image, and from such a PD as the same motions, some forcing periods later: the parts repeat in reverse.
+        A part also ends where the parameter turns. If it turns at an SB, the branch goes back as its own mirror image;
+        if at a PD, as the same motions some forcing periods later. Then the parts repeat in reverse.
         """
         return stretches_of(self)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
-        """As `Result.derived_tables`."""
+        """Return the table "stretches"."""
         return {"stretches": self.stretches()}
 
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.
 
-        Its parameters are omega[index], clearance[index] and restitution[index], or those of each stop, bias[index] and
-        forcing[index].
+        The parameters of the orbit are omega[index], clearance[index] and restitution[index], or the clearance and the
+        restitution of each stop, bias[index] and forcing[index].
         """
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         return {"period": self.period, "stops": self.stops.tolist(), **lists}

@@ -1,4 +1,4 @@
-"""What draws which results: methods of results look pictures up here, where modules of `grazemap.plots` add them."""
+"""The register of pictures. Modules of `grazemap.plots` add functions that draw results, and methods look them up."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ A = TypeVar("A")
 F = TypeVar("F", bound=Callable[..., Any])
 
 PICTURES: dict[tuple[type[Result], str], Callable[..., Any]] = {}
-"""What draws a result, by its class and the name of the method: a function of the result, ax, options, and keywords."""
+"""The functions that draw results, by class and method; they take the result, ax, options and further keywords."""
 
 
 class PictureOptions(TypedDict, total=False):
@@ -53,10 +53,10 @@ def picture(method: F) -> F:
 
 
 def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: str = "plot", **arguments: object) -> A:
-    """Draw what a method of a result draws, on the axes given or those of a new figure, and return the axes.
+    """Draw the picture of a method of a result, on the given axes or those of a new figure, and return the axes.
 
-    `arguments` are those of the method that not every picture has. Raises TypeError for an option that no picture has,
-    ValueError for a place where no legend can be and for units that the result does not have, and MissingExtra.
+    `arguments` are the arguments of the method that not every picture has. Raises TypeError for an unknown option,
+    ValueError for an unknown place of the legend or engineering units of a nondimensional result, and MissingExtra.
     """
     for name in options:
         if name not in _DEFAULTS:

@@ -20,8 +20,8 @@ from typing import Any, ClassVar, TypeVar, cast, dataclass_transform, get_args, 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.described import Made
-from grazemap.results.fields import TYPES, Field, RecordSchema, Request, ResultSchema, Scalar
+from grazemap.described import LazyAttribute
+from grazemap.results.fields import TYPES, Field, RecordSchema, RequestDocument, ResultSchema, Scalar
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -44,32 +44,34 @@ R = TypeVar("R", bound="Record")
 class _Declared:
     """A field before it has the name and the type of an attribute."""
 
-    def __init__(self, of: str | _Declared | type[Record], default: object, changes: Mapping[str, Any]) -> None:
+    def __init__(self, source: str | _Declared | type[Record], default: object, changes: Mapping[str, Any]) -> None:
         self.default = default
-        self._of, self._changes = of, changes
+        self._source, self._changes = source, changes
 
     def attributes(self, name: str) -> dict[str, Any]:
         """Return the attributes of the field, with the type "float" unless that is known."""
-        if isinstance(self._of, str):
-            return {"name": name, "type": "float", "description": self._of, **self._changes}
-        known = self._of.attributes(name) if isinstance(self._of, _Declared) else vars(self._of.schema[name])
+        if isinstance(self._source, str):
+            return {"name": name, "type": "float", "description": self._source, **self._changes}
+        source = self._source
+        known = source.attributes(name) if isinstance(source, _Declared) else vars(source.schema[name])
         return {**known, "name": name, **self._changes}
 
 
 class _Deprecated:
     """A field that is the deprecated name of another one."""
 
-    def __init__(self, of: str) -> None:
-        self.of = of
+    def __init__(self, current_name: str) -> None:
+        self._current_name = current_name
 
-    def named(self, name: str, fields: Mapping[str, Field]) -> Field:
+    def as_field(self, name: str, fields: Mapping[str, Field]) -> Field:
         """Return the field, from those that the class has declared."""
-        text = f"Deprecated: another name of `{self.of}`."
-        return replace(fields[self.of], name=name, description=text, replaces=self.of, variable=None)
+        current = self._current_name
+        text = f"Deprecated: another name of `{current}`."
+        return replace(fields[current], name=name, description=text, replaces=current, variable=None)
 
 
 def field(
-    of: str | type[Record] | Any,
+    source: str | type[Record] | Any,
     dims: str | None = None,
     unit: str | None = None,
     *,
@@ -80,31 +82,31 @@ def field(
 
     Parameters
     ----------
-    of : str, class of a record, or field
-        What it is, in one sentence; or the field that it resembles: that of its name in another class, or one that was
-        declared by itself.
+    source : str, class of a record, or field
+        The description of the field, in one sentence. Or another field that it resembles: a class whose field of the
+        same name is meant, or a field that was declared outside of a class.
     dims : str
         The roles of its dimensions, separated by blanks.
     unit : str
         Unit in SI.
     default
-        What the attribute is where it is left out. Without it, those that not every result has are None, or an empty
+        The attribute where no value is given. Without a default, a field that not every result has is None, or an empty
         list.
     more
-        Other attributes of `Field`. `type` replaces that of the annotation.
+        Other attributes of `Field`. `type` replaces the type of the annotation.
     """
-    given = {"dims": None if dims is None else tuple(dims.split()), "unit": unit}
-    return _Declared(of, default, {name: value for name, value in given.items() if value is not None} | more)
+    changes = {"dims": None if dims is None else tuple(dims.split()), "unit": unit}
+    return _Declared(source, default, {name: value for name, value in changes.items() if value is not None} | more)
 
 
-def stored(of: str, **more: Any) -> Any:
+def stored(description: str, **more: Any) -> Any:
     """Declare a field that is in documents only, and no attribute of the class; it is not annotated."""
-    return _Declared(of, dataclasses.MISSING, more | {"stored_only": True})
+    return _Declared(description, dataclasses.MISSING, more | {"stored_only": True})
 
 
-def deprecated(of: str) -> Any:
+def deprecated(current_name: str) -> Any:
     """Declare the deprecated name of a field above; it is in documents only, and not annotated."""
-    return _Deprecated(of)
+    return _Deprecated(current_name)
 
 
 def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
@@ -115,14 +117,14 @@ def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
 
 
 def _signature(cls: type[Record]) -> Signature:
-    """Return how objects are made: what follows a default is shown as keyword-only."""
+    """Return the signature of the constructor; from the first default on, fields without one are keyword-only."""
     parameters: list[Parameter] = []
     late = False
-    for one in dataclasses.fields(cls) if cls is not Record else ():
-        default = Parameter.empty if one.default is dataclasses.MISSING else one.default
-        late |= default is Parameter.empty and any(other.default is not default for other in parameters)
+    for attribute in dataclasses.fields(cls) if cls is not Record else ():
+        default = Parameter.empty if attribute.default is dataclasses.MISSING else attribute.default
+        late |= default is Parameter.empty and any(parameter.default is not default for parameter in parameters)
         kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
-        parameters.append(Parameter(one.name, kind, default=default, annotation=one.type))
+        parameters.append(Parameter(attribute.name, kind, default=default, annotation=attribute.type))
     return Signature(parameters, return_annotation=None)
 
 
@@ -130,37 +132,38 @@ def _signature(cls: type[Record]) -> Signature:
 class Record:
     """Base of the classes of records and results: dataclasses whose attributes are fields of documents.
 
-    Attributes cannot be set. Objects are equal if their attributes are, unless the class has arrays or requests. The
-    service and the workers need the schemas alone: all else of a class is here, or is made when it is read, as dozens
-    of whole dataclasses would take a tenth of a second to import.
+    Attributes cannot be set. Two objects are equal if their attributes are equal, unless the class has arrays or
+    requests. The service and the workers need only the schemas. So this base class has the methods that a dataclass
+    would generate, and signature and docstring are made when they are read: generating dozens of dataclasses takes a
+    tenth of a second at import.
     """
 
     schema: ClassVar[RecordSchema]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    __signature__: ClassVar[Any] = Made(_signature)
+    __signature__: ClassVar[Any] = LazyAttribute(_signature)
     _comparable: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         annotations = get_annotations(cls)
         own = _own_fields(cls, annotations)
-        inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
-        fields = (*(one for one in inherited if one.name not in own), *own.values())
+        inherited = [attribute for base in cls.__bases__ if issubclass(base, Record) for attribute in _fields_of(base)]
+        fields = (*(attribute for attribute in inherited if attribute.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
-        cls.__dataclass_fields__ = Made(_dataclass_fields)  # type: ignore[assignment]
-        cls._comparable = "Any" not in annotations.values() and all(_comparable(one) for one in fields)
-        cls.__doc__ = Made(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
+        cls.__dataclass_fields__ = LazyAttribute(_dataclass_fields)  # type: ignore[assignment]
+        cls._comparable = "Any" not in annotations.values() and all(_comparable(attribute) for attribute in fields)
+        cls.__doc__ = LazyAttribute(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
-    def __init__(self, *given: Any, **named: Any) -> None:
+    def __init__(self, *arguments: Any, **keywords: Any) -> None:
         fields = dataclasses.fields(self)
-        if len(given) > len(fields):
-            raise TypeError(f"{type(self).__name__}() takes {len(fields)} values, not {len(given)}")
-        values = {one.name: value for one, value in zip(fields, given, strict=False)}
-        for one in fields[len(given) :]:
-            values[one.name] = named.pop(one.name, one.default)
-            if values[one.name] is dataclasses.MISSING:
-                raise TypeError(f"{type(self).__name__}() lacks {one.name}")
-        if named:
-            raise TypeError(f"{type(self).__name__}() has no {', '.join(named)}, or it is given twice")
+        if len(arguments) > len(fields):
+            raise TypeError(f"{type(self).__name__}() takes {len(fields)} values, not {len(arguments)}")
+        values = {attribute.name: value for attribute, value in zip(fields, arguments, strict=False)}
+        for attribute in fields[len(arguments) :]:
+            values[attribute.name] = keywords.pop(attribute.name, attribute.default)
+            if values[attribute.name] is dataclasses.MISSING:
+                raise TypeError(f"{type(self).__name__}() lacks {attribute.name}")
+        if keywords:
+            raise TypeError(f"{type(self).__name__}() has no {', '.join(keywords)}, or it is given twice")
         vars(self).update(values)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -178,11 +181,15 @@ class Record:
         return hash(self._compared()) if self._comparable else object.__hash__(self)
 
     def __repr__(self) -> str:
-        shown = (f"{one.name}={getattr(self, one.name)!r}" for one in dataclasses.fields(self) if one.repr)
+        shown = (
+            f"{attribute.name}={getattr(self, attribute.name)!r}"
+            for attribute in dataclasses.fields(self)
+            if attribute.repr
+        )
         return f"{type(self).__qualname__}({', '.join(shown)})"
 
     def _compared(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, one.name) for one in dataclasses.fields(self) if one.compare)
+        return tuple(getattr(self, attribute.name) for attribute in dataclasses.fields(self) if attribute.compare)
 
 
 def changed(record: R, **changes: Any) -> R:
@@ -196,84 +203,84 @@ def _fields_of(cls: type[Record]) -> tuple[Field, ...]:
 
 
 def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, Field]:
-    """Return the fields that a class declares, by name, and leave their defaults in the class, where they have one."""
+    """Return the fields that a class declares, by name; replace each of them in the class by its default, if any."""
     fields: dict[str, Field] = {}
     for name, value in list(vars(cls).items()):
         if not isinstance(value, _Declared | _Deprecated):
             continue
         delattr(cls, name)
         if isinstance(value, _Deprecated):
-            fields[name] = value.named(name, fields)
+            fields[name] = value.as_field(name, fields)
             continue
-        given = value.attributes(name)
-        if not given.get("stored_only"):
-            given = _typed(given, _evaluated(annotations[name], cls.__module__), cls)
-        fields[name] = one = Field(**given)
+        attributes = value.attributes(name)
+        if not attributes.get("stored_only"):
+            attributes = _typed(attributes, _evaluated(annotations[name], cls.__module__), cls)
+        fields[name] = declared = Field(**attributes)
         if value.default is not dataclasses.MISSING:
             setattr(cls, name, value.default)
-        elif one.optional and not one.stored_only:
-            setattr(cls, name, () if isinstance(one.type, RecordSchema) and one.dims else None)
+        elif declared.optional and not declared.stored_only:
+            setattr(cls, name, () if isinstance(declared.type, RecordSchema) and declared.dims else None)
     return fields
 
 
-def named(name: str, declared: Any) -> Field:
-    """Return a field that was declared by itself, with its name."""
+def named_field(name: str, declared: Any) -> Field:
+    """Return a field that was declared outside of a class, with a name."""
     return Field(**declared.attributes(name))
 
 
 def _evaluated(annotation: Any, module: str) -> Any:
-    return _of_text(annotation, module) if isinstance(annotation, str) else annotation
+    return _evaluated_text(annotation, module) if isinstance(annotation, str) else annotation
 
 
 @cache
-def _of_text(annotation: str, module: str) -> Any:
+def _evaluated_text(annotation: str, module: str) -> Any:
     return eval(annotation, vars(sys.modules[module]))
 
 
-def _typed(given: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
+def _typed(attributes: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
     """Return the attributes of a field with the type of its annotation.
 
     Raises TypeError where its dimensions do not go with that type.
     """
-    without = [kind for kind in get_args(annotation) if kind is not NoneType]
+    kinds = [kind for kind in get_args(annotation) if kind is not NoneType]
     nullable = isinstance(annotation, UnionType)
-    kind = without[0] if nullable else annotation
+    kind = kinds[0] if nullable else annotation
     listed = isinstance(kind, GenericAlias) and get_origin(kind) is tuple
     item = get_args(kind)[0] if listed else kind
-    null = given.get("null", False) or (nullable and not given.get("when"))
-    if item is Any or isinstance(given["type"], RecordSchema | Request):
-        return {**given, "null": null}
+    null = attributes.get("null", False) or (nullable and not attributes.get("when"))
+    if item is Any or isinstance(attributes["type"], RecordSchema | RequestDocument):
+        return {**attributes, "null": null}
     is_record = isinstance(item, type) and issubclass(item, Record)
-    of = item.schema if is_record else (_ARRAYS if item in _ARRAYS else _SCALARS)[item]
-    if bool(given.get("dims")) is not (listed or item in _ARRAYS):
-        raise TypeError(f"{cls.__name__}.{given['name']}: arrays and lists have dimensions, and nothing else has")
-    return {**given, "type": of, "null": null, "texts": listed and not is_record}
+    field_type = item.schema if is_record else (_ARRAYS if item in _ARRAYS else _SCALARS)[item]
+    if bool(attributes.get("dims")) is not (listed or item in _ARRAYS):
+        raise TypeError(f"{cls.__name__}.{attributes['name']}: arrays and lists have dimensions, and nothing else has")
+    return {**attributes, "type": field_type, "null": null, "texts": listed and not is_record}
 
 
-def _comparable(one: Field) -> bool:
-    if isinstance(one.type, RecordSchema):
-        return bool(getattr(one.type.kind, "_comparable", False))
-    return isinstance(one.type, str) and (not one.dims or one.texts)
+def _comparable(attribute: Field) -> bool:
+    if isinstance(attribute.type, RecordSchema):
+        return bool(getattr(attribute.type.kind, "_comparable", False))
+    return isinstance(attribute.type, str) and (not attribute.dims or attribute.texts)
 
 
 def _with_attributes(docstring: str, cls: type[Record]) -> str:
-    """Return the docstring with the section Attributes, and for a result its properties there and its methods."""
+    """Return a docstring with a section of the fields; for a result, the properties and the methods are listed too."""
     if not cls.schema.fields:
         return cleandoc(docstring)
     summary, _, rest = cleandoc(docstring).partition("\n")
     parts = [summary, "", "Attributes", "----------"]
     is_result = isinstance(cls.schema, ResultSchema)
     roles = cls.schema.roles if isinstance(cls.schema, ResultSchema) else {}
-    for one in cls.schema:
-        if not one.replaces and not one.stored_only:
-            parts += [f"{one.name} : {_type(one, roles)}", indent(fill(_text(one), 108), "    ")]
+    for attribute in cls.schema:
+        if not attribute.replaces and not attribute.stored_only:
+            parts += [f"{attribute.name} : {_type(attribute, roles)}", indent(fill(_text(attribute), 108), "    ")]
     if is_result:
         parts += [*_members(cls, property), "", "Methods", "-------", *_members(cls, FunctionType)]
     return "\n".join(parts) + (f"\n\n{rest.strip()}\n" if rest.strip() else "\n")
 
 
 def _members(cls: type, kind: type) -> list[str]:
-    """Return the lines that say in one sentence what each public property, or method, of a class returns."""
+    """Return the first docstring line of each public property, or method, of a class, below its name."""
     members = {name: value for base in reversed(cls.__mro__[:-1]) for name, value in vars(base).items()}
     lines = []
     for name, value in sorted(members.items()):
@@ -283,20 +290,24 @@ def _members(cls: type, kind: type) -> list[str]:
     return lines
 
 
-def _type(one: Field, roles: Mapping[str, str]) -> str:
-    name = one.type.kind.__name__ if isinstance(one.type, RecordSchema) else str(one.type)
-    name = "dict" if isinstance(one.type, Request) else name
-    if one.dims:
-        listed = one.texts or isinstance(one.type, RecordSchema)
-        dims = [roles.get(role, role) for role in one.dims]
+def _type(attribute: Field, roles: Mapping[str, str]) -> str:
+    name = attribute.type.kind.__name__ if isinstance(attribute.type, RecordSchema) else str(attribute.type)
+    name = "dict" if isinstance(attribute.type, RequestDocument) else name
+    if attribute.dims:
+        listed = attribute.texts or isinstance(attribute.type, RecordSchema)
+        dims = [roles.get(role, role) for role in attribute.dims]
         shape = f"({', '.join(dims)}{',' * (len(dims) == 1)})"
         name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
-    return f"{name}, or None" if one.optional or (one.null and not one.dims and name != "float") else name
+    return (
+        f"{name}, or None"
+        if attribute.optional or (attribute.null and not attribute.dims and name != "float")
+        else name
+    )
 
 
-def _text(one: Field) -> str:
-    always = one.unit_in("nondimensional") == one.unit
-    unit = f" Unit: {one.unit}{'' if always else ' in SI'}." if one.unit else ""
-    when = f" Only {one.when}." if one.when else ""
-    index = f" Position in `{one.index_of}`." if one.index_of else ""
-    return one.description + index + unit + when
+def _text(attribute: Field) -> str:
+    always = attribute.unit_in("nondimensional") == attribute.unit
+    unit = f" Unit: {attribute.unit}{'' if always else ' in SI'}." if attribute.unit else ""
+    when = f" Only {attribute.when}." if attribute.when else ""
+    index = f" Position in `{attribute.index_of}`." if attribute.index_of else ""
+    return attribute.description + index + unit + when

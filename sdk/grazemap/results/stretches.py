@@ -1,4 +1,4 @@
-"""Stretches of a branch: where its motions are stable, unstable, or no motions, and at what they end."""
+"""Stretches of a branch: the parts with stable, unstable or inadmissible orbits, and the points at which they end."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ Floats = NDArray[np.float64]
 class Stretch:
     """Part of a branch whose orbits are of one kind, and within which the parameter does not turn.
 
-    From an SB at which the parameter turns, the branch goes back as its own mirror image, and from such a PD as the
-    same motions, some forcing periods later: the stretches repeat in reverse.
+    If the parameter turns at an SB, the branch goes back as its own mirror image; if at a PD, as the same motions some
+    forcing periods later. Then the stretches repeat in reverse.
     """
 
     kind: str
@@ -37,7 +37,7 @@ class Stretch:
     ends: float
     """Value where it ends."""
     at_begin: str
-    """Type of the special point where it begins, "" where none was found, or why the branch ends."""
+    """Type of the special point where it begins, "" if none was found; at an end of the branch, why it ends there."""
     at_end: str
     """The same where it ends."""
 
@@ -63,13 +63,14 @@ class Knots:
 def knots_of(branch: OrbitBranch) -> Knots:
     """Return the knots of a branch.
 
-    Between orbits the kind changes at special points; without any between unlike orbits it is the less regular one.
+    Between two orbits the kind changes at special points. If there is no special point between orbits of different
+    kinds, the less regular kind is taken.
     """
     speeds = branch.velocities * branch.stops
     kinds = np.where(branch.admissible, np.where(branch.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
-    within: dict[int, list[SpecialPoint]] = {}
+    points_by_segment: dict[int, list[SpecialPoint]] = {}
     for point in branch.special_points:
-        within.setdefault(point.segment, []).append(point)
+        points_by_segment.setdefault(point.segment, []).append(point)
     path: list[Floats] = []
     types: list[str] = []
     between: list[str] = []
@@ -77,7 +78,7 @@ def knots_of(branch: OrbitBranch) -> Knots:
         path.append(np.concatenate([branch.parameter[i : i + 1], speeds[i], branch.phases[i]]))
         types.append("")
         if i + 1 < len(speeds):
-            points = within.get(i, [])
+            points = points_by_segment.get(i, [])
             path += [_knot(branch, point, branch.phases[i]) for point in points]
             types += [point.type for point in points]
             between += kinds_between(str(kinds[i]), str(kinds[i + 1]), points)
@@ -114,7 +115,7 @@ def kinds_between(start: str, end: str, points: Sequence[SpecialPoint]) -> list[
 
 
 def _knot(branch: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
-    """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
+    """Return parameter, speeds and phases of a special point; the phases are moved by whole periods close to `near`."""
     divisor = Oscillator.model_validate(branch.meta["request"]["oscillator"]).common_divisor
     phases, whole = point.phases[: len(near)], 2.0 * np.pi / divisor * branch.period
     turned = phases - np.round((phases - near) / whole) * whole

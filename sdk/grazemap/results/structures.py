@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.described import described
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
-from grazemap.results.records import Common
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,8 +22,8 @@ _ONE = "if the forces have one harmonic"
 class Gaps(Record):
     """The distances of the stops from the static equilibrium; negative: that of a preloaded stop."""
 
-    right: float = field("Of the right stop, null if there is none.", unit="m", null=True)
-    left: float = field("Of the left stop, null if there is none.", unit="m", null=True)
+    right: float = field("Distance of the right stop, null if there is none.", unit="m", null=True)
+    left: float = field("Distance of the left stop, null if there is none.", unit="m", null=True)
 
 
 class HarmonicResponse(Record):
@@ -48,7 +48,7 @@ class Mode:
     natural_frequency: float
     """Its frequency without damping."""
     damping_ratio: float
-    """That of the damped mode with this place in the order of frequencies."""
+    """Damping ratio of the damped mode with the same place in the order of frequencies."""
     contact_weight: float | None
     """Its weight in the contact coordinate; None where the stiffness matrix is not symmetric."""
 
@@ -68,13 +68,13 @@ class Structure(Result, process="structures", rows="omega"):
         "Angular frequencies of the structure without damping, increasing; 0 of a free mode.", "mode", "rad/s"
     )
     damping_ratios: FloatArray = field(
-        "Of the damped modes, by increasing frequency; null of a free mode, and of several modes that do not "
-        "oscillate where the damping is not diagonal in the modes.",
+        "Damping ratios of the damped modes, by increasing frequency; null for a free mode. Where the damping is not "
+        "diagonal in the modes, and several modes do not oscillate, null for these.",
         "mode",
         null=True,
     )
     contact_weights: FloatArray | None = field(
-        "|h phi_j| of the modes without damping, of unit modal mass; 0: the contact neither sees nor excites it.",
+        "|h phi_j| of the undamped modes, of unit modal mass; 0: the mode is neither seen nor excited at the contact.",
         "mode",
         "1/sqrt(kg)",
         when="where the stiffness matrix is symmetric",
@@ -97,7 +97,7 @@ class Structure(Result, process="structures", rows="omega"):
         return tuple(Mode(omega, ratio, None if w is None else float(w)) for omega, ratio, w in each)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
-        """As `Result.derived_tables`."""
+        """Return the table "modes"."""
         return {"modes": self.modes}
 
     @picture

@@ -1,4 +1,4 @@
-"""Tables of results: a row for each record of a list, for each entry of a record of arrays, or of the arrays."""
+"""Tables of results. A row is a record of a list, an entry of a record of arrays, or an entry of the own arrays."""
 
 from __future__ import annotations
 
@@ -22,43 +22,45 @@ _Columns = dict[str, tuple[Field, list[Any]]]
 
 # Characters of the longest text in a printed table.
 _WIDEST = 24
-# Columns in which None is kept apart from 0 and False.
+# pandas types of columns that can hold None.
 _NULLABLE = {"int": "Int64", "bool": "boolean"}
 
 
 def tables(result: Result) -> list[str]:
     """Return the names of the tables that a result has."""
-    stored = [one.name for one in result.schema if _is_table(one) and getattr(result, one.name, None) is not None]
+    stored = [
+        field.name for field in result.schema if _is_table(field) and getattr(result, field.name, None) is not None
+    ]
     stored = [name for name in stored if name != "outputs" or _are_rows(result)]
     return [*([result.schema.rows] if result.schema.rows else []), *stored, *result.derived_tables()]
 
 
 def dataframe(result: Result, name: str | None, engineering_units: bool) -> pandas.DataFrame:
-    """Return a table of a result, with frequencies in Hz and lengths in mm where `engineering_units` are wanted.
+    """Return a table of a result; with `engineering_units` frequencies are in Hz and lengths in mm.
 
     Raises
     ------
     MissingExtra
         pandas is not installed.
     ValueError
-        The result has no such table; or `name` is None, and there is none of its arrays, and not exactly one other; or
-        engineering units are wanted of a result that is not in SI.
+        The result has no such table; or `name` is None, and the result has neither a table of its own arrays nor
+        exactly one other table; or the result is nondimensional, and `engineering_units` are wanted.
     """
     try:
         import pandas
     except ImportError as error:
         raise MissingExtra("to_dataframe()", "pandas") from error
-    found = tables(result)
-    if name is None and (result.schema.rows or len(found) == 1):
-        name = found[0]
-    if name is None or name not in found:
-        raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(found) or 'none'}")
+    names = tables(result)
+    if name is None and (result.schema.rows or len(names) == 1):
+        name = names[0]
+    if name is None or name not in names:
+        raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(names) or 'none'}")
     shown = columns(result, name)
     if engineering_units:
         check_si(result)
-        shown = {key: _in_engineering_units(one) for key, one in shown.items()}
-    table = pandas.DataFrame({key: pandas.Series(one.values, dtype=one.dtype) for key, one in shown.items()})
-    table.attrs["units"] = {key: one.unit for key, one in shown.items() if one.unit}
+        shown = {key: _in_engineering_units(column) for key, column in shown.items()}
+    table = pandas.DataFrame({key: pandas.Series(column.values, dtype=column.dtype) for key, column in shown.items()})
+    table.attrs["units"] = {key: column.unit for key, column in shown.items() if column.unit}
     return table
 
 
@@ -87,7 +89,7 @@ def _in_engineering_units(column: Column) -> Column:
 
 
 def columns(result: Result, name: str) -> dict[str, Column]:
-    """Return the columns of a table of a result, by name; none for a table that is not in the schema and is empty."""
+    """Return the columns of a table of a result, by name. An empty table that is not in the schema has no columns."""
     derived = result.derived_tables().get(name)
     if derived is not None:
         rows = [asdict(item) for item in derived]
@@ -95,26 +97,27 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         # whole numbers beside None stay whole
         whole = {key for key, values in listed.items() if any(type(value) is int for value in values)}
         return {key: Column(values, "Int64" if key in whole else None) for key, values in listed.items()}
-    found: _Columns = {}
+    collected: _Columns = {}
     if name == result.schema.rows:
-        _add_arrays(found, result, name)
+        _add_arrays(collected, result, name)
     else:
-        one = result.schema[name]
-        assert isinstance(one.type, RecordSchema)
+        field = result.schema[name]
+        assert isinstance(field.type, RecordSchema)
         value = getattr(result, name)
-        if one.dims:
-            _add_arrays(found, result, *one.dims)
-            _add_records(found, one.type, value, "", _lengths(result))
+        if field.dims:
+            _add_arrays(collected, result, *field.dims)
+            _add_records(collected, field.type, value, "", _lengths(result))
         else:
-            for inner in one.type:
-                found[inner.name] = (inner, list(getattr(value, inner.name)))
+            for inner in field.type:
+                collected[inner.name] = (inner, list(getattr(value, inner.name)))
     return {
-        key: Column(values, _dtype(of, values), of.unit_in(result.units) or "") for key, (of, values) in found.items()
+        key: Column(values, _dtype(field, values), field.unit_in(result.units) or "")
+        for key, (field, values) in collected.items()
     }
 
 
 def text(table: Mapping[str, Column], rows: int, width: int) -> list[str]:
-    """Return the lines of the first rows of a table, columns that do not fit the width below the others."""
+    """Return the lines of the first rows of a table; columns that do not fit the width follow below."""
     count = len(next(iter(table.values())).values) if table else 0
     if not count:
         return ["no rows"]
@@ -138,49 +141,49 @@ def _aligned(title: str, cells: Sequence[str]) -> list[str]:
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    said = "" if value is None else str(value)
-    return said if len(said) <= _WIDEST else f"{said[: _WIDEST - 3]}..."
+    written = "" if value is None else str(value)
+    return written if len(written) <= _WIDEST else f"{written[: _WIDEST - 3]}..."
 
 
 def _are_rows(result: Result) -> bool:
-    """Return whether there are outputs, whose numbers are not arrays: those are columns of another table."""
-    return any(not one.dims for one, _ in outputs_of(result))
+    """Return whether the outputs of a result are rows of a table; outputs that are arrays are columns of another."""
+    return any(not field.dims for field, _ in outputs_of(result))
 
 
-def _is_table(one: Field) -> bool:
-    if not isinstance(one.type, RecordSchema):
+def _is_table(field: Field) -> bool:
+    if not isinstance(field.type, RecordSchema):
         return False
-    dims = one.type.fields[0].dims
-    return bool(one.dims) or (
-        len(dims) == 1 and all(inner.dims == dims and isinstance(inner.type, str) for inner in one.type)
+    dims = field.type.fields[0].dims
+    return bool(field.dims) or (
+        len(dims) == 1 and all(inner.dims == dims and isinstance(inner.type, str) for inner in field.type)
     )
 
 
-def _numbers(one: Field) -> bool:
+def _numbers(field: Field) -> bool:
     """Return whether a field is an array of numbers that columns can have."""
-    return bool(one.dims) and one.type in ("float", "int", "bool") and not one.texts and not one.replaces
+    return bool(field.dims) and field.type in ("float", "int", "bool") and not field.texts and not field.replaces
 
 
 def _lengths(result: Result) -> dict[str, int]:
     """Return the lengths of the dimensions that arrays of a result have by themselves."""
     return {
-        one.dims[0]: len(values)
-        for one in result.schema
-        if _numbers(one) and len(one.dims) == 1 and (values := getattr(result, one.name)) is not None
+        field.dims[0]: len(values)
+        for field in result.schema
+        if _numbers(field) and len(field.dims) == 1 and (values := getattr(result, field.name)) is not None
     }
 
 
 def _add_arrays(columns: _Columns, result: Result, rows: str) -> None:
-    """Add a column for each array over a dimension; for one with another dimension too, a numbered one per entry."""
-    for one in result.schema:
-        if not _numbers(one) or rows not in one.dims or getattr(result, one.name) is None:
+    """Add a column for each array over a dimension; an array with a second dimension has numbered columns."""
+    for field in result.schema:
+        if not _numbers(field) or rows not in field.dims or getattr(result, field.name) is None:
             continue
-        values = np.moveaxis(getattr(result, one.name), one.dims.index(rows), -1)
+        values = np.moveaxis(getattr(result, field.name), field.dims.index(rows), -1)
         if values.ndim == 1:
-            columns[one.name] = (one, list(values))
+            columns[field.name] = (field, list(values))
         else:
-            columns |= {f"{one.name}_{i}": (one, list(entry)) for i, entry in enumerate(values, start=1)}
-    columns |= {one.name: (one, list(values)) for one, values in outputs_of(result) if one.dims == (rows,)}
+            columns |= {f"{field.name}_{i}": (field, list(entry)) for i, entry in enumerate(values, start=1)}
+    columns |= {field.name: (field, list(values)) for field, values in outputs_of(result) if field.dims == (rows,)}
 
 
 def _add_records(
@@ -190,26 +193,26 @@ def _add_records(
     prefix: str,
     lengths: Mapping[str, int],
 ) -> None:
-    """Add a column for each field of records that is one value; records in a record have its name as prefix.
+    """Add a column for each field of some records that is a single value; a record inside has its name as prefix.
 
-    Arrays over a dimension of the result, which has a length, have a numbered column for each entry.
+    Arrays over a dimension of the result, whose length is in `lengths`, have a numbered column for each entry.
     """
-    for one in record:
-        if one.replaces:
+    for field in record:
+        if field.replaces:
             continue
-        values = [None if item is None else getattr(item, one.name) for item in items]
-        if one.dims:
-            if one.type == "float" and one.dims[0] in lengths:
-                for i in range(lengths[one.dims[0]]):
+        values = [None if item is None else getattr(item, field.name) for item in items]
+        if field.dims:
+            if field.type == "float" and field.dims[0] in lengths:
+                for i in range(lengths[field.dims[0]]):
                     entries = [value[i] if value is not None and i < len(value) else np.nan for value in values]
-                    columns[f"{prefix}{one.name}_{i + 1}"] = (one, entries)
-        elif isinstance(one.type, RecordSchema):
-            _add_records(columns, one.type, values, f"{prefix}{one.name}_", lengths)
-        elif isinstance(one.type, str) and one.type != "complex":
-            columns[prefix + one.name] = (one, values)
+                    columns[f"{prefix}{field.name}_{i + 1}"] = (field, entries)
+        elif isinstance(field.type, RecordSchema):
+            _add_records(columns, field.type, values, f"{prefix}{field.name}_", lengths)
+        elif isinstance(field.type, str) and field.type != "complex":
+            columns[prefix + field.name] = (field, values)
 
 
-def _dtype(one: Field, values: list[Any]) -> str:
-    if one.type in _NULLABLE:
-        return _NULLABLE[one.type] if None in values else str(one.type)
-    return "float64" if one.type == "float" else "object"
+def _dtype(field: Field, values: list[Any]) -> str:
+    if field.type in _NULLABLE:
+        return _NULLABLE[field.type] if None in values else str(field.type)
+    return "float64" if field.type == "float" else "object"

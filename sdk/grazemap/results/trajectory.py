@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted
+from grazemap.results.common_records import Impacts, Motion, State, Sticking
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import Observed
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, field
-from grazemap.results.records import Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,12 +82,12 @@ class Trajectories(Result, process="trajectories"):
     ) -> tuple[Axes, Axes]:
         """Draw the last periods of the contact, or of one mass, in the colours of the motions; return both axes.
 
-        `ax` is both axes, or one for the time history alone. All that was recorded of one of them, with its impacts,
-        is drawn by ``trajectories[i].plot()``. `colours` gives colours by label or kind.
+        `ax` is both axes, or one for the time history alone. ``trajectories[i].plot()`` draws the whole record of one
+        trajectory, with its impacts. `colours` gives colours by label or kind.
         """
         return draw(self, ax, options, mass=mass, colours=colours)
 
     def _summary(self) -> str:
-        found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)
-        motions = ", ".join(f"{count} x {name}" for name, count in found.most_common(5))
-        return f"{len(self)} trajectories: {motions}{', ...' if len(found) > 5 else ''}"
+        counts = Counter(path.motion.label or path.motion.kind for path in self.trajectories)
+        motions = ", ".join(f"{count} x {name}" for name, count in counts.most_common(5))
+        return f"{len(self)} trajectories: {motions}{', ...' if len(counts) > 5 else ''}"

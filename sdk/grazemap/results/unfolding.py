@@ -14,28 +14,28 @@ from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
 from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, value_of
+from grazemap.results.common_records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, deprecated, field, stored
-from grazemap.results.records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 
 _PLANE = "vertical horizontal"
-_IN_JSON = "in JSON"
-_FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
-_OF_RANGES, _OF_AXES = "of maps over ranges of omega and clearance", "of maps with axes"
-_PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
-_MEASURED, _OF_RANDOM_STATES = "of maps that are neither previews nor adaptive", "of ensembles that are not adaptive"
+_JSON_ONLY = "in JSON"
+_FULL_MAPS, _ADAPTIVE_MAPS = "of maps that are not adaptive", "of adaptive maps"
+_RANGE_MAPS, _AXIS_MAPS = "of maps over ranges of omega and clearance", "of maps with axes"
+_NO_PREVIEWS, _ENSEMBLES = "of maps that are not previews", "of ensembles"
+_MEASURED, _FULL_ENSEMBLES = "of maps that are neither previews nor adaptive", "of ensembles that are not adaptive"
 _MARGIN = (
     "from the steady motion, 0 on its grazing curve; null for an absent stop. That motion exists without impacts where "
     "no margin is negative."
 )
-_OF_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
+_PLANE_FIELDS = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,20 +80,20 @@ class FiguresAtComputedPoints(Record):
         "Largest modulus of the multipliers over one period of a periodic motion.",
         "computed_point",
         null=True,
-        when=_PREVIEW,
+        when=_NO_PREVIEWS,
     )
     lyapunov: FloatArray | None = field(
         "Largest Lyapunov exponent per forcing period: ln(multiplier)/n for a periodic motion, otherwise measured; "
         "null where it was not measured, and where all perturbations vanish.",
         "computed_point",
         null=True,
-        when=_PREVIEW,
+        when=_NO_PREVIEWS,
     )
     lyapunov_error: FloatArray | None = field(
         "Standard error of an exponent that was measured along the trajectory, from its spread between windows.",
         "computed_point",
         null=True,
-        when=_PREVIEW,
+        when=_NO_PREVIEWS,
     )
     least_impact_velocity: FloatArray = field(
         "Minimum impact speed of a periodic motion with impacts; 0 in complete chatter.",
@@ -111,13 +111,13 @@ class FiguresAtComputedPoints(Record):
     share: FloatArray | None = field(
         "Fraction of the initial states that lead to this motion or its mirror image.",
         "computed_point",
-        when=_ENSEMBLE,
+        when=_ENSEMBLES,
     )
     motions_found: IntArray | None = field(
         "Number of different motions found; mirror images count once.",
         "computed_point",
         dtype="int32",
-        when=_ENSEMBLE,
+        when=_ENSEMBLES,
     )
     verified: BoolArray = field(
         Common,
@@ -133,7 +133,7 @@ class FiguresAtComputedPoints(Record):
 LABEL = field("The name of the motion, or its kind.", _PLANE, type="str")
 # in JSON the motions without a colour are grey
 _COLOUR = {"description": "Its colour in the picture of the map, #RRGGBB; grey for the smallest ones.", "null": False}
-_SHARE_IN_JSON = MotionShare.schema.varied(without=("mirror_images",), colour=_COLOUR)
+_SHARE_IN_JSON = MotionShare.schema.varied(omitted=("mirror_images",), colour=_COLOUR)
 
 
 class UnfoldingMap(
@@ -141,35 +141,35 @@ class UnfoldingMap(
     Result,
     process="unfolding-maps",
     roles={"vertical": "clearance", "horizontal": "omega"},
-    over=_PLANE,
+    dimensions=_PLANE,
     outputs="OutputOfMap",
     derived={"label": LABEL},
     in_json={
         "motions": field(
-            "The motions of the map, the largest share first.", "motion", type=_SHARE_IN_JSON, when=_IN_JSON
+            "The motions of the map, the largest share first.", "motion", type=_SHARE_IN_JSON, when=_JSON_ONLY
         ),
-        "motion": field("The motion of the point.", _PLANE, type="int", index_of="motions", when=_IN_JSON),
+        "motion": field("The motion of the point.", _PLANE, type="int", index_of="motions", when=_JSON_ONLY),
     },
 ):
     """The motion that each point of a rectangle of the plane settles to."""
 
-    omega: FloatArray | None = field(Common, "omega", when=_OF_RANGES)
-    clearance: FloatArray | None = field(Common, "clearance", when=_OF_RANGES)
-    horizontal: FloatArray = field(PlaneCurve, "horizontal", when=_OF_AXES, variable=None)
-    vertical: FloatArray = field(PlaneCurve, "vertical", when=_OF_AXES, variable=None)
+    omega: FloatArray | None = field(Common, "omega", when=_RANGE_MAPS)
+    clearance: FloatArray | None = field(Common, "clearance", when=_RANGE_MAPS)
+    horizontal: FloatArray = field(PlaneCurve, "horizontal", when=_AXIS_MAPS, variable=None)
+    vertical: FloatArray = field(PlaneCurve, "vertical", when=_AXIS_MAPS, variable=None)
     margin_right: FloatArray | None = field(
         f"Gap of the right stop {_MARGIN}",
         _PLANE,
         "m",
         null=True,
-        when=_OF_AXES,
+        when=_AXIS_MAPS,
     )
     margin_left: FloatArray | None = field(
         f"Gap of the left stop {_MARGIN}",
         _PLANE,
         "m",
         null=True,
-        when=_OF_AXES,
+        when=_AXIS_MAPS,
     )
     kind: IntArray = field(
         "Whether the motion is unresolved, periodic, quasi-periodic or chaotic.", _PLANE, dtype="int8", index_of="kinds"
@@ -183,13 +183,13 @@ class UnfoldingMap(
     multiplier: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
     lyapunov: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
     lyapunov_error: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_MEASURED)
-    least_impact_velocity: FloatArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
-    settled_after: IntArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
-    share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_OF_RANDOM_STATES)
-    motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when=_OF_RANDOM_STATES)
-    verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL)
-    sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")
-    transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL}, {SINCE}")
+    least_impact_velocity: FloatArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
+    settled_after: IntArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
+    share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_FULL_ENSEMBLES)
+    motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when=_FULL_ENSEMBLES)
+    verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
+    sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
+    transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
     certified = deprecated("verified")
     resolved: BoolArray | None = field(
         "Whether the point is sensitive and its motion was decided in more digits.",
@@ -201,12 +201,12 @@ class UnfoldingMap(
     )
     reasons: tuple[str, ...] = field("The reasons.", "reason", variable=None)
     computed: BoolArray | None = field(
-        "Whether the point was computed, or inferred from its neighbours.", _PLANE, when=_ADAPTIVE
+        "Whether the point was computed, or inferred from its neighbours.", _PLANE, when=_ADAPTIVE_MAPS
     )
     at_computed = stored(
         "The values at computed points only.",
         type=FiguresAtComputedPoints.schema,
-        when=_ADAPTIVE,
+        when=_ADAPTIVE_MAPS,
         variable=None,
     )
     inferred_wrong: InferredWrong | None = field(
@@ -223,16 +223,16 @@ class UnfoldingMap(
         if document.get("at_computed") is None:
             return whole
         figures = value_of(cls.schema["at_computed"], document["at_computed"])
-        # an adaptive map is large
+        # an adaptive map is large: four bytes suffice for its whole numbers
         whole = {name: _small(value) if isinstance(value, np.ndarray) else value for name, value in whole.items()}
-        names = (one.name for one in FiguresAtComputedPoints.schema if not one.replaces)
+        names = (member.name for member in FiguresAtComputedPoints.schema if not member.replaces)
         return whole | {name: _spread(getattr(figures, name), whole["computed"]) for name in names}
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """As `Result.json_document`: the motions of the map."""
+        """Return a document of the codec with the motions of the map, which only JSON has."""
         motions, motion = motions_of(document)
-        shown = [{**one, "colour": one["colour"] or OTHER} for one in motions]
+        shown = [{**entry, "colour": entry["colour"] or OTHER} for entry in motions]
         return {**document, "motions": shown, "motion": motion}
 
     @property
@@ -249,8 +249,8 @@ class UnfoldingMap(
         """Return the motions of the map, the largest share first.
 
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
-        right: between symmetric stops there is the mirror image of every motion. Raises ValueError where the stops or
-        the forces are not symmetric.
+        right: between symmetric stops every motion has a mirror image. Raises ValueError where the stops or the forces
+        are not symmetric.
         """
         shares, _ = self._coded()
         if merge_mirror_images and not self.plane.mirrors:
@@ -283,7 +283,7 @@ class UnfoldingMap(
 
     @property
     def roles(self) -> dict[str, str]:
-        """As `Result.roles`."""
+        """The names of dimensions in a Dataset by their roles; of a map with axes they are the two parameters."""
         if self._is_of_ranges:
             return dict(self.schema.roles)
         return dict(zip(("horizontal", "vertical"), self.parameters, strict=True))
@@ -300,16 +300,16 @@ class UnfoldingMap(
         kind = self.kinds[self.kind[row, column]]
         period = int(self.period[row, column])
         counts = int(self.impacts_right[row, column]), int(self.impacts_left[row, column])
-        asked, request = self.meta["request"], None
-        there = self.plane.parameters.at({across: place[0], up: place[1]})
-        clearance = there.clearance.model_dump()
-        if kind == "periodic" and asked.get("policy", "rest") == "rest" and max(counts) != -1:
+        settings, request = self.meta["request"], None
+        parameters = self.plane.parameters.at({across: place[0], up: place[1]})
+        clearance = parameters.clearance.model_dump()
+        if kind == "periodic" and settings.get("policy", "rest") == "rest" and max(counts) != -1:
             request = {
-                "oscillator": there.oscillator.model_dump(),
-                "omega": there.omega,
+                "oscillator": parameters.oscillator.model_dump(),
+                "omega": parameters.omega,
                 "clearance": clearance,
-                "transient_periods": asked["max_periods"],
-                "max_period": asked["max_period"],
+                "transient_periods": settings["max_periods"],
+                "max_period": settings["max_period"],
             }
         return MapPoint(
             *place,
@@ -321,7 +321,7 @@ class UnfoldingMap(
             place[0] - float(horizontal),
             place[1] - float(vertical),
             request,
-            there.omega,
+            parameters.omega,
             clearance,
         )
 
@@ -338,8 +338,8 @@ class UnfoldingMap(
         across, up = self.parameters
         if not self._is_of_ranges:
             return settings | {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
-        stop, given = up.removeprefix("clearance").lstrip("_"), self.meta["request"]["clearance"]
-        return settings | {"omega": horizontal, "clearance": given | {stop: vertical} if stop else vertical}
+        stop, clearance = up.removeprefix("clearance").lstrip("_"), self.meta["request"]["clearance"]
+        return settings | {"omega": horizontal, "clearance": clearance | {stop: vertical} if stop else vertical}
 
     @property
     def _is_of_ranges(self) -> bool:
@@ -351,25 +351,25 @@ class UnfoldingMap(
         The motion is one of `motions`, or its label. Raises ValueError for a label that the map does not have.
         """
         if isinstance(motion, str):
-            found = {one.label: one for one in self.motions()}
-            if motion not in found:
-                raise ValueError(f"the map has no motion {motion!r}; it has {', '.join(found)}")
-            motion = found[motion]
-        there: BoolArray = self.kind == self._code(motion.kind)
+            labelled = {entry.label: entry for entry in self.motions()}
+            if motion not in labelled:
+                raise ValueError(f"the map has no motion {motion!r}; it has {', '.join(labelled)}")
+            motion = labelled[motion]
+        mask: BoolArray = self.kind == self._code(motion.kind)
         if motion.period is not None:
             right, left = motion.impacts_right, motion.impacts_left
             counted = (self.impacts_right == right) & (self.impacts_left == left)
             if motion.mirror_images:
                 counted |= (self.impacts_right == left) & (self.impacts_left == right)
-            there &= (self.period == motion.period) & counted
-        return there
+            mask &= (self.period == motion.period) & counted
+        return mask
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
-        """As `Result.derived_tables`."""
+        """Return the table "motions"."""
         return {"motions": self.motions()}
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the label of every point as codes and texts."""
         motions, codes = self._coded()
         return {"label": (codes, [motion.label for motion in motions])}
 
@@ -392,8 +392,8 @@ class UnfoldingMap(
         With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
         drawn instead, with a scale; grey where there are none. `motions` is the number of motions with a colour.
         `colours` gives colours by label or kind, such as those of another map (`other.colours()`).
-        `merge_mirror_images` is as of `motions`. Raises TypeError for other results, and ValueError for a quantity that
-        was not asked for, and for bifurcation curves of another plane.
+        `merge_mirror_images` is that of the method `motions`. Raises TypeError for other results, and ValueError for a
+        quantity that the request did not ask for, and for bifurcation curves of another plane.
         """
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity
@@ -403,11 +403,11 @@ class UnfoldingMap(
         across, up = self.parameters
         if (curve or points) is not None and not (across == "omega" and up.startswith("clearance")):
             raise ValueError(f"curve and points are over omega and clearance, and the map is over {across} and {up}")
-        for one in curves if isinstance(curves, Sequence) else [curves]:
-            _expect("curves", one, BifurcationCurves)
-            if one is not None and one.parameters != self.parameters:
-                own, given = (" and ".join(names) for names in (self.parameters, one.parameters))
-                raise ValueError(f"curves are over {given}, and the map is over {own}")
+        for result in curves if isinstance(curves, Sequence) else [curves]:
+            _expect("curves", result, BifurcationCurves)
+            if result is not None and result.parameters != self.parameters:
+                own, others = (" and ".join(names) for names in (self.parameters, result.parameters))
+                raise ValueError(f"curves are over {others}, and the map is over {own}")
         return draw(
             self,
             ax,
@@ -433,30 +433,30 @@ class UnfoldingMap(
         computed = "" if self.computed is None else f" ({self.computed.mean():.1%} computed)"
         periodic = self.kind == self._code("periodic")
         share = self.verified[periodic].mean() if periodic.any() else 1.0
-        said = [
+        parts = [
             f"{len(self.vertical)} x {len(self.horizontal)} points{computed}",
             counted(self.motions(), "motion"),
             f"{share:.1%} of the periodic points verified",
         ]
-        said += [] if self.sensitive is None else [counted_points(self.sensitive, "sensitive")]
-        said += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]
-        said += ["a preview"] if self.preview else []
-        said += [str(found) for found in (self.inferred_wrong, self.chance_to_settle) if found is not None]
-        return ", ".join(said)
+        parts += [] if self.sensitive is None else [counted_points(self.sensitive, "sensitive")]
+        parts += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]
+        parts += ["a preview"] if self.preview else []
+        parts += [str(record) for record in (self.inferred_wrong, self.chance_to_settle) if record is not None]
+        return ", ".join(parts)
 
 
 def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
     """Return motions and their mirror images as one, the largest share first."""
     merged: dict[str, MotionShare] = {}
     for motion in shares:
-        one = motion
+        combined = motion
         if motion.period is not None and motion.impacts_right != motion.impacts_left:
             counts = (motion.impacts_right or 0, motion.impacts_left or 0)
             right, left = sorted(counts, key=lambda count: np.inf if count == INFINITE else count, reverse=True)
             label = motion_label(motion.period, right, left)
-            one = changed(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
-        pixels = one.pixels + (merged[one.label].pixels if one.label in merged else 0)
-        merged[one.label] = changed(one, pixels=pixels, share=pixels / total)
+            combined = changed(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
+        pixels = combined.pixels + (merged[combined.label].pixels if combined.label in merged else 0)
+        merged[combined.label] = changed(combined, pixels=pixels, share=pixels / total)
     largest = sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
     colours = colours_of_map([motion.label for motion in largest], [motion.kind for motion in largest])
     return [changed(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
@@ -465,21 +465,21 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
 def _plane(meta: Mapping[str, Any]) -> Plane:
     """Return the plane of a map from its request."""
     request = meta["request"]
-    return UnfoldingMapsRequest(**{name: request[name] for name in _OF_PLANE if name in request}).plane
+    return UnfoldingMapsRequest(**{name: request[name] for name in _PLANE_FIELDS if name in request}).plane
 
 
 def _axes(whole: Mapping[str, Any], plane: Plane) -> dict[str, Any]:
     """Return the values of the axes by their roles, and omega and clearance where they vary."""
     if whole["horizontal"] is None:
         return {"horizontal": whole["omega"], "vertical": whole["clearance"]}
-    named = {plane.horizontal.vary: whole["horizontal"], plane.vertical.vary: whole["vertical"]}
-    return {name: named.get(name) for name in ("omega", "clearance")}
+    values = {plane.horizontal.vary: whole["horizontal"], plane.vertical.vary: whole["vertical"]}
+    return {name: values.get(name) for name in ("omega", "clearance")}
 
 
-def _expect(name: str, given: object, *kinds: type[Result]) -> None:
+def _expect(name: str, argument: object, *kinds: type[Result]) -> None:
     """Raise TypeError for an argument of `plot` that is not a result of one of the kinds, or None."""
-    if given is not None and not isinstance(given, kinds):
-        raise TypeError(f"{name} is a {type(given).__name__}, and plot draws {kinds[0].__name__} there")
+    if argument is not None and not isinstance(argument, kinds):
+        raise TypeError(f"{name} is a {type(argument).__name__}, and plot draws {kinds[0].__name__} there")
 
 
 def _nearest(name: str, values: FloatArray, value: float, units: str) -> int:

@@ -14,12 +14,12 @@ from grazemap.codec import Document
 from grazemap.colours import COLOURED
 from grazemap.described import described
 from grazemap.results.base import Result, counted_points, value_of
+from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.fields import ResultSchema
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
-from grazemap.results.records import BIFURCATIONS, Common
 from grazemap.results.unfolding import LABEL, UnfoldingMap
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _DIAGRAM_OF_RANGES = "of diagrams over ranges of omega and clearance"
 _REQUESTS = {"stop_grazing_curves": "grazing_curve"}
-"""Attributes of the request that have the requests of parts, where their names differ."""
+"""By the name of a part: the attribute of the request that has the request of the part, where the names differ."""
 
 
 class GrazingCurveOfPlane(Record):
@@ -123,8 +123,8 @@ class MapBorders(Record):
     def where(self, explanation: str) -> NDArray[np.bool_]:
         """Return which pairs have an explanation, shape (p,)."""
         known = explanation in self.explanations
-        there: NDArray[np.bool_] = self.explanation == (self.explanations.index(explanation) if known else -1)
-        return there
+        mask: NDArray[np.bool_] = self.explanation == (self.explanations.index(explanation) if known else -1)
+        return mask
 
     def others(self) -> tuple[IntArray, IntArray]:
         """Return row and column of the second points, shape (p,) each."""
@@ -163,23 +163,23 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         # the parts have the meta that their own requests would have
-        asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
+        diagram_request = UnfoldingDiagramsRequest.model_validate(meta["request"])
         parts: dict[str, Any] = {}
-        for one in cls.schema:
-            if isinstance(one.type, ResultSchema):
-                parts[one.name] = None
-                if one.name in document or not one.optional:
-                    request = getattr(asked, _REQUESTS.get(one.name, one.name))
-                    own = {"process": one.type.process, "request": canonical(request)}
-                    parts[one.name] = one.type.kind.from_document(document[one.name], {**meta, **own})
+        for member in cls.schema:
+            if isinstance(member.type, ResultSchema):
+                parts[member.name] = None
+                if member.name in document or not member.optional:
+                    request = getattr(diagram_request, _REQUESTS.get(member.name, member.name))
+                    own = {"process": member.type.process, "request": canonical(request)}
+                    parts[member.name] = member.type.kind.from_document(document[member.name], {**meta, **own})
         for name in ("grazing_curves", "borders"):
-            found = document.get(name)
-            parts[name] = None if found is None else value_of(cls.schema[name], found)
+            part = document.get(name)
+            parts[name] = None if part is None else value_of(cls.schema[name], part)
         return parts
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """As `Result.json_document`, of the map."""
+        """Return a document of the codec with the motions of the map, which only JSON has."""
         return document | {"unfolding_map": UnfoldingMap.json_document(document["unfolding_map"])}
 
     @property
@@ -194,7 +194,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     @property
     def roles(self) -> dict[str, str]:
-        """As `Result.roles`."""
+        """The names of dimensions in a Dataset by their roles, which are those of the map."""
         return self.unfolding_map.roles
 
     @property
@@ -203,7 +203,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).mirrors
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
-        """As `Result.derived`."""
+        """Return the label of every point of the map as codes and texts."""
         return self.unfolding_map.derived()
 
     def border_list(self) -> list[Border]:
@@ -237,11 +237,11 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         shares: Counter[str] = Counter()
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        others, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
+        rest, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
-            + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
-            f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
+            + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda entry: -entry[1])),
+            f"unresolved: {unresolved} of the {rest} points that are not chaotic ({unresolved / max(1, rest):.2%})",
         ]
         if umap.sensitive is not None:
             lines.append(counted_points(umap.sensitive, "sensitive"))
@@ -276,12 +276,12 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
 
-        `colours` and `merge_mirror_images` are as of `UnfoldingMap.plot`.
+        `colours` and `merge_mirror_images` are those of `UnfoldingMap.plot`.
         """
         return draw(self, ax, options, motions=motions, colours=colours, merge_mirror_images=merge_mirror_images)
 
     def _one_label_each(self) -> NDArray[np.str_]:
-        """Return labels in which mirror images are one motion, more impacts first, if they are motions too."""
+        """Return the label of every point; mirror images that are motions share the one with more impacts first."""
         umap = self.unfolding_map
         periodic = umap.kind == umap.kinds.index("periodic")
         labels = np.array(umap.kinds)[umap.kind].astype("<U32")
@@ -290,8 +290,8 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
             impacts = [np.maximum(*impacts), np.minimum(*impacts)]
         codes = np.stack([umap.period, *impacts, umap.symmetric], axis=-1)
         for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
-            here = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
-            labels[here] = _label(motion_label(period, right, left), right, left, bool(symmetric))
+            selected = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
+            labels[selected] = _label(motion_label(period, right, left), right, left, bool(symmetric))
         return labels
 
     def _summary(self) -> str:

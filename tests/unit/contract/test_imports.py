@@ -18,7 +18,7 @@ PACKAGES = ("sdk/grazemap", "core/grazemap_core", "worker/grazemap_worker", "ser
 PLANTS = {
     "The SDK is a light client": ("sdk/grazemap/codec.py", "import redis"),
     "The SDK's packages import only those below them": (
-        "sdk/grazemap/results/records.py",
+        "sdk/grazemap/results/common_records.py",
         "def late():\n    from grazemap.plots import palette",
     ),
     "The core is numerics only": ("core/grazemap_core/model/oscillator.py", "from grazemap.wire import Oscillator"),

@@ -36,7 +36,7 @@ from tests.support.sdk_refusals import refused
 
 def asked(name, *arguments, **keywords):
     """Return the request that a method of the clients sends."""
-    return METHODS[name].asked(*arguments, **keywords)[0]
+    return METHODS[name].request_for(*arguments, **keywords)[0]
 
 
 def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
@@ -485,9 +485,9 @@ def test_the_method_of_a_new_process_follows_from_its_request(monkeypatch):
     )
     for part in ("Compute a toy.", 'level : {"low", "high"}\n    How much of it.', "References\n----------\nA book."):
         assert part in method.doc
-    request, progress = method.asked(omega=(0.2, 0.3), points=4, progress=False)
+    request, progress = method.request_for(omega=(0.2, 0.3), points=4, progress=False)
     assert (request.omega.points, request.window, progress) == (4, None, False)
-    assert "/level" in refused(method.asked, omega=[0.2, 0.3], level="none")
+    assert "/level" in refused(method.request_for, omega=[0.2, 0.3], level="none")
 
 
 def test_a_number_with_a_unit_in_text_is_refused_with_the_unit_of_the_field(client):

@@ -195,7 +195,7 @@ def test_status_is_shown_again_until_it_is_interrupted(url, service, capsys, mon
         if len(looks) == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("grazemap.cli.status.time.sleep", sleep)
+    monkeypatch.setattr("grazemap.cli.status_command.time.sleep", sleep)
     assert cli.main(["status", "--watch", "--url", url]) == 130
     assert looks == [True, False]
     written = capsys.readouterr().out

@@ -129,7 +129,7 @@ def endless():
 
 @pytest.mark.parametrize("status", [200, 404, 503])
 def test_an_endless_answer_is_not_read_to_its_end(play, monkeypatch, status):
-    monkeypatch.setattr(constants, "LONGEST_ANSWER", 1 << 20)
+    monkeypatch.setattr(constants, "MAX_ANSWER_BYTES", 1 << 20)
     with pytest.raises(errors.ProtocolError, match="longer than 1048576 bytes"):
         play(httpx2.Response(status, stream=Lines(endless(), lambda: None))).send(5)
 
@@ -148,7 +148,7 @@ class Once(httpx2.SyncByteStream, httpx2.AsyncByteStream):
 
 
 def test_a_compressed_answer_is_measured_by_what_it_holds(play, monkeypatch):
-    monkeypatch.setattr(constants, "LONGEST_ANSWER", 1 << 20)
+    monkeypatch.setattr(constants, "MAX_ANSWER_BYTES", 1 << 20)
     headers = {"content-encoding": "gzip", "content-type": "application/json"}
     for size, fits in ((1 << 19, True), (1 << 21, False)):
         run = play(httpx2.Response(200, headers=headers, stream=Once(gzip.compress(bytes(size)))))

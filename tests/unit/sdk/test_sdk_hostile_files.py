@@ -122,7 +122,7 @@ def overlapping_members() -> bytes:
 def many_members() -> bytes:
     """More arrays than any result has."""
     arrays, meta = parts()
-    return file_of(arrays | {f"a{number}": np.zeros(0) for number in range(npz.MOST_MEMBERS + 1)}, meta)
+    return file_of(arrays | {f"a{number}": np.zeros(0) for number in range(npz.MAX_MEMBERS + 1)}, meta)
 
 
 @pytest.mark.parametrize(

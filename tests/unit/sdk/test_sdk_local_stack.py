@@ -70,7 +70,7 @@ def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
     stack("import time; time.sleep(60)")
     started = time.monotonic()
     with pytest.raises(StackError, match="not ready after"):
-        local_stack.Stack(timeout=0.3)
+        local_stack.LocalStack(timeout=0.3)
     assert time.monotonic() - started < 30
     assert list(tmp_path.iterdir()) == []
 

@@ -32,7 +32,7 @@ def test_results_have_the_order_of_the_requests(client, service):
 
 
 def test_many_requests_are_several_batches(client, service, monkeypatch):
-    monkeypatch.setattr(messages, "MOST_OF_BATCH", 2)
+    monkeypatch.setattr(messages, "MAX_BATCH_REQUESTS", 2)
     assert len(list(client.map("grazing-curves", CURVES))) == 5
     assert [asked_in(request) for request in service.requests] == [[3, 4], [5, 6], [7]]
 
@@ -81,7 +81,7 @@ def test_invalid_requests_are_found_before_anything_is_sent(client, service):
 
 
 def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client, service, monkeypatch):
-    monkeypatch.setattr(messages, "MOST_OF_BATCH", 2)
+    monkeypatch.setattr(messages, "MAX_BATCH_REQUESTS", 2)
     refused = {"pointer": "/requests/1/request/omega/points", "detail": "too many", "allowed": "fewer"}
     body = {"type": "about:blank", "title": "t", "status": 422, "detail": "d", "errors": [refused]}
     service.upcoming = [
@@ -127,7 +127,7 @@ def test_a_line_that_makes_no_sense_is_reported(client, service, line):
 
 
 def test_an_endless_line_is_not_read_to_its_end(client, service):
-    service.upcoming = [httpx2.Response(200, content=b"1" * (2 * constants.MOST_OF_LINE))]
+    service.upcoming = [httpx2.Response(200, content=b"1" * (2 * constants.MAX_LINE_BYTES))]
     with pytest.raises(errors.ProtocolError, match="too long"):
         list(client.map("grazing-curves", CURVES[:1]))
 

@@ -25,7 +25,7 @@ try:
 except SystemExit:
     print([name for name in {HEAVY} if name in sys.modules])
 sys.modules["matplotlib"] = None
-import grazemap.cli.saved
+import grazemap.cli.result_commands
 from grazemap import *
 try:
     load(sys.argv[1]).plot()

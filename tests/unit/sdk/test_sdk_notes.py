@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grazemap import cli
-from grazemap.client.request_warnings import warn_of
+from grazemap.client.request_warnings import warn_about
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result
@@ -442,4 +442,4 @@ def test_many_frequencies_take_little_memory():
 def test_kernels_that_are_compiled_first_are_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of([Note(code="compiles-first", detail="the first map compiles")])
+        warn_about([Note(code="compiles-first", detail="the first map compiles")])

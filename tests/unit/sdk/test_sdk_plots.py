@@ -18,7 +18,7 @@ from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.hatching import one_in_each_block
 from grazemap.plots.smooth import smooth_line
-from grazemap.plots.trajectory import with_impacts
+from grazemap.plots.trajectory import history_with_impacts
 from grazemap.results import MotionShare
 from grazemap.results.pictures import PICTURES, plots
 from grazemap.results.stretches import Stretch
@@ -144,7 +144,7 @@ def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own()
 
 
 def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
-    monkeypatch.setattr(unfolding, "_DRAWN_AS_CELLS", 1)
+    monkeypatch.setattr(unfolding, "_MAX_CELLS", 1)
     monkeypatch.setattr(unfolding, "_MEASURED_SIDE", 20)
     ax = map_of([(1, 1, 1), (3, 3, 3)]).plot()
     assert not ax.collections
@@ -172,7 +172,7 @@ def test_points_are_drawn_differently_by_kind_and_on_the_curve():
 
 
 def test_an_impact_is_a_jump_between_its_two_velocities():
-    time, displacement, velocity = with_impacts(result_of("trajectories"), 1)
+    time, displacement, velocity = history_with_impacts(result_of("trajectories"), 1)
     assert (np.diff(time) >= 0).all()
     assert displacement[time == 5.0].tolist() == [1.6, 1.6]
     assert velocity[time == 5.0].tolist() == [0.5, -0.8 * 0.5]

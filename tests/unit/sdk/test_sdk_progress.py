@@ -10,7 +10,7 @@ import pytest
 
 from grazemap.client import progress as module
 from grazemap.client.events import Event
-from grazemap.client.progress import Listener, NotebookBar
+from grazemap.client.progress import NotebookBar, ProgressListener
 from tests.support.watching import until
 
 
@@ -57,9 +57,9 @@ def terminal(request, monkeypatch, stderr):
 
 
 @contextlib.contextmanager
-def opened() -> Iterator[Listener]:
+def opened() -> Iterator[ProgressListener]:
     """A listener whose display is open, which its thread does."""
-    with Listener("unfolding-maps") as listener:
+    with ProgressListener("unfolding-maps") as listener:
         until(lambda: listener._display is not None, 20)
         yield listener
 
@@ -121,7 +121,7 @@ def test_its_clock_runs_while_no_event_arrives(listener, terminal, clock):
 @pytest.mark.parametrize("why", ["quick", "switched off"])
 def test_quick_work_and_a_display_that_is_switched_off_write_nothing(terminal, monkeypatch, why):
     monkeypatch.setattr(module, "QUIET_SECONDS", 10.0 if why == "quick" else 0.0)
-    with Listener("x", shown=why == "quick") as listener:
+    with ProgressListener("x", shown=why == "quick") as listener:
         listener(progress(2))
     assert terminal.getvalue() == ""
 
@@ -144,7 +144,7 @@ def test_a_log_gets_one_line_for_each_reason_to_wait_for_long_and_no_progress(st
 def test_a_notebook_has_no_lines_on_standard_error(stderr, clock, monkeypatch):
     log, shown = stderr(io.StringIO()), []
     bar = SimpleNamespace(show=lambda *state: shown.append(state), close=lambda: None)
-    monkeypatch.setattr(module, "in_notebook", lambda: True)
+    monkeypatch.setattr(module, "runs_in_notebook", lambda: True)
     monkeypatch.setattr(module, "NotebookBar", lambda _title: bar)
     with opened() as listener:
         listener(waiting("a worker"))

@@ -164,8 +164,8 @@ def test_without_a_working_stream_it_polls(play, streams):
     assert service.follow().status == "successful"
     assert len(service.opened) == constants.STREAM_ATTEMPTS
     assert service.names[-1] == "done"
-    assert max(service.script.slept) <= constants.POLL_LIMIT
-    assert service.script.now <= 1030 + constants.POLL_LIMIT
+    assert max(service.script.slept) <= constants.MAX_POLL_INTERVAL
+    assert service.script.now <= 1030 + constants.MAX_POLL_INTERVAL
 
 
 def test_polling_yields_what_the_job_waits_for(play):

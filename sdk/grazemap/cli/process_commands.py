@@ -1,4 +1,4 @@
-"""The commands of processes: a request from flags or --json, its computation, and what is done with the result."""
+"""The commands that compute: they take a request from flags or --json, and print, save or draw the result."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
+from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.flags import add_flags, example, flags_of
-from grazemap.cli.outcome import DONE, NOT_FOUND, InvalidCommand, fail
-from grazemap.cli.saved import describe
-from grazemap.cli.stack import running_or_local
+from grazemap.cli.result_commands import describe
+from grazemap.cli.stack import service_or_stack
 from grazemap.results import OrbitBranch, PeriodicOrbit
 from grazemap.wire import PROCESSES
 
 # In front of the example of each process.
-_SI = (
+_SI_EXAMPLE = (
     "in SI: --units SI --masses 0.5,2 --stiffnesses 2000,8000 --damping 1.5,6 --forcing 5,0 --restitution 0.8,\n"
     "       with frequencies such as 10Hz and lengths such as 3mm"
 )
 
 
-def add_processes(commands: Any, with_flags: Collection[str]) -> None:
-    """Add a command for each process, and `run`, which has the same ones; only those that are named have flags."""
-    shared = {process: _arguments(process) for process in PROCESSES if process in with_flags}
+def add_processes(commands: Any, flagged: Collection[str]) -> None:
+    """Add a command for each process, and `run` with the same subcommands; only those of `flagged` have flags."""
+    shared = {process: _arguments(process) for process in PROCESSES if process in flagged}
     _add_each(commands, shared)
     run = commands.add_parser("run", help="compute a process; the same as its own command")
     _add_each(run.add_subparsers(required=True, metavar="PROCESS"), shared)
@@ -47,15 +47,15 @@ def compute(options: argparse.Namespace) -> int:
         if target[1].suffix in files.PICTURES:
             files.check_drawn(options.process)
     fields = _request(options.json) if options.json is not None else {}
-    given = vars(options)
-    texts = {flag.place: given[flag.pointer] for flag in flags_of(options.process) if flag.pointer in given}
-    asked = CommandRequest(options.process, fields, texts, options.errors)
-    with asked.naming_flags():
-        request = asked.validated()
-        with closing(running_or_local(options.url, options.quiet)) as client:
+    values = vars(options)
+    texts = {flag.place: values[flag.pointer] for flag in flags_of(options.process) if flag.pointer in values}
+    command_request = CommandRequest(options.process, fields, texts, options.errors)
+    with command_request.naming_flags():
+        request = command_request.validated()
+        with closing(service_or_stack(options.url, options.quiet)) as client:
             result = client.submit(options.process, request).wait(progress=not options.quiet).result()
     for what, path, _ in targets:
-        files.write(what, path, result, asked.engineering)
+        files.write(what, path, result, command_request.engineering)
     if not targets:
         describe(result)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -76,7 +76,7 @@ def _add_each(commands: Any, shared: Mapping[str, argparse.ArgumentParser]) -> N
             description=request.operation.description,
         )
         if process in shared:
-            added.epilog = f"{_SI}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%")
+            added.epilog = f"{_SI_EXAMPLE}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%")
 
 
 def _arguments(process: str) -> argparse.ArgumentParser:
@@ -104,7 +104,7 @@ def _arguments(process: str) -> argparse.ArgumentParser:
 
 def _request(source: Path) -> dict[str, Any]:
     try:
-        with files.named("the request (--json)", source):
+        with files.naming_errors("the request (--json)", source):
             text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
         request = json.loads(text)
     except RecursionError:

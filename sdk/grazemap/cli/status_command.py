@@ -9,22 +9,22 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from grazemap import constants
-from grazemap.cli.outcome import DONE, FAILED
+from grazemap.cli.exit_codes import DONE, FAILED
 from grazemap.cli.stack import client_of
 from grazemap.client import Client
 from grazemap.client.client import JobHandle
 from grazemap.errors import GrazemapError
 from grazemap.wire import ServiceStatus, Status
 
-# Seconds between two looks.
-_AGAIN = 2.0
-# Jobs that are shown one by one, at most so many.
-_LISTED: dict[Status, int] = {"running": 20, "accepted": 5, "failed": 3}
+# Seconds between two requests of `--watch`.
+_REFRESH_SECONDS = 2.0
+# Maximum number of jobs of each status that are listed.
+_MAX_LISTED: dict[Status, int] = {"running": 20, "accepted": 5, "failed": 3}
 _CLEAR = "\x1b[H\x1b[J"
 
 
 def add_command(commands: Any) -> None:
-    """Add the command to the parser's."""
+    """Add the command to those of the parser."""
     status = commands.add_parser("status", help="show a running service and its jobs")
     status.add_argument(
         "--url", help=f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
@@ -42,7 +42,7 @@ def _status(options: argparse.Namespace) -> int:
             except GrazemapError as error:
                 text = f"{client.base_url}: {error}"
             print(text if options.json else _CLEAR + text, flush=True)
-            time.sleep(_AGAIN)
+            time.sleep(_REFRESH_SECONDS)
         text, ready = _shown(client, options.json)
         print(text)
     return DONE if ready else FAILED
@@ -54,7 +54,7 @@ def _shown(client: Client, as_json: bool) -> tuple[str, bool]:
     if as_json:
         return json.dumps(status.model_dump(mode="json")), status.ready
     lines = [f"service   {client.base_url}, version {status.version}", *_lines(status)]
-    for name, most in _LISTED.items():
+    for name, most in _MAX_LISTED.items():
         jobs = client.jobs(status=name, limit=most) if status.jobs.get(name) else []
         lines += [f"{name:<10}{_job(job)}" for job in jobs]
         if status.jobs.get(name, 0) > len(jobs):
@@ -65,13 +65,15 @@ def _shown(client: Client, as_json: bool) -> tuple[str, bool]:
 def _lines(status: ServiceStatus) -> Iterator[str]:
     state = "ready" if status.ready else "not ready"
     yield f"state     {state}: {status.detail}" if status.detail else f"state     {state}"
-    ordinary, small = ([one for one in status.workers if one.small == of_small] for of_small in (False, True))
-    busy = sum(one.computes is not None for one in status.workers)
+    ordinary, small = (
+        [worker for worker in status.workers if worker.small == small_jobs] for small_jobs in (False, True)
+    )
+    busy = sum(worker.computes is not None for worker in status.workers)
     yield f"workers   {len(ordinary)}, and {len(small)} for small jobs; {busy} compute"
-    for one in (worker.computes for worker in ordinary):
-        if one is not None:
-            tile = "joins the tiles" if one.tile < 0 else f"tile {one.tile}"
-            yield f"          {one.process} {one.job[:12]}, {tile}, for {_time(one.seconds)}"
+    for work in (worker.computes for worker in ordinary):
+        if work is not None:
+            tile = "joins the tiles" if work.tile < 0 else f"tile {work.tile}"
+            yield f"          {work.process} {work.job[:12]}, {tile}, for {_time(work.seconds)}"
     yield f"queue     {status.pending_tiles} unfinished tiles; the longest in work for {_time(status.claimed_seconds)}"
     for lane, waiting in status.waiting.items():
         if waiting.jobs:
@@ -86,12 +88,12 @@ def _lines(status: ServiceStatus) -> Iterator[str]:
 def _job(job: JobHandle) -> str:
     """Return a line about a job."""
     progress = job.progress
-    said = f"{progress.done}/{progress.total} {progress.unit}"
+    text = f"{progress.done}/{progress.total} {progress.unit}"
     if job.status == "running" and progress.eta_seconds is not None:
-        said += f", about {_time(progress.eta_seconds)} left"
+        text += f", about {_time(progress.eta_seconds)} left"
     if job.problem is not None:
-        said = f"{job.problem.title}: {job.problem.detail}"
-    return f"{job.id}  {job.process:<22}  {said}"
+        text = f"{job.problem.title}: {job.problem.detail}"
+    return f"{job.id}  {job.process:<22}  {text}"
 
 
 def _time(seconds: float) -> str:
@@ -103,6 +105,6 @@ def _size(size: float) -> str:
 
 
 def _scaled(value: float, units: Sequence[tuple[str, float]], least: float) -> str:
-    """Return a number in the largest unit of which it has at least so many, else in the first."""
+    """Return a number in the largest unit of which it is at least `least` times the size, else in the first unit."""
     name, size = next((unit for unit in reversed(units) if value >= least * unit[1]), units[0])
     return f"{value / size:.3g} {name}"

@@ -25,11 +25,11 @@ def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissi
     ax.set_xlim(*plane.horizontal.ends)
     ax.set_ylim(*plane.vertical.ends)
     draw_bifurcation_curves(ax, result, admissible)
-    named = dict.fromkeys(
+    names = dict.fromkeys(
         label_text(motion.label) if motion.label else "a motion not found" for motion in result.motions
     )
     alone = "motions with one impact" + (", or one on either stop" if plane.mirrors else "")
-    motions = ", ".join(named) or alone
+    motions = ", ".join(names) or alone
     across, up = (parameter_label(name, result.units) for name in plane.names)
     drawing.describe(across, up, f"Bifurcation curves of {motions}")
     drawing.show_legend(handlelength=3.0)
@@ -42,9 +42,9 @@ def draw_bifurcation_curves(
     admissible: bool = True,
     halo: bool = False,
 ) -> None:
-    """Add the curves to axes: a colour for each type, a dash for each motion, pale where no motion ends.
+    """Add the curves to axes: a colour for each type, a dash for each motion; curves of inadmissible motions are pale.
 
-    With `halo` they have a white rim, so that they are legible on colours.
+    With `halo` the curves have a white rim, so that they are legible on colours.
     """
     together = results if isinstance(results, Sequence) else [results]
     shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]

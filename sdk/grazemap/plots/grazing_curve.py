@@ -28,11 +28,11 @@ Booleans = NDArray[np.bool_]
 
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
-_ROOMY = 150
-# Of 1.5 times the order, this size of an asterisk in points is left, so that low orders are seen among many symbols.
-_LARGEST = 12.5
+_MAX_FULL_SIZE = 150
+# Size of an asterisk in points for order 0; it is smaller by 1.5 for each order, so that low orders stand out.
+_MAX_MARKER_SIZE = 12.5
 # Text of the grazing curve in legends, and its number of points where it is evaluated for a picture.
-CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
+CURVE, _CURVE_POINTS = r"grazing curve $b = A(\omega)$", 1000
 
 
 @draws(GrazingCurve)
@@ -40,7 +40,7 @@ CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
 def plot_grazing_curve(
     curve: GrazingCurve | StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None
 ) -> Axes:
-    """Draw clearance over omega with codimension-two points: those of `points`, the curve's own, or for False none."""
+    """Draw clearance over omega with codimension-two points: `points`, or for None the curve's own; for False none."""
     ax = drawing.ax
     draw_curve(ax, curve)
     if points is not False:
@@ -56,46 +56,51 @@ def plot_grazing_curve(
 def plot_codimension_two_points(
     points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None
 ) -> Axes:
-    """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
+    """Draw codimension-two points on a grazing curve; without `curve` it is evaluated over the omega of the request."""
     ax = drawing.ax
     if curve is not None:
         draw_curve(ax, curve)
     else:
         request = points.meta["request"]
-        between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
+        between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _CURVE_POINTS)
         omega = np.union1d(between, [point.omega for point in points.points])
-        oscillator, other = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
-        if oscillator.is_symmetric and other is None:
+        oscillator, fixed = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
+        if oscillator.is_symmetric and fixed is None:
             ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=CURVE, zorder=3)
         else:
-            _draw_evaluated(ax, oscillator, omega, other)
+            _draw_evaluated(ax, oscillator, omega, fixed)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
     return ax
 
 
-def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, other: Mapping[str, float | None] | None) -> None:
-    """Add the grazing curves of stops that are not alike to axes; `other` is the clearance of the one that is fixed."""
+def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, fixed: Mapping[str, float | None] | None) -> None:
+    """Add the grazing curves of unlike stops to axes; `fixed` has the clearance of the stop that does not vary."""
     for stop in STOPS:
-        if other is None or stop not in other:
+        if fixed is None or stop not in fixed:
             clearance = grazing_clearance(oscillator, omega, stop)
-            beside = clearance if other is None else next(iter(other.values()))
-            draw_graze(ax, stop, omega, clearance, meets_other(oscillator, omega, stop, beside))
+            beside = clearance if fixed is None else next(iter(fixed.values()))
+            draw_graze(ax, stop, omega, clearance, meets_other_stop(oscillator, omega, stop, beside))
 
 
-def meets_other(oscillator: Oscillator, omega: Floats, stop: StopName, clearance: Floats | float | None) -> Booleans:
-    """Return where the steady motion that touches a stop meets the other one before; None: that one is absent."""
-    other = STOPS[1 - STOPS.index(stop)]
+def meets_other_stop(
+    oscillator: Oscillator, omega: Floats, stop: StopName, clearance: Floats | float | None
+) -> Booleans:
+    """Return where the steady motion that touches a stop meets the other stop first.
+
+    `clearance` is that of the other stop, None where it is absent.
+    """
+    opposite = STOPS[1 - STOPS.index(stop)]
     if clearance is None:
         return np.zeros(len(omega), dtype=np.bool_)
-    return np.asarray(grazing_clearance(oscillator, omega, other) > clearance)
+    return np.asarray(grazing_clearance(oscillator, omega, opposite) > clearance)
 
 
 def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = False) -> None:
-    """Add the grazing curve to axes, or those of the stops, dashed where they are virtual.
+    """Add a grazing curve to axes, or the grazing curves of the stops, which are dashed where they are virtual.
 
-    There is a band under the stretches of the curve of both stops where the graze does not recur.
+    Under a grazing curve of both stops, a band marks the stretches on which the graze does not recur.
 
     Parameters
     ----------
@@ -135,9 +140,9 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
 def draw_graze(
     ax: Axes, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
 ) -> None:
-    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual; `halo` as `draw_curve`.
+    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual.
 
-    That of the left stop has another colour than that of the right one.
+    `halo` is that of `draw_curve`. The curves of the two stops have different colours.
     """
     colour = LINE if stop == "left" else PAPER if halo else INK
     style: dict[str, Any] = {"color": colour, "path_effects": rimmed(3.2, INK) if halo else None, "zorder": 3}
@@ -150,8 +155,11 @@ def draw_graze(
 
 
 def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
-    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual; `both` stops at once."""
-    named: set[str] = set()
+    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual.
+
+    `both` says whether the two stops are grazed at once.
+    """
+    labelled: set[str] = set()
     for curve in curves:
         colour = PAPER if curve.stop > 0 else LINE
         text = "grazing curve" if both else f"graze of the {'right' if curve.stop > 0 else 'left'} stop"
@@ -160,8 +168,8 @@ def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: boo
                 continue
             shown = [np.where(drawn, values, np.nan) for values in (curve.horizontal, curve.vertical)]
             style: dict[str, Any] = {"color": colour, "linestyle": dash, "path_effects": rimmed(3.2, INK)}
-            ax.plot(*shown, linewidth=1.2, label=None if label in named else label, zorder=3, **style)
-            named.add(label)
+            ax.plot(*shown, linewidth=1.2, label=None if label in labelled else label, zorder=3, **style)
+            labelled.add(label)
 
 
 def draw_points(
@@ -169,9 +177,10 @@ def draw_points(
 ) -> None:
     """Add codimension-two points to axes, with a legend entry per kind.
 
-    Recurrences are asterisks: coloured by order where they are active, low orders larger and above the others, small
-    and grey where a smaller order recurs already. Resonant points are distinguished by bifurcation, filled for
-    one-sided and hollow for symmetric motions. Corners are open triangles that point to the kink.
+    Recurrences are asterisks. Active ones are coloured by order, and low orders are larger and above higher ones;
+    where a smaller order recurs already, they are small and grey. The marker of a resonant point shows the
+    bifurcation; it is filled for one-sided and hollow for symmetric motions. Corners are open triangles that point to
+    the kink.
 
     Parameters
     ----------
@@ -184,7 +193,7 @@ def draw_points(
     """
     inside = [point for point in points if span is None or span[0] <= point.omega <= span[1]]
     # Many symbols are drawn smaller, so that the curve under them stays visible.
-    size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
+    size = max(0.6, min(1.0, (_MAX_FULL_SIZE / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
     double = [point for point in inside if point.kind == "double-graze"]
     _mark(ax, double, rim, marker="P", color=INK, markersize=8 * size, label="both stops grazed", zorder=6)
@@ -206,9 +215,9 @@ def draw_points(
             _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        style = {**order_style(order), "markersize": max(9 * size, _LARGEST - 1.5 * order)}
-        above = {"zorder": 6.0 + 0.5 ** max(1, order)}
-        _mark(ax, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **above)
+        style = {**order_style(order), "markersize": max(9 * size, _MAX_MARKER_SIZE - 1.5 * order)}
+        layer = {"zorder": 6.0 + 0.5 ** max(1, order)}
+        _mark(ax, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **layer)
 
 
 def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:

@@ -1,4 +1,4 @@
-"""What a stack says while it starts, shown to those who wait."""
+"""Displays of what a stack reports while it starts: on a terminal, in a log, or below a notebook's cell."""
 
 from __future__ import annotations
 
@@ -8,37 +8,37 @@ import time
 from html import escape
 from typing import IO, Any, Protocol, TextIO
 
-from grazemap.client.progress import NotebookDisplay, in_notebook
+from grazemap.client.progress import NotebookDisplay, runs_in_notebook
 
-# A longer line would continue on the next one, and only that would be overwritten.
+# Maximum width of a line. A longer one would be broken by the terminal, and only its end would be overwritten.
 _COLUMNS = 79
 QUICK_SECONDS = 3.0
-"""A start that takes no longer is not in a log."""
+"""Seconds; a start that takes no longer is not logged."""
 
 
-class Shown(Protocol):
-    """A place that shows what a stack says."""
+class StartDisplay(Protocol):
+    """Shows what a stack reports while it starts."""
 
     def show(self, text: str) -> None:
-        """Show a text."""
+        """Show what the start waits for."""
 
     def close(self, ready: bool) -> None:
-        """Leave the place as it should remain; `ready` says whether the stack has started."""
+        """End the display; `ready` says whether the stack has started."""
 
 
-def shown_here(quiet: bool = False) -> Shown:
-    """Return the place where this process shows the start of its own stack; a `quiet` one has no log."""
-    if in_notebook():
+def start_display(quiet: bool = False) -> StartDisplay:
+    """Return the display for the output of this process; with `quiet` nothing is logged."""
+    if runs_in_notebook():
         return StartNotebook()
     return StartLine(sys.stderr) if sys.stderr.isatty() else StartLog(sys.stderr, quiet)
 
 
-def ready_line(stream: IO[bytes], shown: Shown | None = None) -> bytes:
-    """Read what a stack prints until it is ready; return the line with its address, b"" at the end of the stream."""
+def ready_line(stream: IO[bytes], shown: StartDisplay | None = None) -> bytes:
+    """Read the output of a stack until it is ready. Return the line with its address, or b"" where the output ends."""
     for line in stream:
         try:
-            said: Any = json.loads(line)
-            text = said["starting"]
+            message: Any = json.loads(line)
+            text = message["starting"]
         except (ValueError, LookupError, TypeError):
             return line
         if shown is not None:
@@ -47,7 +47,7 @@ def ready_line(stream: IO[bytes], shown: Shown | None = None) -> bytes:
 
 
 class StartLine:
-    """One line of a terminal that is overwritten; elsewhere a line for each text."""
+    """One line on a terminal, which is overwritten; on other streams a line for each text."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -55,7 +55,7 @@ class StartLine:
         self._open = False
 
     def show(self, text: str) -> None:
-        """As `Shown.show`."""
+        """Write a text over the previous one."""
         line = f"grazemap: {text}"
         self._stream.write(f"\r{line[:_COLUMNS]:<{_COLUMNS}}" if self._terminal else f"{line}\n")
         self._stream.flush()
@@ -78,7 +78,7 @@ class StartLog:
         self._step = ""
 
     def show(self, text: str) -> None:
-        """Write the text of a new step that says more after a comma, such as the seconds that are left."""
+        """Write the text of a new step, unless it has no details after a comma, such as the seconds that are left."""
         step, _, more = text.partition(",")
         if self._quiet or not more or step == self._step or time.monotonic() - self._began < QUICK_SECONDS:
             return
@@ -99,7 +99,7 @@ class StartNotebook(NotebookDisplay):
     """A line below a notebook's cell."""
 
     def show(self, text: str) -> None:
-        """As `Shown.show`."""
+        """Show a text in place of the previous one."""
         self.update(escape(f"grazemap: {text}"))
 
     def close(self, ready: bool) -> None:

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from grazemap import starting
-from grazemap.starting import StartLine, StartLog, ready_line, shown_here
+from grazemap import start_display as module
+from grazemap.start_display import StartLine, StartLog, ready_line, start_display
 
 LINES = b'{"starting": "a"}\n{"starting": "b"}\n{"url": "http://x:1", "pid": 1}\n'
 
@@ -69,7 +69,7 @@ def test_a_log_has_the_step_that_takes_long_and_the_end_unless_the_start_is_quic
     monkeypatch, said, quiet, ready, lines
 ):
     now = [100.0]
-    monkeypatch.setattr(starting.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
     stream = io.StringIO()
     shown = StartLog(stream, quiet)
     for seconds, text in said:
@@ -83,7 +83,7 @@ def test_a_log_has_the_step_that_takes_long_and_the_end_unless_the_start_is_quic
 @pytest.mark.parametrize(("stream", "kind"), [(Terminal(), StartLine), (io.StringIO(), StartLog)])
 def test_a_start_is_shown_where_standard_error_goes(monkeypatch, stream, kind):
     monkeypatch.setattr(sys, "stderr", stream)
-    assert type(shown_here()) is kind
+    assert type(start_display()) is kind
 
 
 def test_a_notebook_has_the_line_during_the_start_only(monkeypatch):
@@ -91,7 +91,7 @@ def test_a_notebook_has_the_line_during_the_start_only(monkeypatch):
     handle = SimpleNamespace(update=lambda data, raw: shown.append(data["text/html"]))
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1)))
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=lambda *_, **__: handle))
-    place = shown_here()
+    place = start_display()
     ready_line(io.BytesIO(b'{"starting": "compiling <all>"}\n'), place)
     place.close(ready=True)
     assert shown == ["grazemap: compiling &lt;all&gt;", ""]

@@ -7,7 +7,7 @@ from grazemap.results.record import FloatArray, IntArray, Record, TextArray, dep
 KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
 STOPS = (1, -1)
 BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
-OF_PERIODIC = "of periodic motions"
+PERIODIC_MOTIONS = "of periodic motions"
 SINCE = "since version 0.3.4"
 
 
@@ -47,12 +47,12 @@ class Motion(Record):
     """The motion n-p_r-q_l that a trajectory settles to."""
 
     kind: str = field("The kind of the motion.", values=KINDS)
-    period: int | None = field(Common, when=OF_PERIODIC)
-    impacts_right: int | None = field(Common, when=OF_PERIODIC)
-    impacts_left: int | None = field(Common, when=OF_PERIODIC)
-    symmetric: bool | None = field(Common, when=OF_PERIODIC)
-    sticking: bool | None = field(Common, when=OF_PERIODIC)
-    label: str | None = field("The name n-p_r-q_l as plain text.", when=OF_PERIODIC)
+    period: int | None = field(Common, when=PERIODIC_MOTIONS)
+    impacts_right: int | None = field(Common, when=PERIODIC_MOTIONS)
+    impacts_left: int | None = field(Common, when=PERIODIC_MOTIONS)
+    symmetric: bool | None = field(Common, when=PERIODIC_MOTIONS)
+    sticking: bool | None = field(Common, when=PERIODIC_MOTIONS)
+    label: str | None = field("The name n-p_r-q_l as plain text.", when=PERIODIC_MOTIONS)
     verified: bool = field(Common)
     certified = deprecated("verified")
     reason: str | None = field(
@@ -99,8 +99,8 @@ class ChanceToSettle(Record):
         unit="forcing periods",
     )
     chaotic: int = field("Number of chaotic motions.")
-    sampled: int = field("Number of them that were run on; trajectories that ended early do not count.")
-    settled: int = field("Number of the sampled ones that became periodic.")
+    sampled: int = field("Number of chaotic motions in the sample, without trajectories that ended early.")
+    settled: int = field("Number of motions in the sample that became periodic.")
     chance: float = field("settled/sampled.", null=True)
     low: float = field("Lower end of the 95 % interval of the chance (Clopper & Pearson).")
     high: float = field("Upper end of the interval.")
@@ -123,8 +123,8 @@ class InferredWrong(Record):
         "Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed."
     )
     sampled: int = field("Number of points in the sample, which are computed points of the map.")
-    wrong: int = field("Number of them that have another motion, or are unresolved or sensitive.")
-    low: float = field("Lower end of the 95 % interval of the share of wrong ones (Clopper & Pearson).")
+    wrong: int = field("Number of points in the sample that have another motion, or are unresolved or sensitive.")
+    low: float = field("Lower end of the 95 % interval of the share of wrong points (Clopper & Pearson).")
     high: float = field("Upper end of the interval.")
 
     def __str__(self) -> str:
@@ -148,7 +148,7 @@ class MotionShare(Record):
     impacts_right: int | None = field(Common)
     impacts_left: int | None = field(Common)
     pixels: int = field("Points of the map with this motion.")
-    share: float = field("Their fraction of all points.")
+    share: float = field("Fraction of all points of the map.")
     mirror_images: bool = field("Whether the mirror images n-q_r-p_l are counted too.", default=False)
     colour: str | None = field(
         'Its colour in the picture of the map, #RRGGBB; None for one of the "other motions", and without a map.',

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
-from grazemap.cli.outcome import DONE, FAILED, InvalidCommand, fail
+from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand, fail
 from grazemap.module_command import module_command
 
-_MOST_BYTES = 50_000_000
+_MAX_BYTES = 50_000_000
 _SECONDS = 3600.0
-_MOST_SECONDS = 1e6
+_MAX_SECONDS = 1e6
 
 
 def add_command(commands: Any) -> None:
-    """Add the command to the parser's."""
+    """Add the command to those of the parser."""
     check = commands.add_parser("check", help="verify the certificate of a proof")
     check.add_argument("certificate", type=Path, metavar="FILE", help="a result of proofs saved as .json")
     check.add_argument(
@@ -35,13 +35,13 @@ def add_command(commands: Any) -> None:
 def _check(options: argparse.Namespace) -> int:
     if find_spec("flint") is None:
         raise InvalidCommand("the checker needs python-flint: pip install 'grazemap[proofs]'")
-    if not 0 < options.seconds <= _MOST_SECONDS:
-        raise InvalidCommand(f"--seconds must be above 0 and at most {_MOST_SECONDS:g}")
-    with files.named("the certificate", options.certificate), options.certificate.open("rb") as stream:
-        data = stream.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
+    if not 0 < options.seconds <= _MAX_SECONDS:
+        raise InvalidCommand(f"--seconds must be above 0 and at most {_MAX_SECONDS:g}")
+    with files.naming_errors("the certificate", options.certificate), options.certificate.open("rb") as stream:
+        data = stream.read(_MAX_BYTES + 1)
+    if len(data) > _MAX_BYTES:
         raise InvalidCommand("the file is too large for a certificate")
-    # in a process of its own, which can be ended within long steps of the arithmetic
+    # in a process of its own, which can be ended during a long step of the arithmetic
     try:
         done = subprocess.run(
             module_command("grazemap.checker"),
@@ -49,7 +49,7 @@ def _check(options: argparse.Namespace) -> int:
             stdout=subprocess.PIPE,
             timeout=options.seconds,
             check=False,
-            start_new_session=True,  # Ctrl-C ends it through this process
+            start_new_session=True,  # Ctrl-C reaches this process alone, which then ends the other
         )
     except subprocess.TimeoutExpired:
         return fail(f"undecided: the certificate is not verified within {options.seconds:g} s", FAILED)

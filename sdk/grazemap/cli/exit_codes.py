@@ -1,4 +1,4 @@
-"""How a command ends: its exit codes, and its messages on stderr."""
+"""The exit codes of commands, and their error messages on stderr."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ DONE, FAILED, INVALID, NOT_FOUND, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 class InvalidCommand(Exception):
-    """The command's arguments are not valid together."""
+    """The arguments of a command are not valid."""
 
 
 def fail(error: Exception | str, code: int) -> int:

@@ -1,4 +1,4 @@
-"""Local unfoldings: the curves that leave the grazing curve at its resonant points, relative to it."""
+"""Local unfoldings: the curves that leave the grazing curve at its resonant points, relative to the grazing curve."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label, draws, rimmed
-from grazemap.plots.curve import CURVE
-from grazemap.plots.engineering import with_unit
+from grazemap.plots.engineering import unit_wording
+from grazemap.plots.grazing_curve import CURVE
 from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, INK, PAPER, dash
 from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_FAR = 0.003
-# Maximum number of resonant points that are drawn, and share of the width by which arrows and texts are apart.
-_DRAWN, _APART = 40, 0.07
+_MAX_DISTANCE = 0.003
+# Maximum number of resonant points that are drawn, and minimum distance of arrows and texts as a share of the width.
+_MAX_POINTS, _MIN_SPACING = 40, 0.07
 _PALE = 0.35
 
 
@@ -26,32 +26,32 @@ _PALE = 0.35
 def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: tuple[float, float] | None) -> Axes:
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
-    At a saddle-node curve the branch that starts at the graze ends; at a period-doubling or symmetry-breaking curve it
-    loses its stability. A branch has no motions beyond its saddle-node, so curves are drawn up to the saddle-node curve
-    that they would cross. Curves of inadmissible motions are pale. Of many points those of admissible motions with the
-    shortest periods are drawn, and the title says how many.
+    The branch that starts at the graze ends at a saddle-node curve, and loses its stability at a period-doubling or
+    symmetry-breaking curve. A branch has no motions beyond its saddle-node, so a curve ends where it would cross a
+    saddle-node curve of the same motions. Curves of inadmissible motions are pale. If there are too many points, those
+    of admissible motions with the shortest periods are drawn, and the title says how many.
     """
     ax = drawing.ax
     interval = result.meta["request"]["omega"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
-    # as in maps: no curve from it has a rim
+    # with a rim, as in maps; the other curves have none
     ax.axhline(0.0, color=PAPER, linewidth=1.2, label=CURVE, path_effects=rimmed(3.2, INK), zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
-    shown = sorted(resonant, key=_prominence)[:_DRAWN]
+    shown = sorted(resonant, key=_prominence)[:_MAX_POINTS]
     for point, unfolding in shown:
         _draw(ax, point, unfolding, start, stop, _saddle_nodes(point, resonant))
     active = [point for point in points if point.kind == "recurrence" and point.active]
     for point in active:
         ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
     if drawing.labels:
-        for point in _apart(active, lambda point: point.order or 0, stop - start):
+        for point in _spaced(active, lambda point: point.order or 0, stop - start):
             ax.annotate(
                 f"order {point.order}", (point.omega, 0.0), (0, 7), textcoords="offset points", fontsize=7, ha="center"
             )
     _draw_sides(ax, shown, stop - start)
     ax.set_xlim(start, stop)
-    distance = with_unit(r"distance to the grazing curve $b - A(\omega)$", "m", result.units)
+    distance = unit_wording(r"distance to the grazing curve $b - A(\omega)$", "m", result.units)
     of_all = f", {len(shown)} of {len(resonant)} points (shortest periods)" if len(shown) < len(resonant) else ""
     title = f"Curves from the grazing curve, to leading order{of_all}"
     drawing.describe(axis_label("omega", result.units), distance, title)
@@ -65,13 +65,13 @@ def _prominence(entry: tuple[CodimensionTwoPoint, Unfolding]) -> tuple[bool, int
     return unfolding.admissible is False, point.multiple or 0, point.omega
 
 
-def _apart(
+def _spaced(
     points: Sequence[CodimensionTwoPoint], rank: Callable[[CodimensionTwoPoint], float], width: float
 ) -> list[CodimensionTwoPoint]:
-    """Return points that are apart on the axis, those of the smallest rank first."""
+    """Return points with a minimum distance along the axis; points of a smaller rank are chosen first."""
     chosen: list[CodimensionTwoPoint] = []
     for point in sorted(points, key=rank):
-        if all(abs(point.omega - other.omega) > _APART * width for other in chosen):
+        if all(abs(point.omega - neighbour.omega) > _MIN_SPACING * width for neighbour in chosen):
             chosen.append(point)
     return chosen
 
@@ -99,13 +99,13 @@ def _dash(multiple: int) -> Any:
 def _saddle_nodes(
     point: CodimensionTwoPoint, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]
 ) -> list[tuple[float, float, int]]:
-    """Return omega, coefficient and side of the saddle-node curves of the same motions that leave other points."""
+    """Return omega, coefficient and side of those saddle-node curves of the same motions that leave other points."""
     return [
-        (other.omega, unfolding.quadratic, unfolding.curve_omega)
-        for other, unfolding in resonant
-        if other is not point
-        and other.bifurcation == "SN"
-        and (other.symmetric, other.multiple) == (point.symmetric, point.multiple)
+        (source.omega, unfolding.quadratic, unfolding.curve_omega)
+        for source, unfolding in resonant
+        if source is not point
+        and source.bifurcation == "SN"
+        and (source.symmetric, source.multiple) == (point.symmetric, point.multiple)
         and unfolding.quadratic is not None
     ]
 
@@ -121,7 +121,7 @@ def _draw(
     marker, colour, _ = BIFURCATIONS[point.bifurcation or "SN"]
     end = stop if unfolding.curve_omega > 0 else start
     # the leading order is drawn within a fraction of the clearance from the grazing curve
-    far = _FAR * point.clearance
+    far = _MAX_DISTANCE * point.clearance
     reach = min(
         abs(end - point.omega),
         far / abs(unfolding.slope) if unfolding.slope else np.inf,
@@ -157,9 +157,9 @@ def _draw(
 
 
 def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], width: float) -> None:
-    """Draw arrows on the side of the grazing curve on which the motions of each family exist, at its saddle-nodes.
+    """Draw arrows at the saddle-nodes, to the side of the grazing curve on which the motions of the family exist.
 
-    There are none where motions are not admissible.
+    Inadmissible motions have no arrows.
     """
     _, colour, _ = BIFURCATIONS["SN"]
     unfoldings = {
@@ -167,16 +167,16 @@ def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], wi
         for point, unfolding in shown
         if point.bifurcation == "SN" and unfolding.admissible is not False
     }
-    chosen = _apart([p for p, _ in shown if id(p) in unfoldings], lambda point: point.multiple or 0, width)
+    chosen = _spaced([p for p, _ in shown if id(p) in unfoldings], lambda point: point.multiple or 0, width)
     if chosen:
         ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="side on which motions exist")
     for point in chosen:
         unfolding = unfoldings[id(point)]
-        for side, where in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
+        for side, direction in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
             ax.annotate(
                 "",
                 (point.omega, 0.0),
-                (14 * side, 16 * where),
+                (14 * side, 16 * direction),
                 textcoords="offset points",
                 arrowprops={"arrowstyle": "<-", "color": colour, "linewidth": 0.9},
             )

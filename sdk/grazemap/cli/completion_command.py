@@ -6,13 +6,13 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from grazemap.cli.outcome import DONE
+from grazemap.cli.exit_codes import DONE
 
 _SHELLS = ("bash", "zsh", "tcsh")
 
 
 def add_command(commands: Any, parser: Callable[[], argparse.ArgumentParser]) -> None:
-    """Add the command to the parser's; `parser` returns the parser of all commands."""
+    """Add the command to those of the parser; `parser` returns the parser of all commands."""
     completion = commands.add_parser("completion", help="print the completion script of a shell")
     completion.add_argument("shell", choices=_SHELLS)
     completion.set_defaults(command=lambda options: _completion(options.shell, parser()))
@@ -30,7 +30,7 @@ def _complete_files(parser: argparse.ArgumentParser, kinds: dict[str, Any]) -> N
     """Mark the arguments that are files and folders, of all commands, as shtab reads them."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            for below in action.choices.values():
-                _complete_files(below, kinds)
+            for subparser in action.choices.values():
+                _complete_files(subparser, kinds)
         elif action.metavar in kinds:
             action.complete = kinds[action.metavar]  # type: ignore[attr-defined]

@@ -1,7 +1,8 @@
-"""Certificates of the formats 1 and 2, written as those of the present format.
+"""Translates certificates of the formats 1 and 2 to the present format.
 
-They repeat the inputs of the statement in the theorem, which has to agree. Their periods are 2 pi/omega for any
-harmonics of the forces, and they say of a bifurcation that it is on the branch of an orbit, which no theorem shows.
+A certificate of these formats repeats the inputs of the statement in the theorem; both have to agree. It counts periods
+of 2 pi/omega, whatever the harmonics of the forces are. The statement of a bifurcation also says on which branch of
+orbits it lies. No theorem shows that, so it is left out.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from grazemap.checker.arithmetic import require
 from grazemap.checker.orbits import label
 from grazemap.checker.reading import (
     FORMAT,
-    MOST_IMPACTS,
+    MAX_IMPACTS,
     OSCILLATOR,
     PARAMETERS,
     POSITIVE_INTEGER,
@@ -38,7 +39,7 @@ FORMATS = ("grazemap-certificate-1", "grazemap-certificate-2")
 
 _GAP = either(None, number)
 _BOTH = sequence(_GAP, 2, 2)
-_COUNT = integer(0, MOST_IMPACTS)
+_COUNT = integer(0, MAX_IMPACTS)
 _PLACE = {"omega": number, "clearance": anything}
 _POINT = {"type": anything, "range": anything}
 _START = {"displacement": anything, "velocity": anything, "phase": number}

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
-from grazemap.cli.outcome import DONE, InvalidCommand
+from grazemap.cli.exit_codes import DONE, InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.results import (
     BifurcationCurves,
@@ -29,11 +29,11 @@ from grazemap.wire import PROCESSES
 
 # Rows of each table that are printed, and the width of its lines.
 _ROWS, _WIDTH = 8, 160
-_WITH_QUANTITY = (UnfoldingMap, BifurcationDiagram, OrbitBranch)
+_QUANTITY_RESULTS = (UnfoldingMap, BifurcationDiagram, OrbitBranch)
 
 
 def add_commands(commands: Any) -> None:
-    """Add the commands to the parser's."""
+    """Add the commands to those of the parser."""
     plot = commands.add_parser("plot", help="draw a saved result")
     plot.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
     plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
@@ -78,52 +78,53 @@ def _plot(options: argparse.Namespace) -> int:
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in files.PICTURES:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
-    with files.named("the result", options.result):
+    with files.naming_errors("the result", options.result):
         result = load(options.result)
     files.check_drawn(result.process)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
-    over = _drawn_over(result, options.over) | _quantity(result, options.quantity)
-    with files.named("the picture", output):
-        save_picture(result, output, options.engineering_units, **over)
+    keywords = _overlays(result, options.over) | _quantity(result, options.quantity)
+    with files.naming_errors("the picture", output):
+        save_picture(result, output, options.engineering_units, **keywords)
     print(output)
     return DONE
 
 
 def _quantity(result: Result, name: str | None) -> dict[str, Any]:
-    """Return the quantity that is drawn as an argument of `plot`."""
+    """Return the quantity to draw, as a keyword of `plot`."""
     if name is None:
         return {}
-    found = [one.name for one, _ in variables_of(result)] if isinstance(result, _WITH_QUANTITY) else []
+    observed = [variable.name for variable, _ in variables_of(result)] if isinstance(result, _QUANTITY_RESULTS) else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
-    if name not in (*own, *found):
-        raise InvalidCommand(f"--quantity names what this result does not have (allowed: {', '.join(found) or 'none'})")
+    if name not in (*own, *observed):
+        raise InvalidCommand(
+            f"--quantity names what this result does not have (allowed: {', '.join(observed) or 'none'})"
+        )
     return {"quantity": name}
 
 
-def _drawn_over(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
-    """Return the results in files as arguments of a map's `plot`."""
+def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
+    """Return the results in files as keywords of the `plot` of a map."""
     if paths and not isinstance(result, UnfoldingMap):
         raise InvalidCommand(f"--over draws over an unfolding map, and {result.process} is none")
     drawn: dict[str, Any] = {}
     for path in paths:
-        with files.named("the result", path):
-            one = load(path)
-        if isinstance(one, BifurcationCurves):
-            drawn["curves"] = [*drawn.get("curves", ()), one]
-        elif isinstance(one, GrazingCurve | StopGrazingCurves):
-            drawn["curve"] = one
-        elif isinstance(one, CodimensionTwoPoints):
-            drawn["points"] = one
+        with files.naming_errors("the result", path):
+            overlay = load(path)
+        if isinstance(overlay, BifurcationCurves):
+            drawn["curves"] = [*drawn.get("curves", ()), overlay]
+        elif isinstance(overlay, GrazingCurve | StopGrazingCurves):
+            drawn["curve"] = overlay
+        elif isinstance(overlay, CodimensionTwoPoints):
+            drawn["points"] = overlay
         else:
-            raise InvalidCommand(
-                f"--over {path} has {one.process} (allowed: grazing-curves, codimension-two-points, bifurcation-curves)"
-            )
+            allowed = "grazing-curves, codimension-two-points, bifurcation-curves"
+            raise InvalidCommand(f"--over {path} has {overlay.process} (allowed: {allowed})")
     return drawn
 
 
 def _show(options: argparse.Namespace) -> int:
-    with files.named("the result", options.result):
+    with files.naming_errors("the result", options.result):
         result = load(options.result)
     describe(result)
     return DONE
