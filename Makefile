@@ -15,8 +15,8 @@ ifdef NARROW
 $(foreach setting,$(shell $(PYTHON) tests/support/narrow.py),$(eval export $(setting)))
 endif
 
-# tests without kernels, which begin while these are compiled; tests of arithmetic alone, which leave the processor to
-# all others; the others start workers and stacks, and often wait
+# three groups of tests run side by side: those without kernels, which begin while these are compiled; those of arithmetic
+# alone, which leave the processor to all others; those that start workers and stacks, and often wait
 # these compile a few kernels into folders of their own
 OWN_KERNELS := tests/unit/core/test_kernel_folder.py tests/unit/core/test_without_parts.py
 WITHOUT_KERNELS := tests/unit/contract tests/unit/sdk tests/system/service $(OWN_KERNELS)
@@ -93,20 +93,28 @@ test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider v
 all-checks: $(STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
 
-# one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
-kernels: $(RUN_STAMP)
+# two processes: the kernels of lanes take as long as all others, with which they share few parts
+kernels: kernels-of-lanes other-kernels
+
+kernels-of-lanes: COMPONENTS := lockstep-3 apart-3 map_observables
+other-kernels: COMPONENTS := curves trajectories classification orbits observables
+kernels-of-lanes other-kernels: $(RUN_STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	$(call timed,compiling the kernels (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup)
+	$(call timed,compiling the $(subst -, ,$@) (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup \
+		$(COMPONENTS))
+
+# a file of tests at a time on each of two cores
+PYTEST := $(BIN)/python -m pytest
+ON_TWO_CORES := $(PYTEST) -n 2 --dist loadfile
 
 test-without-kernels: $(STAMP)
-	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
+	$(ON_TWO_CORES) $(WITHOUT_KERNELS)
 
-# one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
 test-arithmetic: kernels $(STAMP)
-	nice $(BIN)/python -m pytest $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
+	nice $(ON_TWO_CORES) $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
 
 test-processes: kernels $(STAMP)
-	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/system/browser,--ignore=$(folder))
+	$(PYTEST) $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/system/browser,--ignore=$(folder))
 
 # the unit tests run on each further Python that runs, without kernels
 ci: lint types test  ## what continuous integration runs: style, types, every test, the unit tests on other Pythons
