@@ -36,7 +36,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: ServiceSetting
     implementation = IMPLEMENTATIONS[process]
     for count in implementation.counts(request, _limits(settings)):
         if count.number > count.limit:
-            raise _too_much(*count)
+            raise _too_much(request.pointer_as_written(count.pointer), *count[1:])
     with np.errstate(all="ignore"):
         cost = implementation.longest_period(request)
     # the oscillator may be so stiff that a single period exceeds the limit
@@ -50,7 +50,8 @@ def checked_plan(process: str, request: ProcessRequest, settings: ServiceSetting
     for step in implementation.after(request):
         max_seconds += step.seconds
         if step.timed and step.seconds > MAX_STEP_SECONDS:
-            raise _too_much(step.pointer, "seconds", step.seconds, MAX_STEP_SECONDS)
+            pointer = request.pointer_as_written(step.pointer)
+            raise _too_much(pointer, "seconds", step.seconds, MAX_STEP_SECONDS)
     max_seconds = min(settings.max_seconds, max_seconds)
     if not plan.estimate.seconds <= max_seconds:
         raise _too_much("", "seconds", plan.estimate.seconds, max_seconds)

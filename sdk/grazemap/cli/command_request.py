@@ -14,7 +14,7 @@ from grazemap.cli.flags import Flag, flags_of, value_at
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
-from grazemap.wire.error_texts import schema_of
+from grazemap.wire.error_texts import written_schema
 
 _MAX_VALUE_LENGTH = 60
 # By the code of a note: the parameter that it concerns, and the unit that was probably meant.
@@ -115,22 +115,18 @@ class CommandRequest:
     def _quantity_of(self, flag: Flag) -> str:
         """Return the field whose quantity the numbers of a flag are: for a range, the field that `vary` names."""
         *parents, name = flag.place
-        if name == "values":
-            naming_field = "vary" if any(flag.place == (*parents, "vary") for flag in self._flags) else "quantity"
-        elif name == "range":
-            naming_field = "vary"
-        else:
+        if name not in ("values", "range"):
             return flag.field
-        return str(self._effective_value((*parents, naming_field)))
+        quantities = (self._effective_value((*parents, field)) for field in ("quantity", "vary"))
+        return str(next(filter(None, quantities), "")).partition("[")[0]
 
     def _effective_value(self, place: tuple[str, ...]) -> Any:
         """Return the value at a place: that of its flag, else of --json, else the default of the request."""
         if place in self._texts:
             return self._texts[place]
         value = value_at(self._fields, place)
-        return (
-            value_at(schema_of(PROCESSES[self._process]), ("properties", *place, "default")) if value is None else value
-        )
+        schema = written_schema(PROCESSES[self._process])
+        return value_at(schema, ("properties", *place, "default")) if value is None else value
 
     def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
         self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))

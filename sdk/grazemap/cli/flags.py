@@ -1,8 +1,9 @@
-"""The flags of a process, derived from the JSON schema of its request.
+"""The flags of a process, derived from the JSON schema of its request and its short forms.
 
 Every field is a flag. A field of an object in the request has the name of the object in front, as in `--initial-phase`,
 but fields of the oscillator have their own name alone. A range is written start:stop:points or start:stop, a list with
-commas. Lists of objects, lists of lists, and objects that require such a list have no flag.
+commas. What varies has the flags of the short forms: `--omega 0.26:0.3:64`, `--vary damping --range 0.5:1.5:41`. Lists
+of objects, lists of lists, and objects that require such a list have no flag.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from functools import cache
 from typing import Any
 
 from grazemap.cli import units
-from grazemap.wire import PROCESSES
-from grazemap.wire.error_texts import Schema, branches, schema_of
+from grazemap.wire import PROCESSES, Statement
+from grazemap.wire.error_texts import Schema, branches, written_schema
+from grazemap.wire.process import in_short_form
 
 _UNPREFIXED_FIELD = "oscillator"
 _RANGE = ("start", "stop", "points")
@@ -88,13 +90,13 @@ class Flag:
 @cache
 def flags_of(process: str) -> tuple[Flag, ...]:
     """Return the flags of a process in the order of its fields."""
-    schema = schema_of(PROCESSES[process])
+    schema = written_schema(PROCESSES[process])
     return tuple(_flags(schema, schema, ()))
 
 
 def fields_without_flag(process: str) -> list[str]:
     """Return the names of the fields that have values which no flag can express."""
-    schema = schema_of(PROCESSES[process])
+    schema = written_schema(PROCESSES[process])
     oscillator = _alternatives(schema["properties"][_UNPREFIXED_FIELD], schema)[0]
     return [
         name
@@ -123,7 +125,12 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
 
 def example(process: str) -> list[str]:
     """Return the words of a command line for the first example of a process."""
-    request = next(iter(PROCESSES[process].operation.examples.values()))
+    model = PROCESSES[process]
+    request: Mapping[str, Any] = next(iter(model.operation.examples.values()))
+    if model.short is not None:
+        request = in_short_form(request, model.short)
+    if "statement" in request:
+        request = {**request, "statement": in_short_form(request["statement"], Statement.short)}
     values = ((flag, value_at(request, flag.place)) for flag in flags_of(process))
     return [process, *(word for flag, value in values if value is not None for word in flag.words(value))]
 

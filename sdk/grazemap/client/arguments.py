@@ -20,26 +20,26 @@ from grazemap.results import PeriodicOrbit, State
 from grazemap.wire import (
     PROCESSES,
     BasinCoordinate,
+    BifurcationCurvesRequest,
     ClearancePair,
     InitialState,
     Interval,
     OrbitMotion,
     Oscillator,
-    OtherClearance,
     Problem,
     ProblemError,
     ProcessRequest,
     Range,
-    SignedInterval,
     Statement,
     StateRange,
     parse_request,
 )
-from grazemap.wire.base import Kind, plain
+from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.error_details import errors_of
 from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import OutputRow
-from grazemap.wire.planes import ALLOWED, Axis, WindowAxis
+from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis
+from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
 StateLike = InitialState | State | Mapping[str, Any]
@@ -47,7 +47,6 @@ Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | M
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
 ClearanceLike = float | ClearancePair | Mapping[str, Any]
-FixedStopLike = OtherClearance | Mapping[str, Any]
 StatementLike = Statement | Mapping[str, Any]
 AxisLike = Axis | Mapping[str, Any] | tuple[Any, ...]
 WindowAxisLike = WindowAxis | Mapping[str, Any] | tuple[str, float, float]
@@ -159,10 +158,9 @@ class Argument(NamedTuple):
         """Return the place of a value in this one."""
         return self._replace(name=f"{self.name}/{name}")
 
-    @property
-    def has_axes(self) -> bool:
-        """Whether the parameters that vary are named."""
-        return any(self.given.get(name) is not None for name in ("horizontal", "vertical"))
+    def values_of(self, value: Any) -> Any:
+        """Return the values of what varies: those of a grid, or the interval of a window. Raises ParameterError."""
+        return as_grid(self, value) if self.keyword else as_interval(self, value)
 
 
 Convert = Callable[[Argument, Any], Any]
@@ -215,7 +213,7 @@ def _count(values: Any) -> int | None:
 
 def as_interval(argument: Argument, values: Any) -> Any:
     """Return an interval as the models take it. Raises ParameterError."""
-    if isinstance(values, Interval | SignedInterval):
+    if isinstance(values, Interval):
         return values.model_dump()
     values = plain(values)
     if isinstance(values, dict):
@@ -226,32 +224,23 @@ def as_interval(argument: Argument, values: Any) -> Any:
     return {"start": values[0], "stop": values[1]}
 
 
-def _interval_or_number(argument: Argument, values: Any) -> Any:
-    """Return an interval as `as_interval` does, and what does not vary as it is."""
-    fixed = values is None or isinstance(plain(values), int | float)
-    return values if fixed else as_interval(argument, values)
+def _as_frequencies(argument: Argument, omega: Any) -> Any:
+    """Return forcing frequencies that vary as the models take them, or the one frequency. Raises ParameterError."""
+    return argument.values_of(omega) if is_varied(omega) else plain(omega)
 
 
-def _without_axes(convert: Convert) -> Convert:
-    """Return the conversion of omega or a clearance: of values where no axes are given, else of numbers."""
-    return lambda argument, value: plain(value) if argument.has_axes else convert(argument, value)
+def _as_clearance(argument: Argument, clearance: Any) -> Any:
+    """Return clearances of both stops, or of each; those that vary as the models take them. Raises ParameterError."""
+    if not is_of_sides(clearance):
+        return _as_frequencies(argument, clearance)
+    if isinstance(clearance, ClearancePair):
+        return clearance
+    return {name: _as_frequencies(argument.below(name), value) for name, value in clearance.items()}
 
 
-def _of_stops(convert: Convert) -> Convert:
-    """Return the conversion of the clearance of both stops, or of that of each."""
-
-    def converted(argument: Argument, clearance: Any) -> Any:
-        clearance = dict(clearance) if isinstance(clearance, ClearancePair) else clearance
-        if argument.has_axes or not is_pair(clearance):
-            return _without_axes(convert)(argument, clearance)
-        return {name: convert(argument.below(name), value) for name, value in clearance.items()}
-
-    return converted
-
-
-def is_pair(value: Any) -> bool:
-    """Whether a value is the clearances of each stop."""
-    return isinstance(value, ClearancePair) or (isinstance(value, Mapping) and bool({"right", "left"} & value.keys()))
+def is_varied(value: Any) -> bool:
+    """Return whether a value of omega or a clearance is a range, an interval or a list in any of its forms."""
+    return is_range_or_list(value) or is_range_or_list(plain(value))
 
 
 def _as_axis(argument: Argument, axis: Any) -> Any:
@@ -312,10 +301,10 @@ def _as_states(argument: Argument, states: Any) -> Any:
     return [_as_states(argument, state) for state in states] if isinstance(states, list) else states
 
 
-def _as_motion(argument: Argument, motion: Any, in_window: Mapping[str, str] | None = None) -> Any:
+def _as_motion(argument: Argument, motion: Any, window: Mapping[str, str] | None = None) -> Any:
     """Return a motion as the models take it; in a window, with its place there if it is known.
 
-    `in_window` has the attributes of an orbit by the fields of its place. Raises ParameterError for an orbit that was
+    `window` has the parameters of the window's axes, by the names of these. Raises ParameterError for an orbit that was
     not found, or whose place is not known, and for a value that is not a motion.
     """
     at = f"/{argument.name}"
@@ -325,9 +314,9 @@ def _as_motion(argument: Argument, motion: Any, in_window: Mapping[str, str] | N
         if not motion.converged:
             raise refusal(at, f"this orbit was not found: {motion.reason or 'no reason given'}", _MOTION)
         named = {"period": motion.period, **{name: getattr(motion, name) for name in ("stops", "phases", "velocities")}}
-        if in_window is None:
+        if window is None:
             return named
-        place = {field: _value_at(motion, name) for field, name in in_window.items()}
+        place = {axis: _value_at(motion, vary) for axis, vary in window.items()}
         if None in place.values():
             detail = "an orbit does not say where it is in this window"
             allowed = "a mapping with its period, stops, phases, velocities, horizontal and vertical"
@@ -342,23 +331,18 @@ def _as_motion(argument: Argument, motion: Any, in_window: Mapping[str, str] | N
 
 def _value_at(orbit: PeriodicOrbit, name: str) -> float | None:
     """Return the value of a parameter at an orbit, of its frequency or a clearance; None of others."""
-    found: float | None = getattr(orbit, name, None)
-    return orbit.clearance if found is None and name.startswith("clearance") else found
+    value: float | None = getattr(orbit, name, None)
+    return orbit.clearance if value is None and name.startswith("clearance") else value
 
 
 def _as_motions(argument: Argument, motions: Any) -> Any:
     """Return the motions of a window as the models take them. Raises ParameterError."""
     if not isinstance(motions, Sequence) or isinstance(motions, str | bytes):
         return motions
-    place, window = {"omega": "omega", "clearance": "clearance"}, argument.fields
-    if argument.has_axes:
-        named = {name: _vary(window.get(name)) for name in ("horizontal", "vertical")}
-        place = {name: vary for name, vary in named.items() if vary is not None}
-    elif isinstance(window.get("clearance"), Mapping):
-        for name in ("right", "left"):
-            if isinstance(window["clearance"].get(name), dict):
-                place["clearance"] = f"clearance_{name}"
-    return [_as_motion(argument.below(str(k)), motion, place) for k, motion in enumerate(motions)]
+    body, _ = BifurcationCurvesRequest.long_form(dict(argument.fields))
+    varied = {axis: _vary(body.get(axis)) for axis in AXES}
+    window = {axis: vary for axis, vary in varied.items() if vary is not None}
+    return [_as_motion(argument.below(str(k)), motion, window) for k, motion in enumerate(motions)]
 
 
 def _vary(axis: Any) -> str | None:
@@ -398,29 +382,9 @@ _FORMS = {
     "Oscillator": Form("OscillatorLike", "Oscillator or mapping"),
     "grid": Form("Values", "(start, stop) or increasing list or array", as_grid, counted=True),
     "frequencies": Form("Values", "(start, stop), or list or array", as_grid, counted=True),
-    "frequencies of a map": Form(
-        "Values | float", "(start, stop) or increasing list or array; float", _without_axes(as_grid), counted=True
-    ),
-    "clearances of a map": Form(
-        "Values | ClearanceLike",
-        "(start, stop) or increasing list or array; float or mapping",
-        _of_stops(as_grid),
-        _ONE_STOP,
-        counted=True,
-    ),
-    "frequencies of a window": Form(
-        "tuple[float, float] | float", "(start, stop); float", _without_axes(_interval_or_number)
-    ),
-    "clearances of a window": Form(
-        "tuple[float, float] | ClearanceLike",
-        "(start, stop); float or mapping",
-        _of_stops(_interval_or_number),
-        _ONE_STOP,
-    ),
     "Interval": Form("tuple[float, float]", "(start, stop)", as_interval),
-    "SignedInterval": Form("tuple[float, float]", "(start, stop)", as_interval),
     "clearance": Form("ClearanceLike", "float, or mapping with right and left"),
-    "OtherClearance": Form("FixedStopLike", "mapping with right or left"),
+    "clearance of the other stop": Form("ClearanceLike", "mapping with right or left"),
     "Axis": Form(
         "AxisLike", "(str, start, stop) or (str, list or array) or mapping", _as_axis, more=_AXES, counted=True
     ),
@@ -464,6 +428,34 @@ _FORMS = {
     ),
 }
 _OTHER = Form("Mapping[str, Any]", "mapping")
+_GRID = "(start, stop) or increasing list or array"
+
+
+def short_forms(request: type[ProcessRequest]) -> dict[str, Form]:
+    """Return how the arguments of a request are given that stand for its axes, by their names."""
+    if request.short is None:
+        return {}
+    counted = issubclass(axis_of(request), Axis)
+    type_, text = ("Values", _GRID) if counted else ("tuple[float, float]", "(start, stop)")
+    values = as_grid if counted else as_interval
+    forms = {
+        "omega": Form(f"{type_} | float", f"{text}; float", _as_frequencies, counted=counted),
+        "clearance": Form(
+            f"{type_} | ClearanceLike", f"{text}; float or mapping", _as_clearance, _ONE_STOP, counted=counted
+        ),
+        "vary": Form("str", "str", more=_AXES),
+        "range": Form(type_, text, values, counted=counted),
+    }
+    if request.short.vary is None and len(request.short.axes) == 1:
+        forms["omega"] = Form(type_, text, values, counted=counted)
+    return {name: forms[name] for name in request.short.fields}
+
+
+def axis_of(request: type[ProcessRequest]) -> type[Axis | WindowAxis]:
+    """Return the class of the axes of a request."""
+    assert request.short is not None
+    axis: type[Axis | WindowAxis] = request.model_fields[request.short.axes[0]].annotation  # type: ignore[assignment]
+    return axis
 
 
 def form_of(field: FieldInfo) -> Form:

@@ -11,7 +11,6 @@ from grazemap.client.arguments import (
     AxisLike,
     ClearanceLike,
     CoordinateLike,
-    FixedStopLike,
     MotionLike,
     OscillatorLike,
     OutputLike,
@@ -94,7 +93,7 @@ class AsyncMethods:
         points: int | None = None,
         max_order: int = 8,
         sequence: bool = False,
-        clearance: FixedStopLike | None = None,
+        clearance: ClearanceLike | None = None,
         progress: bool = True,
     ) -> GrazingCurve:
         """Compute clearance = A(omega), at which the steady motion touches the stops, with phase and first recurrence.
@@ -144,7 +143,7 @@ class AsyncMethods:
         omega: tuple[float, float],
         max_order: int = 8,
         max_multiple: int = 4,
-        clearance: FixedStopLike | None = None,
+        clearance: ClearanceLike | None = None,
         progress: bool = True,
     ) -> CodimensionTwoPoints:
         """Compute every codimension-two point of the grazing curve over an interval of omega.
@@ -156,7 +155,7 @@ class AsyncMethods:
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
         omega : (start, stop)
-            The interval of forcing frequencies; it ends at most at 1e9 times its start. rad/s in SI.
+            The interval of forcing frequencies. rad/s in SI.
         max_order : int
             The highest order of recurrence points, in half periods.
         max_multiple : int
@@ -189,7 +188,7 @@ class AsyncMethods:
         stop: str = "A",
         order: str = "exact",
         returns: int = 8,
-        clearance: FixedStopLike | None = None,
+        clearance: ClearanceLike | None = None,
         progress: bool = True,
     ) -> DiscontinuityMapping:
         """Compute the discontinuity mapping at a grazing point, its error, and the returns of the motion below grazing.
@@ -368,11 +367,11 @@ class AsyncMethods:
         self,
         oscillator: OscillatorLike = None,
         *,
+        omega: Values | float | None = None,
+        clearance: Values | ClearanceLike | None = None,
         vary: str | None = None,
         range: Values | None = None,
         points: int | None = None,
-        omega: float | Values | None = None,
-        clearance: ClearanceLike | Values | None = None,
         policy: str = "rest",
         transient_periods: int = 300,
         periods: int = 64,
@@ -385,26 +384,29 @@ class AsyncMethods:
 
         Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
 
-        `range` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
+        `axis` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
         start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
-
-        The one of omega and clearance that is a number is fixed, the other one varies, unless `vary` is given.
 
         Parameters
         ----------
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
+        omega : (start, stop) or increasing list or array; float, optional
+            Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
+            list. rad/s in SI.
+        clearance : (start, stop) or increasing list or array; float or mapping, optional
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         vary : str, optional
-            The parameter that varies, as of an axis of an unfolding map.
+            The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
+            clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
+            stiffnesses[i], dampings[i], with i from 1.
         range : (start, stop) or increasing list or array, optional
-            The values of the parameter that varies: a range, or an increasing list.
+            The values of the parameter that varies.
         points : int, optional
             Number of values from start to stop, both included.
-        omega : float; (start, stop) or increasing list or array, optional
-            Forcing frequency, where it does not vary. rad/s in SI.
-        clearance : float, or mapping with right and left; (start, stop) or increasing list or array, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. m in SI.
         policy : {"rest", "sweep-up", "sweep-down"}
             Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value.
         transient_periods : int
@@ -472,16 +474,17 @@ class AsyncMethods:
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
         omega : (start, stop) or increasing list or array; float, optional
-            Forcing frequencies, the map's columns; a number where they do not vary, else a range, or an increasing
-            list. rad/s in SI.
+            Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
+            rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Clearances, the map's rows, of both stops or of each; a number if fixed, else a range, or an increasing
-            list. m in SI. ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the
-            clearance of the other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
-            The parameter of the map's columns and its values, with `vertical` and in place of ranges. The parameter is
-            one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
-            restitution_right, restitution_left, masses[i], stiffnesses[i], dampings[i], with i from 1.
+            The parameter of the map's columns and its values. The parameter is one of omega, bias, forcing, damping,
+            clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
+            stiffnesses[i], dampings[i], with i from 1.
         vertical : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's rows and its values. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -556,16 +559,17 @@ class AsyncMethods:
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
         omega : (start, stop) or increasing list or array; float, optional
-            Forcing frequencies, the map's columns, the last at most 1e9 times the first; a number where they do not
-            vary. rad/s in SI.
+            Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
+            rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Clearances, the map's rows, of both stops or {"right": .., "left": ..}; numbers where they do not vary. m in
-            SI. ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of
-            the other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
-            The parameter of the map's columns and its values, as of an unfolding map. The parameter is one of omega,
-            bias, forcing, damping, clearance, clearance_right, clearance_left, restitution, restitution_right,
-            restitution_left, masses[i], stiffnesses[i], dampings[i], with i from 1.
+            The parameter of the map's columns and its values; the last frequency is at most 1e9 times the first. The
+            parameter is one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
+            restitution_right, restitution_left, masses[i], stiffnesses[i], dampings[i], with i from 1.
         vertical : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's rows and its values. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -656,11 +660,11 @@ class AsyncMethods:
         self,
         oscillator: OscillatorLike = None,
         *,
-        vary: str,
-        range: Values,
+        omega: Values | float | None = None,
+        clearance: Values | ClearanceLike | None = None,
+        vary: str | None = None,
+        range: Values | None = None,
         points: int | None = None,
-        omega: float | None = None,
-        clearance: ClearanceLike | None = None,
         states: int = 200,
         seed: int = 0,
         displacement: RangesLike | None = None,
@@ -674,7 +678,7 @@ class AsyncMethods:
 
         The shares of random initial states that lead to each attractor, along one parameter.
 
-        `range` has its values; omega and clearance are given where they do not vary. The same states are used
+        `axis` has its values; omega and clearance are given where they do not vary. The same states are used
         at every value: uniform in the ranges of `displacement` and `velocity`, of those with the contact between the stops
         at all values.
 
@@ -682,17 +686,22 @@ class AsyncMethods:
         ----------
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
-        vary : str
-            The parameter that varies, as of an axis of an unfolding map.
-        range : (start, stop) or increasing list or array
-            The values of the parameter that varies: a range, or an increasing list.
+        omega : (start, stop) or increasing list or array; float, optional
+            Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
+            list. rad/s in SI.
+        clearance : (start, stop) or increasing list or array; float or mapping, optional
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
+        vary : str, optional
+            The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
+            clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
+            stiffnesses[i], dampings[i], with i from 1.
+        range : (start, stop) or increasing list or array, optional
+            The values of the parameter that varies.
         points : int, optional
             Number of values from start to stop, both included.
-        omega : float, optional
-            Forcing frequency, where it does not vary. rad/s in SI.
-        clearance : float, or mapping with right and left, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. m in SI.
         states : int
             Number of initial states.
         seed : int
@@ -809,8 +818,8 @@ class AsyncMethods:
         The branch of a periodic orbit over a parameter, with its special points.
 
         `vary` "clearance" and "restitution" are those of both stops, which must be equal; others are those of one stop.
-        "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. `range`
-        is the interval of the parameter that varies; it contains the orbit's value.
+        "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. The
+        interval of the parameter that varies contains the orbit's value.
 
         A branch that meets this one at a special point is another request: with ``beyond = point.beyond[0].request``,
         ``await client.orbit_branch(**beyond, range=...)`` computes the branch of twice the period, of lost symmetry, or
@@ -835,9 +844,11 @@ class AsyncMethods:
         max_period : int
             The maximum period looked for, in forcing periods.
         vary : str
-            The parameter along which the branch is followed.
+            The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
+            clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
+            stiffnesses[i], dampings[i], with i from 1.
         range : (start, stop)
-            The interval of that parameter; it contains the orbit's value.
+            The values of the parameter that varies.
         max_points : int
             The maximum number of points in each direction from the orbit.
         observables : sequence of str
@@ -892,15 +903,17 @@ class AsyncMethods:
         oscillator : Oscillator or mapping, optional
             The oscillator, of any kind; fields that are left out are those of the paper's example.
         omega : (start, stop); float, optional
-            The window's frequencies; a number where they do not vary. rad/s in SI.
+            Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
+            rad/s in SI.
         clearance : (start, stop); float or mapping, optional
-            The window's clearances, of both stops or {"right": .., "left": ..}: an interval, and a number or null. m in
-            SI. ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of
-            the other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or mapping, optional
-            The horizontal parameter of the window and its interval, with `vertical` and in place of intervals. The
-            parameter is one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
-            restitution_right, restitution_left, masses[i], stiffnesses[i], dampings[i], with i from 1.
+            The horizontal parameter of the window and its interval. The parameter is one of omega, bias, forcing,
+            damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,
+            masses[i], stiffnesses[i], dampings[i], with i from 1.
         vertical : (str, start, stop) or mapping, optional
             The vertical parameter of the window and its interval. The parameter is one of omega, bias, forcing,
             damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,

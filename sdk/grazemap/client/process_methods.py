@@ -18,20 +18,19 @@ from grazemap.client.arguments import (
     Argument,
     Form,
     Provable,
-    as_grid,
     as_statement,
     choices_of,
     form_of,
-    is_pair,
     refusal,
+    short_forms,
     validated,
 )
 from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
 from grazemap.wire import PROCESSES, ProcessRequest
-from grazemap.wire.base import plain
 from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import ObservedRequest
+from grazemap.wire.process import ShortForms
 
 _POINTS = Form("int", "int", more="Number of values from start to stop, both included.")
 _SHAPE = Form(
@@ -68,21 +67,6 @@ class Extra(NamedTuple):
     """The name of an argument, and the class of the result where this argument is a sequence."""
 
 
-def _varied_range(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields `vary` and `range` for a diagram over omega or clearance. Raises ParameterError."""
-    if arguments["vary"] is not None:
-        return {}
-    pair = {name: arguments[name] for name in ("omega", "clearance")}
-    numbers = [name for name, value in pair.items() if isinstance(plain(value), int | float) or is_pair(value)]
-    if len(numbers) != 1 or None in pair.values():
-        detail = "one of omega and clearance varies, and the other one is a number"
-        allowed = "(start, stop) with a number of points, or an increasing list or array"
-        raise refusal("/range", detail, f"one number, and for the other {allowed}; or vary and range")
-    varied = "clearance" if numbers == ["omega"] else "omega"
-    values = as_grid(Argument(varied, arguments["points"], "points"), arguments[varied])
-    return {"vary": varied, varied: None, "range": values}
-
-
 def _provable_fields(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields `oscillator` and `statement` where a point or an orbit is given; else no fields."""
     provable = arguments["oscillator"]
@@ -91,7 +75,6 @@ def _provable_fields(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {"oscillator": provable.oscillator, "statement": as_statement(Argument("statement"), provable.statement())}
 
 
-_VARIES = "The one of omega and clearance that is a number is fixed, the other one varies, unless `vary` is given."
 _EXTRAS = {
     # processes with two classes of results
     "grazing-curves": Extra(
@@ -105,19 +88,6 @@ _EXTRAS = {
         # the request has 200 only without times
         defaults={"samples_per_period": None},
         several=("initial", "Trajectories"),
-    ),
-    # omega and clearance, the parameters of most diagrams, are given without vary and range
-    "bifurcation-diagrams": Extra(
-        remark=_VARIES,
-        forms={
-            "omega": Form("float | Values", "float; (start, stop) or increasing list or array"),
-            "clearance": Form(
-                "ClearanceLike | Values",
-                "float, or mapping with right and left; (start, stop) or increasing list or array",
-            ),
-        },
-        defaults={"vary": None, "range": None},
-        fields=_varied_range,
     ),
     # a diagram needs no shape
     "unfolding-diagrams": Extra(defaults={"shape": (256, 256)}),
@@ -161,16 +131,21 @@ class ProcessMethod:
         self.process, self.extra, self._result = process, _EXTRAS.get(process, Extra()), result
         self.name = self.extra.name or re.sub(r"(?<!^)(?=[A-Z])", "_", result.__name__).lower()
         self._request = PROCESSES[process]
-        self._fields = self._request.model_fields
-        self.forms = {name: form_of(field) for name, field in self._fields.items()} | dict(self.extra.forms)
+        self._fields, self._short = dict(self._request.model_fields), self._request.short
+        axes = self._short.axes if self._short else ()
+        names = {name: [*self._short.fields] if self._short and (name,) == axes else [name] for name in self._fields}
+        self.forms = {name: form_of(field) for name, field in self._fields.items()}
+        self.forms |= {**short_forms(self._request), **self.extra.forms}
+        self._arguments = [*dict.fromkeys(argument for listed in names.values() for argument in listed)]
+        self.forms = {name: self.forms[name] for name in self._arguments}
         counted = [name for name, form in self.forms.items() if form.counted]
-        self._keyword = "points" if len(counted) == 1 else "shape" if counted else ""
+        self._keyword = "shape" if "vertical" in counted else "points" if counted else ""
         self.signature = Signature(list(self._parameters(counted)), return_annotation=result.__name__)
 
     def _parameters(self, counted: list[str]) -> list[Parameter]:
         # observables and outputs come last
         observed = [name for name in ObservedRequest.__annotations__ if name in self._fields]
-        names = [name for name in self._fields if name not in observed] + observed
+        names = [name for name in self._arguments if name not in observed] + observed
         if counted:
             names.insert(names.index(counted[-1]) + 1, self._keyword)
             self.forms[self._keyword] = _POINTS if self._keyword == "points" else _SHAPE
@@ -187,14 +162,25 @@ class ProcessMethod:
 
     def _default(self, name: str) -> Any:
         """Return the default of an argument: that of the field, but None for models and mappings, () for lists."""
-        if name in self.extra.defaults or name not in self._fields:
-            return self.extra.defaults.get(name)
+        if name in self.extra.defaults:
+            return self.extra.defaults[name]
+        if self._short and name in (*self._short.axes, *self._short.fields):
+            return self._short_default(self._short, name)
+        if name not in self._fields:
+            return None
         field = self._fields[name]
         if field.is_required():
             return Parameter.empty
         if isinstance(field.default, list):
             return ()
         return field.default if isinstance(field.default, bool | int | float | str) else None
+
+    def _short_default(self, short: ShortForms, name: str) -> Any:
+        """Return the default of an argument for what varies: one that is the only way to say so has none."""
+        if name == "vary":
+            return short.vary or None
+        only = short.fields.keys() - {"vary"} == {name}
+        return Parameter.empty if only else None
 
     @property
     def doc(self) -> str:
@@ -223,7 +209,8 @@ class ProcessMethod:
             more = f"Any of {listed}."
         optional = ", optional" if parameter.default is None else ""
         unit = f"{UNITS[name]} in SI." if name in UNITS else ""
-        text = " ".join(filter(None, (field.description if field else "", unit, more)))
+        short = self._short.fields.get(name, "") if self._short else ""
+        text = " ".join(filter(None, (field.description if field else "", short, unit, more)))
         return f"{name} : {kind}{optional}\n{indent(fill(text, _WIDTH), '    ')}"
 
     def request_for(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
@@ -231,7 +218,7 @@ class ProcessMethod:
         values = self._bound(arguments, keywords)
         points = self._points(values)
         body = dict(self.extra.fields(values))
-        for name in self._fields:
+        for name in self._arguments:
             if name not in body and not self._is_left_out(name, values[name]):
                 place = Argument(name, points.get(name), self._keyword, values, body)
                 body[name] = self.forms[name].convert(place, values[name])

@@ -133,7 +133,7 @@ def place_text(units: str, **values: float) -> Wording:
 def point_text(result: Result) -> Wording:
     """Return the text of the fixed ones of omega and the clearances in the request of a result."""
     request = result.meta["request"]
-    vary, clearance = request.get("vary"), request.get("clearance")
+    vary, clearance = request.get("axis", {}).get("vary"), request.get("clearance")
     stops = clearance if isinstance(clearance, dict) else {"clearance": clearance}
     fixed = {name: value for name, value in stops.items() if vary not in (name, f"clearance_{name}")}
     values = fixed if vary == "omega" else {"omega": request.get("omega"), **fixed}

@@ -22,6 +22,8 @@ from grazemap.plots.engineering import unit_wording
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
 from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
+from grazemap.wire import BasinCoordinate
+from grazemap.wire.planes import AXES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,11 +55,8 @@ def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | N
         rasterized=True,
     )
     hatch_sensitive(ax, result.horizontal, result.vertical, result.sensitive)
-    request = result.meta["request"]
-    x, y = (
-        "initial " + axis_label(request[name]["quantity"], result.units, request[name]["mass"])
-        for name in ("horizontal", "vertical")
-    )
+    axes = (BasinCoordinate.model_validate(result.meta["request"][name]) for name in AXES)
+    x, y = ("initial " + axis_label(axis.quantity, result.units, axis.mass) for axis in axes)
     rows, columns = result.label.shape
     drawing.describe(x, y, "Basins of attraction at " + point_text(result) + f", {rows} × {columns} states")
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)

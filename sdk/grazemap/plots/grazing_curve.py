@@ -62,7 +62,8 @@ def plot_codimension_two_points(
         draw_curve(ax, curve)
     else:
         request = points.meta["request"]
-        between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _CURVE_POINTS)
+        interval = request["axis"]["values"]
+        between = np.linspace(interval["start"], interval["stop"], _CURVE_POINTS)
         omega = np.union1d(between, [point.omega for point in points.points])
         oscillator, fixed = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
         if oscillator.is_symmetric and fixed is None:

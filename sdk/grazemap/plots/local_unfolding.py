@@ -32,7 +32,7 @@ def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: 
     of admissible motions with the shortest periods are drawn, and the title says how many.
     """
     ax = drawing.ax
-    interval = result.meta["request"]["omega"]
+    interval = result.meta["request"]["axis"]["values"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
     # with a rim, as in maps; the other curves have none

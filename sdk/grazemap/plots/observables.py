@@ -57,7 +57,7 @@ def plot_along_branch(
     if quantity is None:
         return plot_branch(branch, drawing, colour, label)
     ax = drawing.ax
-    vary = parameter_label(branch.meta["request"]["vary"], branch.units)
+    vary = parameter_label(branch.meta["request"]["axis"]["vary"], branch.units)
     title = f"{quantity.name} along branches" if label else f"{named_branch(branch)}: {quantity.name}"
     drawing.describe(vary, quantity_label(quantity), title)
     if not len(branch.parameter):

@@ -71,7 +71,7 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         near = np.abs(points) < _MAX_MODULUS
         x, y = points[near].real, points[near].imag
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
-    label = parameter_label(result.meta["request"]["vary"], result.units)
+    label = parameter_label(result.meta["request"]["axis"]["vary"], result.units)
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
@@ -110,7 +110,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     """
     ax = drawing.ax
     drawing.describe(
-        parameter_label(result.meta["request"]["vary"], result.units),
+        parameter_label(result.meta["request"]["axis"]["vary"], result.units),
         unit_wording("impact speed", "m/s", result.units),
         ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
     )

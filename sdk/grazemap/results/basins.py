@@ -230,7 +230,7 @@ class BasinFractions(
     @property
     def vary(self) -> str:
         """The name of the parameter that varies."""
-        return str(self.meta["request"]["vary"])
+        return str(self.meta["request"]["axis"]["vary"])
 
     def motions(self) -> tuple[MotionShare, ...]:
         """Return the motion of every attractor, with its states and its share over all values together."""

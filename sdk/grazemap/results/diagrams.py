@@ -48,7 +48,7 @@ class BifurcationDiagram(
     @property
     def vary(self) -> str:
         """The parameter that varies, for example "clearance" or "omega"."""
-        return str(self.meta["request"]["vary"])
+        return str(self.meta["request"]["axis"]["vary"])
 
     def points(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Return all points of the diagram, the parameter and a quantity of `Section`, each of shape (points,).

@@ -40,7 +40,7 @@ def result_html(result: Result, summary: str) -> str:
     """Return a result as HTML."""
     request = result.meta["request"]
     rows: dict[str, Any] = {"result": summary, "units": result.units}
-    shown = ("omega", "clearance", "horizontal", "vertical", "vary", "range")
+    shown = ("omega", "clearance", "axis", "horizontal", "vertical")
     rows |= {name: _value(request[name]) for name in shown if name in request}
     oscillator = Oscillator(**request["oscillator"])
     restitution = oscillator.restitution
@@ -59,7 +59,7 @@ def _value(value: Any) -> str:
     if isinstance(value, dict):
         points = f", {value['points']} points" if "points" in value else ""
         if "values" in value:  # of an axis
-            return f"{value.get('vary') or ''.join(map(str, list(value.values())[:2]))}: {_value(value['values'])}"
+            return f"{value['vary']}: {_value(value['values'])}"
         if "start" not in value:  # of each stop
             return ", ".join(f"{name} {'absent' if gap is None else _value(gap)}" for name, gap in value.items())
         return f"{value['start']:g} to {value['stop']:g}{points}"

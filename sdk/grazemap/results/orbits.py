@@ -122,7 +122,7 @@ class Beyond(Record):
 
     admissible: bool = field(Common)
     request: dict[str, Any] = field(
-        "Its request: post it unchanged to `/v1/periodic-orbits`, or with `vary` and `range` to `/v1/orbit-branches`.",
+        "Its request: post it unchanged to `/v1/periodic-orbits`, or with an `axis` to `/v1/orbit-branches`.",
         type=RequestDocument("periodic-orbits"),
     )
 

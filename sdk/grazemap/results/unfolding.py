@@ -332,18 +332,13 @@ class UnfoldingMap(
 
         `shape` is (vertical points, horizontal points); left out: that of this map.
         """
-        fields = ("omega", "clearance") if self._is_of_ranges else ("horizontal", "vertical")
-        settings = {name: value for name, value in self.meta["request"].items() if name not in fields}
-        settings["shape"] = shape or self.kind.shape
         across, up = self.parameters
-        if not self._is_of_ranges:
-            return settings | {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
-        stop, clearance = up.removeprefix("clearance").lstrip("_"), self.meta["request"]["clearance"]
-        return settings | {"omega": horizontal, "clearance": clearance | {stop: vertical} if stop else vertical}
+        axes = {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
+        return {**self.meta["request"], **axes, "shape": shape or self.kind.shape}
 
     @property
     def _is_of_ranges(self) -> bool:
-        return "horizontal" not in self.meta["request"]
+        return self.plane.fields == ("omega", "clearance")
 
     def mask(self, motion: MotionShare | str) -> BoolArray:
         """Return where a motion is, shape (vertical, horizontal).

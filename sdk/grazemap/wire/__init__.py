@@ -1,18 +1,9 @@
 """The wire models: the requests, jobs and problems that client, service and worker exchange."""
 
-from grazemap.wire.base import (
-    BranchInterval,
-    CoordinateRange,
-    Grid,
-    Interval,
-    Range,
-    SignedInterval,
-    grid_points,
-    grid_values,
-)
+from grazemap.wire.base import Grid, Interval, Range, grid_points, grid_values
 from grazemap.wire.basin_fractions import BasinFractionsRequest, StateRange
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
-from grazemap.wire.diagrams import BifurcationDiagramsRequest, OneParameterRequest
+from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import (
     FINISHED,
     Estimate,
@@ -37,7 +28,8 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import InitialState, Operation, ProcessRequest
+from grazemap.wire.planes import OneParameterRequest, PlaneRequest
+from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.processes import PROCESSES, canonical, canonical_id, parse_request
 from grazemap.wire.proofs import ProofsRequest, Statement
 from grazemap.wire.requests import (
@@ -48,8 +40,9 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
+from grazemap.wire.states import InitialState
 from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
-from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices, OtherClearance
+from grazemap.wire.structure import Base, ClearancePair, Forcing, Matrices
 from grazemap.wire.structures import StructuresRequest
 
 __all__ = [
@@ -61,11 +54,9 @@ __all__ = [
     "BasinsRequest",
     "BifurcationCurvesRequest",
     "BifurcationDiagramsRequest",
-    "BranchInterval",
     "ClearancePair",
     "CodimensionTwoPointsRequest",
     "Computing",
-    "CoordinateRange",
     "CurveMotion",
     "DiscontinuityMappingsRequest",
     "Estimate",
@@ -85,8 +76,8 @@ __all__ = [
     "OrbitBranchesRequest",
     "OrbitMotion",
     "Oscillator",
-    "OtherClearance",
     "PeriodicOrbitsRequest",
+    "PlaneRequest",
     "Problem",
     "ProblemError",
     "ProcessRequest",
@@ -94,7 +85,6 @@ __all__ = [
     "ProofsRequest",
     "Range",
     "ServiceStatus",
-    "SignedInterval",
     "StateRange",
     "Statement",
     "Status",

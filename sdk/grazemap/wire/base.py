@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    ModelWrapValidatorHandler,
+    GetCoreSchemaHandler,
     SerializerFunctionWrapHandler,
     Tag,
     ValidationError,
@@ -29,12 +30,17 @@ from pydantic import (
     model_validator,
 )
 from pydantic.config import JsonDict
-from pydantic_core import PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler, no_info_wrap_validator_function
 
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import explained
 
+Place = tuple[str, ...]
+"""The names and positions that lead to a value."""
+Places = Mapping[Place, Place]
+"""Where values were written, by their places in the one form of a request."""
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
@@ -62,15 +68,40 @@ class Request(BaseModel):
         ]
         cls.__signature__ = Signature(fields)
 
-    @model_validator(mode="wrap")
     @classmethod
-    def _says_what_is_allowed(cls, values: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Validate the fields; an error says what is wrong and what is allowed as that of a request does."""
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Put `_validated` around all other validators; the name in JSON schemas, `ref`, is that of the whole."""
+        model: dict[str, Any] = dict(handler(source))
+        return no_info_wrap_validator_function(cls._validated, model, ref=model.pop("ref", None))
+
+    @classmethod
+    def _validated(cls, values: Any, handler: ValidatorFunctionWrapHandler) -> Self:
+        """Validate a request; an error says what is wrong, what is allowed, and where it was written."""
+        body, places = cls.long_form(values)
         try:
-            return handler(values)
+            request: Self = handler(body)
         except ValidationError as error:
-            details = [explained(one, cls) for one in error.errors(include_url=False, include_input=False)]
+            details = [explained(detail, cls) for detail in error.errors(include_url=False, include_input=False)]
+            for detail in details:
+                detail["loc"] = as_written(detail["loc"], places)
             raise ValidationError.from_exception_data(error.title, details, hide_input=True) from None
+        if places:
+            object.__setattr__(request, "written_places", places)
+        return request
+
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """Return the fields of a body that may be written in a short form, and where its parts were written."""
+        return values, {}
+
+    @cached_property
+    def written_places(self) -> Places:
+        """Where the parts of this request were written that stand elsewhere in its one form."""
+        return {}
+
+    def pointer_as_written(self, pointer: str) -> str:
+        """Return the JSON pointer to where a value was written, from that in the one form of this request."""
+        return "".join(f"/{part}" for part in as_written(tuple(pointer.split("/")[1:]), self.written_places))
 
     def unused(self) -> Collection[str]:
         """Return the names of fields that other fields leave without meaning; the canonical text lacks them."""
@@ -103,6 +134,27 @@ def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCu
     """
     context = {"detail": message, "allowed": allowed, "at": at, "value": f", {value}" if value else ""}
     return PydanticCustomError("not_allowed", "{detail}{value} (allowed: {allowed})", context)
+
+
+def parts_in_long_form(body: Any, parts: Mapping[str, type[Request]]) -> tuple[Any, Places]:
+    """Return a body whose parts may be written in short forms, as `Request.long_form` returns them."""
+    if not isinstance(body, dict):
+        return body, {}
+    changed, places = dict(body), dict[Place, Place]()
+    for name, model in parts.items():
+        if name in body:
+            changed[name], below = model.long_form(body[name])
+            places |= {(name, *place): (name, *written) for place, written in below.items()}
+    return changed, places
+
+
+def as_written(place: tuple[str | int, ...], places: Places) -> tuple[str | int, ...]:
+    """Return where a value was written, from its place in the one form of a request."""
+    for length in range(len(place), 0, -1):
+        above = places.get(tuple(map(str, place[:length])))
+        if above is not None:
+            return (*above, *place[length:])
+    return place
 
 
 def plain(value: Any) -> Any:
@@ -153,22 +205,29 @@ Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
 NonNegative = Annotated[float, _NON_NEGATIVE_SIZED, Sized, Listable]
 
 
-class _Ordered(Request):
-    """Base of models with a start and a greater stop."""
+class Interval(Request):
+    """An interval of a parameter, both ends included."""
 
-    order: ClassVar[str] = "stop > start > 0"
-
-    start: float
-    stop: float
+    start: Float
+    """The minimum value, included."""
+    stop: Float
+    """The maximum value, included."""
 
     @model_validator(mode="after")
     def _is_ordered(self) -> Self:
         if not self.stop > self.start:
-            raise invalid("stop must be greater than start", self.order)
+            raise invalid("stop must be greater than start", "stop > start")
         return self
 
 
-class Interval(_Ordered):
+class Range(Interval):
+    """Equally spaced values of a parameter, both ends included."""
+
+    points: Annotated[int, Field(ge=2), Listable]
+    """Number of values, both ends included."""
+
+
+class PositiveInterval(Interval):
     """An interval of a positive parameter, both ends included."""
 
     start: Positive
@@ -177,96 +236,61 @@ class Interval(_Ordered):
     """The maximum value, included."""
 
 
-class SignedInterval(_Ordered):
-    """An interval of a parameter that varies, both ends included.
+class PositiveRange(Range):
+    """Equally spaced values of a positive parameter, both ends included."""
 
-    Of restitution it is between 0 and 1. Only a clearance of one stop, and the factor of the bias, may be negative.
-    """
-
-    order: ClassVar[str] = "stop > start"
-
-    start: Float
-    """The minimum value, included."""
-    stop: Float
-    """The maximum value, included."""
-
-
-class BranchInterval(SignedInterval):
-    """An interval of a parameter that is not negative, both ends included; of restitution between 0 and 1."""
-
-    order: ClassVar[str] = "stop > start >= 0"
-
-    start: NonNegative
+    start: Positive
     """The minimum value, included."""
     stop: Positive
     """The maximum value, included."""
 
 
-class Range(Interval):
-    """Equally spaced values of a positive parameter, both ends included."""
-
-    points: Annotated[int, Field(ge=2), Listable]
-    """Number of values, both ends included."""
-
-
-class CoordinateRange(_Ordered):
-    """Equally spaced values of an initial coordinate, of any sign, both ends included."""
-
-    order: ClassVar[str] = "stop > start"
-
-    start: Float
-    """The minimum value, included."""
-    stop: Float
-    """The maximum value, included."""
-    points: Annotated[int, Field(ge=2), Listable]
-    """Number of values, both ends included."""
+def _increases(values: list[float]) -> list[float]:
+    if any(after <= before for before, after in pairwise(values)):
+        raise invalid("the values must increase", "an increasing list of numbers")
+    return values
 
 
-def _increasing(allowed: str) -> AfterValidator:
-    def checked(values: list[float]) -> list[float]:
-        if any(b <= a for a, b in pairwise(values)):
-            raise invalid("the values must increase", allowed)
-        return values
-
-    return AfterValidator(checked)
+def is_range_or_list(value: Any) -> bool:
+    """Return whether a value is written as a range, an interval or a list."""
+    return isinstance(value, Interval) or grid_tag(value) is not None
 
 
 def grid_tag(value: Any) -> str | None:
     """Return the tag of a range or of a list, None for anything else."""
-    if isinstance(value, dict | Range | CoordinateRange):
+    if isinstance(value, dict | Range):
         return "[range]"
-    return "[list]" if isinstance(value, list | tuple | np.ndarray) else None
+    several = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    return "[list]" if several else None
 
 
-def _range_or_list(allowed: str) -> Discriminator:
-    return Discriminator(
-        grid_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be a range or a list of numbers",
-        custom_error_context={"allowed": f'{{"start": .., "stop": .., "points": ..}} or {allowed}'},
-    )
-
-
-_POSITIVE = "an increasing list of numbers > 0"
-_OF_ANY_SIGN = "an increasing list of numbers"
 _SEVERAL = Field(min_length=2, fail_fast=True)
-GridRange = Annotated[Range, Tag("[range]")]
-GridList = Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")]
-Grid = Annotated[GridRange | GridList, _range_or_list(_POSITIVE), Kind("grid")]
-CoordinateGrid = Annotated[
-    Annotated[CoordinateRange, Tag("[range]")]
-    | Annotated[list[Float], _SEVERAL, Listable, _increasing(_OF_ANY_SIGN), Tag("[list]")],
-    _range_or_list(_OF_ANY_SIGN),
+_RANGE_OR_LIST = Discriminator(
+    grid_tag,
+    custom_error_type="not_allowed",
+    custom_error_message="Input should be a range or a list of numbers",
+    custom_error_context={"allowed": '{"start": .., "stop": .., "points": ..} or an increasing list of numbers'},
+)
+Grid = Annotated[
+    Annotated[Range, Tag("[range]")]
+    | Annotated[list[Float], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
+    _RANGE_OR_LIST,
+    Kind("grid"),
+]
+PositiveGrid = Annotated[
+    Annotated[PositiveRange, Tag("[range]")]
+    | Annotated[list[Positive], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
+    _RANGE_OR_LIST,
     Kind("grid"),
 ]
 
 
-def grid_points(grid: Range | CoordinateRange | list[float]) -> int:
+def grid_points(grid: Range | list[float]) -> int:
     """Return the number of values of a range or of a list."""
     return len(grid) if isinstance(grid, list) else grid.points
 
 
-def grid_values(grid: Range | CoordinateRange | list[float]) -> NDArray[np.float64]:
+def grid_values(grid: Range | list[float]) -> NDArray[np.float64]:
     """Return the values of a range or of a list, shape (points,), increasing."""
     if not isinstance(grid, list):
         return np.linspace(grid.start, grid.stop, grid.points)

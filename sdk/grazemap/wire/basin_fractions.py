@@ -9,8 +9,9 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.basins import INSIDE_STOPS
-from grazemap.wire.diagrams import OneParameterRequest
-from grazemap.wire.process import MaxPeriod, MaxPeriods, Operation
+from grazemap.wire.planes import OneParameterRequest
+from grazemap.wire.process import Operation
+from grazemap.wire.states import MaxPeriod, MaxPeriods
 
 
 class StateRange(Request):
@@ -34,7 +35,7 @@ StateRanges = Annotated[list[StateRange], Field(min_length=1, max_length=1000), 
 class BasinFractionsRequest(OneParameterRequest):
     """The shares of random initial states that lead to each attractor, along one parameter.
 
-    `range` has its values; omega and clearance are given where they do not vary. The same states are used
+    `axis` has its values; omega and clearance are given where they do not vary. The same states are used
     at every value: uniform in the ranges of `displacement` and `velocity`, of those with the contact between the stops
     at all values.
     """
@@ -46,14 +47,12 @@ class BasinFractionsRequest(OneParameterRequest):
         "Compute the share of random initial states that leads to each attractor, at every value of one parameter.",
         {
             "along the clearance": {
-                "vary": "clearance",
-                "range": {"start": 1.5, "stop": 2.0, "points": 26},
+                "axis": {"vary": "clearance", "values": {"start": 1.5, "stop": 2.0, "points": 26}},
                 "omega": 0.29,
                 "states": 100,
             },
             "of a plane of initial states": {
-                "vary": "clearance",
-                "range": {"start": 1.9, "stop": 2.05, "points": 16},
+                "axis": {"vary": "clearance", "values": {"start": 1.9, "stop": 2.05, "points": 16}},
                 "omega": 0.29,
                 "states": 100,
                 "displacement": [{"start": -1.9, "stop": 1.9}, {"start": -0.5, "stop": 0.5}, {"start": 0, "stop": 0}],

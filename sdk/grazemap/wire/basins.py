@@ -2,38 +2,68 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import re
+from typing import Annotated, Any, Literal
 
-from pydantic import model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from grazemap.wire.base import CoordinateGrid, Positive, Request, invalid
-from grazemap.wire.process import Count, InitialState, MaxPeriod, MaxPeriods, Operation, ProcessRequest
+from grazemap.wire.base import Grid, Places, Positive, Request, invalid, parts_in_long_form
+from grazemap.wire.planes import AXES, ends_of
+from grazemap.wire.process import Operation, ProcessRequest
+from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
 from grazemap.wire.structure import Clearance, as_pair
 
 INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
 
 
+_QUANTITIES = ("displacement", "velocity")
+_COORDINATE = re.compile(rf"({'|'.join(_QUANTITIES)})\[([1-9][0-9]*)\]")
+
+
+# The JSON schemas of the fields that may be written in place of the name of a coordinate.
+_SHORT_COORDINATE = {
+    "quantity": {"enum": list(_QUANTITIES), "type": "string", "description": "The quantity of the mass that varies."},
+    "mass": {"type": "integer", "minimum": 1, "description": "The mass, counted from 1.", "default": 1},
+}
+
+
+def _known(name: str) -> str:
+    if _COORDINATE.fullmatch(name) is None:
+        raise invalid("there is no such coordinate", "displacement[i] or velocity[i], with i from 1")
+    return name
+
+
 class BasinCoordinate(Request):
     """One of the two initial coordinates: displacement or velocity of a mass, and its values."""
 
-    quantity: Literal["displacement", "velocity"]
-    """The quantity of the mass that varies."""
-    mass: Count = 1
-    """The mass, counted from 1."""
-    values: CoordinateGrid
+    vary: Annotated[str, AfterValidator(_known), Field(json_schema_extra={"pattern": f"^{_COORDINATE.pattern}$"})]
+    """displacement[i] or velocity[i], of the mass i, counted from 1."""
+    values: Grid
     """Its values: a range, or an increasing list; the contact is strictly between the stops."""
 
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """Take also the short form {"quantity": "displacement", "mass": 1, "values": ..}; mass 1 may be left out."""
+        if not isinstance(values, dict) or "vary" in values or "quantity" not in values:
+            return values, {}
+        others = {name: value for name, value in values.items() if name not in ("quantity", "mass")}
+        decided_by = "mass" if values["quantity"] in _QUANTITIES else "quantity"
+        return others | {"vary": f"{values['quantity']}[{values.get('mass', 1)}]"}, {("vary",): (decided_by,)}
+
     @property
-    def varied(self) -> tuple[str, int]:
-        """The quantity and the mass."""
-        return self.quantity, self.mass
+    def quantity(self) -> Literal["displacement", "velocity"]:
+        """The quantity of the mass that varies."""
+        return "displacement" if self.vary.startswith("displacement") else "velocity"
+
+    @property
+    def mass(self) -> int:
+        """The mass, counted from 1."""
+        return int(self.vary[:-1].partition("[")[2])
 
     @property
     def ends(self) -> tuple[float, float]:
         """Its first and last value, without the others, which may be too many."""
-        if isinstance(self.values, list):
-            return self.values[0], self.values[-1]
-        return self.values.start, self.values.stop
+        return ends_of(self.values)
 
 
 class BasinsRequest(ProcessRequest):
@@ -52,12 +82,8 @@ class BasinsRequest(ProcessRequest):
             "two coexisting motions": {
                 "omega": 0.29,
                 "clearance": 1.9927,
-                "horizontal": {
-                    "quantity": "displacement",
-                    "mass": 1,
-                    "values": {"start": -1.9, "stop": 1.9, "points": 50},
-                },
-                "vertical": {"quantity": "velocity", "mass": 1, "values": {"start": -1.0, "stop": 1.0, "points": 50}},
+                "horizontal": {"vary": "displacement[1]", "values": {"start": -1.9, "stop": 1.9, "points": 50}},
+                "vertical": {"vary": "velocity[1]", "values": {"start": -1.0, "stop": 1.0, "points": 50}},
             }
         },
     )
@@ -77,13 +103,23 @@ class BasinsRequest(ProcessRequest):
     max_period: MaxPeriod = 32
     """The longest period looked for, in forcing periods."""
 
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`."""
+        return parts_in_long_form(values, dict.fromkeys(AXES, BasinCoordinate))
+
+    @classmethod
+    def write_short_forms(cls, schema: dict[str, Any]) -> None:
+        """As `ProcessRequest.write_short_forms`, of the coordinates."""
+        schema["$defs"][BasinCoordinate.__name__]["properties"] |= _SHORT_COORDINATE
+
     @model_validator(mode="after")
     def _coordinates_fit(self) -> BasinsRequest:
         count = self.oscillator.size
         for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
             if coordinate.mass > count:
-                raise invalid(f"{name}.mass is no mass of the oscillator", f"1 to {count}", name, "mass")
-        if self.horizontal.varied == self.vertical.varied:
+                raise invalid(f"{coordinate.vary} does not exist", f"1 to {count}", name, "vary")
+        if self.horizontal.vary == self.vertical.vary:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
         initial = self.initial.fitted(self.oscillator, self.clearance, ("initial",))
         # values that the rectangle replaces are not part of the request

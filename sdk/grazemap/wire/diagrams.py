@@ -1,46 +1,22 @@
-"""The request for a bifurcation diagram; the base of requests in which one parameter varies and the other is fixed."""
+"""The request for a bifurcation diagram."""
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from grazemap.wire.base import CoordinateGrid, LeftOut, Listable, Positive
+from grazemap.wire.base import Listable
 from grazemap.wire.observables import ObservedRequest
-from grazemap.wire.planes import Line, Varied, line_of
-from grazemap.wire.process import Count, MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.structure import FixedClearance
-
-
-class OneParameterRequest(ProcessRequest):
-    """Base of requests along one parameter: `range` has its values; omega and clearance are given where fixed."""
-
-    vary: Varied
-    """The parameter that varies, as of an axis of an unfolding map."""
-    range: CoordinateGrid
-    """The values of the parameter that varies: a range, or an increasing list."""
-    omega: Annotated[Positive | None, LeftOut] = None
-    """Forcing frequency, where it does not vary."""
-    clearance: Annotated[FixedClearance | None, LeftOut] = None
-    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null: none."""
-
-    @model_validator(mode="after")
-    def _is_a_line(self) -> Self:
-        _ = self.line
-        return self
-
-    @cached_property
-    def line(self) -> Line:
-        """The parameter that varies, and the others."""
-        return line_of(self.oscillator, self.omega, self.clearance, self.vary, self.range)
+from grazemap.wire.planes import OneParameterRequest
+from grazemap.wire.process import Operation
+from grazemap.wire.states import Count, MaxPeriod
 
 
 class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
     """Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
 
-    `range` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
+    `axis` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
     start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
     """
 
@@ -51,13 +27,11 @@ class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
         "Compute stroboscopic points, impact velocities and the motion at every value of one parameter.",
         {
             "along the clearance": {
-                "vary": "clearance",
-                "range": {"start": 1.5, "stop": 2.0, "points": 51},
+                "axis": {"vary": "clearance", "values": {"start": 1.5, "stop": 2.0, "points": 51}},
                 "omega": 0.29,
             },
             "along the damping": {
-                "vary": "damping",
-                "range": {"start": 0.5, "stop": 1.5, "points": 41},
+                "axis": {"vary": "damping", "values": {"start": 0.5, "stop": 1.5, "points": 41}},
                 "omega": 0.29,
                 "clearance": 1.6,
             },

@@ -6,7 +6,8 @@ The latter is described from the JSON schema of the model, so it cannot disagree
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
 from difflib import get_close_matches
 from functools import cache
 from typing import Any
@@ -28,6 +29,7 @@ _MESSAGES = {
     "union_tag_invalid": _NO_ALTERNATIVE,
     "union_tag_not_found": _NO_ALTERNATIVE,
 }
+_OF_OBJECTS = {"extra_forbidden", "model_type", "model_attributes_type"}
 _OF_EVERY_NUMBER = {SMALLEST_NUMBER, LARGEST_NUMBER}
 
 
@@ -44,9 +46,12 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
     place += error["loc"][len(known) :]
     said = {"value": "", "hint": "", **error.get("ctx", {})}
     if "detail" not in said:
-        schema = schema_of(model)
         said["detail"] = _MESSAGES.get(kind, error["msg"])
-        here = _at(schema, place[:-1] if kind == "extra_forbidden" else place)
+        where = place[:-1] if kind == "extra_forbidden" else place
+        schemas = [schema_of(model)]
+        if kind in _OF_OBJECTS:  # which may have the fields of short forms
+            schemas.insert(0, written_schema(model))
+        here, schema = next(((there, one) for one in schemas if (there := _at(one, where))), ([], schemas[0]))
         said.setdefault("allowed", _describe_all(here, schema))
         if kind == "extra_forbidden":
             said["value"] = f" {json.dumps(str(place[-1])[:_LONGEST_NAME])}"
@@ -60,6 +65,16 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
 def schema_of(model: type[BaseModel]) -> Schema:
     """Return the JSON schema of a model (computed once)."""
     return model.model_json_schema()
+
+
+@cache
+def written_schema(model: type[BaseModel]) -> Schema:
+    """Return the JSON schema of what may be written for a model, with its short forms (computed once)."""
+    schema = deepcopy(dict(schema_of(model)))
+    written: Callable[[dict[str, Any]], None] | None = getattr(model, "write_short_forms", None)
+    if written is not None:
+        written(schema)
+    return schema
 
 
 def suggestion(unknown: str, known: Iterable[str]) -> str:

@@ -7,8 +7,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from grazemap.wire.base import CoordinateRange, Interval, Request, SignedInterval
-from grazemap.wire.diagrams import OneParameterRequest
+from grazemap.wire.base import Interval, Range, Request
 from grazemap.wire.job import Note
 from grazemap.wire.linear import (
     STOPS,
@@ -22,7 +21,7 @@ from grazemap.wire.linear import (
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.planes import Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
-from grazemap.wire.structure import ClearancePair, OtherClearance, as_pair
+from grazemap.wire.structure import ClearancePair, as_pair
 from grazemap.wire.structures import StructuresRequest
 
 Span = tuple[float, float]
@@ -57,9 +56,7 @@ def notes_on(request: ProcessRequest) -> list[Note]:
 
 def _moves_the_curve(request: ProcessRequest) -> bool:
     """Return whether a parameter varies, other than omega, that changes the steady motion."""
-    plane = getattr(request, "plane", None)
-    names = (getattr(request, "vary", "omega"),) if plane is None else plane.names
-    return not all(name == "omega" or name.startswith(("clearance", "restitution")) for name in names)
+    return not all(name == "omega" or name.startswith(("clearance", "restitution")) for name in _axes(request))
 
 
 def unstated(request: ProcessRequest) -> list[Note]:
@@ -100,19 +97,21 @@ def _units(oscillator: Oscillator) -> Iterator[Note]:
     yield Note(code="units-left-out", detail=detail)
 
 
+def _axes(request: Request) -> dict[str, Range | Interval | list[float]]:
+    """Return the parameters that vary in a request, with their values."""
+    axes = (getattr(request, name, None) for name in ("axis", "horizontal", "vertical"))
+    return {axis.vary: axis.values for axis in axes if isinstance(axis, Axis | WindowAxis)}
+
+
 def _values(request: Request, name: str) -> object:
-    if isinstance(request, OneParameterRequest) and request.vary == name:
-        return request.range
-    for axis in (getattr(request, role, None) for role in ("horizontal", "vertical")):
-        if isinstance(axis, Axis | WindowAxis) and axis.vary == name:
-            return axis.values
-    return getattr(request, name, None)
+    varied = _axes(request).get(name)
+    return getattr(request, name, None) if varied is None else varied
 
 
 def _span(request: Request, name: str) -> Span | None:
     """Return the least and the largest value of a parameter of a request; None if it has none."""
     values = _values(request, name)
-    if isinstance(values, Interval | SignedInterval | CoordinateRange):
+    if isinstance(values, Interval):
         return values.start, values.stop
     if isinstance(values, list) and values:
         return min(values), max(values)
@@ -232,7 +231,7 @@ def _millimetres(request: ProcessRequest) -> Iterator[Note]:
 
 def _corners(request: ProcessRequest) -> list[PlanePoint]:
     """Return the machine, the frequency and the clearances at the ends of what varies; none without a clearance."""
-    varied = getattr(request, "plane", None) or getattr(request, "line", None)
+    varied = getattr(request, "varied", None)
     if varied is not None:
         corners: list[PlanePoint] = varied.corners()
         return corners
@@ -240,8 +239,6 @@ def _corners(request: ProcessRequest) -> list[PlanePoint]:
     clearance, omega = getattr(asked, "clearance", None), _span(asked, "omega")
     if clearance is None or omega is None:
         return []
-    if isinstance(clearance, OtherClearance):
-        clearance = ClearancePair.model_construct(right=clearance.right, left=clearance.left)
     return [PlanePoint(request.oscillator, end, as_pair(clearance)) for end in {*omega}]
 
 

@@ -4,37 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from grazemap.constants import UNITS
-from grazemap.wire.base import Float, LeftOut, Listable, Positive, Request, SignedInterval, invalid
+from grazemap.wire.base import Float, LeftOut, Listable, Place, Places, Positive, Request, invalid
 from grazemap.wire.job import impacts_on, motion_label
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.planes import (
+    AXES,
     Parameters,
-    Plane,
-    Varied,
+    PlaneRequest,
     WindowAxis,
-    axes,
-    fixed_stops_of,
     is_of_gaps,
     is_structural,
-    plane_of,
-    ranges_of,
-    require_domain,
+    require_values,
     structure_value,
 )
-from grazemap.wire.process import InitialState, MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.structure import Clearance, ClearancePair, ClearanceWindow, WindowClearance, WindowOmega, as_pair
+from grazemap.wire.process import Operation, ShortForms
+from grazemap.wire.states import InitialState, MaxPeriod
+from grazemap.wire.structure import Clearance, ClearancePair, as_pair
 
 MAX_IMPACTS = 256
-_AXES = ("horizontal", "vertical")
-_INTERVAL = 'an interval {"start": .., "stop": ..}'
 MAX_CURVE_POINTS = 100_000
 _LONG = "the phases must increase and span less than the period"
 _ONE_PER_IMPACT = Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True)
@@ -147,8 +141,8 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
     """The branch of a periodic orbit over a parameter, with its special points.
 
     `vary` "clearance" and "restitution" are those of both stops, which must be equal; others are those of one stop.
-    "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. `range`
-    is the interval of the parameter that varies; it contains the orbit's value.
+    "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. The
+    interval of the parameter that varies contains the orbit's value.
     """
 
     operation = Operation(
@@ -161,48 +155,50 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
                 "omega": 0.27,
                 "clearance": 1.85,
                 "motion": {"period": 1, "stops": [1]},
-                "range": {"start": 1.8, "stop": 1.9},
+                "axis": {"vary": "clearance", "values": {"start": 1.8, "stop": 1.9}},
             },
             "over restitution": {
                 "omega": 0.29,
                 "clearance": 1.6,
                 "motion": {"period": 1, "stops": [1, 1, -1, -1]},
-                "vary": "restitution",
-                "range": {"start": 0.5, "stop": 1.0},
+                "axis": {"vary": "restitution", "values": {"start": 0.5, "stop": 1.0}},
             },
             "over the clearance of one stop": {
                 "omega": 0.29,
                 "clearance": {"right": 1.6, "left": 1.61},
                 "motion": {"period": 1, "stops": [1, 1, -1, -1]},
-                "vary": "clearance_right",
-                "range": {"start": 1.58, "stop": 1.62},
+                "axis": {"vary": "clearance_right", "values": {"start": 1.58, "stop": 1.62}},
             },
         },
     )
 
-    vary: Varied = "clearance"
-    """The parameter along which the branch is followed."""
-    range: SignedInterval
-    """The interval of that parameter; it contains the orbit's value."""
+    short = ShortForms(("axis",), {}, "clearance")
+
+    axis: WindowAxis
+    """The parameter along which the branch is followed, and its interval, which contains the orbit's value."""
     max_points: Annotated[int, Field(ge=1, le=20_000), Listable] = 2000
     """The maximum number of points in each direction from the orbit."""
 
     @model_validator(mode="after")
     def _orbit_in_range(self) -> OrbitBranchesRequest:
-        value = self.value
-        for end in ("start", "stop"):
-            require_domain(self.vary, getattr(self.range, end), "range", end)
-        if not self.range.start <= value <= self.range.stop:
-            unit = UNITS.get(self.vary, "") if self.oscillator.units == "SI" else ""
-            detail = f"the range{unit and f', in {unit},'} does not contain the {self.vary} of the orbit"
-            said = f"{value:g} {unit}".strip()
-            raise invalid(detail, f"start <= {self.vary} <= stop", "range", value=said)
+        value, vary, (start, stop) = self.value, self.axis.vary, self.axis.ends
+        require_values(self.axis, "axis", "values")
+        if not start <= value <= stop:
+            unit = UNITS.get(vary, "") if self.oscillator.units == "SI" else ""
+            detail = f"the range{unit and f', in {unit},'} does not contain the {vary} of the orbit"
+            raise invalid(detail, f"start <= {vary} <= stop", "axis", "values", value=f"{value:g} {unit}".strip())
         return self
 
     @property
     def value(self) -> float:
         """The value of the parameter that varies, at the orbit. Raises where there is none."""
-        return parameter_value(self.vary, self.omega, self.oscillator, self.clearance)
+        return parameter_value(self.axis.vary, self.omega, self.oscillator, self.clearance)
+
+
+def _written_name(axis: Any) -> str:
+    """Return how the value of a motion on an axis may be named: by omega or clearance, where these vary."""
+    vary = axis.get("vary") if isinstance(axis, dict) else getattr(axis, "vary", None)
+    return "clearance" if str(vary).startswith("clearance") else str(vary) if vary == "omega" else ""
 
 
 def parameter_value(
@@ -210,7 +206,8 @@ def parameter_value(
 ) -> float:
     """Return the value of the parameter `vary` of a request, whose place is `at`. Raises where there is none."""
     both, found = as_pair(clearance), None
-    Parameters(oscillator, None, None, None).require(vary, *at, "vary")
+    at = (*at, "axis", "vary")
+    Parameters(oscillator, None, None, None).require(vary, *at)
     if vary in ("bias", "forcing"):
         return 1.0
     if is_structural(vary):
@@ -220,45 +217,41 @@ def parameter_value(
     if vary.startswith("clearance"):
         found = {"clearance_right": both.right, "clearance_left": both.left}.get(vary, both.right)
         if vary == "clearance" and both.right != both.left:
-            raise invalid("vary is clearance, and the stops differ", "clearance_right or clearance_left", *at, "vary")
+            raise invalid("vary is clearance, and the stops differ", "clearance_right or clearance_left", *at)
         if found is None:
-            raise invalid(f"vary is {vary}, and there is no such stop", "the clearance of a stop", *at, "vary")
+            raise invalid(f"vary is {vary}, and there is no such stop", "the clearance of a stop", *at)
         return found
     given = oscillator.restitution
     if isinstance(given, float | int):
         return given
     if vary == "restitution" and given.right != given.left:
-        raise invalid("vary is restitution, and the stops differ", "restitution_right or restitution_left", *at, "vary")
+        raise invalid("vary is restitution, and the stops differ", "restitution_right or restitution_left", *at)
     return given.left if vary == "restitution_left" else given.right
+
+
+_OfOrbit = Annotated[Float | None, Field(exclude_if=lambda value: value is None)]
 
 
 class CurveMotion(OrbitMotion):
     """A motion whose curves are looked for, and the point of the window at which an orbit of it is known.
 
-    The point is omega and clearance, or with axes horizontal and vertical. Where they are left out, an orbit is looked
-    for at several points of the window. Phases and velocities are those of an orbit at one point, so they need it.
+    Where the point is left out, an orbit is looked for at several points of the window. Phases and velocities are those
+    of an orbit at one point, so they need it.
     """
 
-    omega: Positive | None = None
-    """Value at an orbit of the motion, inside the window; left out, an orbit is looked for."""
-    clearance: Positive | None = None
-    """Value at an orbit of the motion, inside the window, of the clearance that varies; left out: looked for."""
-    horizontal: Float | None = None
-    """Value of the horizontal parameter at an orbit of the motion, in a window with axes; left out: looked for."""
-    vertical: Float | None = None
-    """Value of the vertical parameter at an orbit of the motion, in a window with axes; left out: looked for."""
-
-    def unused(self) -> Collection[str]:
-        """Return the fields of axes where they are left out: the text of such a motion is as before there were axes."""
-        return tuple(name for name in _AXES if getattr(self, name) is None)
-
-    def over_ranges(self) -> CurveMotion:
-        """Return the motion with its horizontal and vertical values as omega and clearance."""
-        place = {"omega": self.horizontal, "clearance": self.vertical, "horizontal": None, "vertical": None}
-        return self.model_copy(update=place) if self.horizontal is not None or self.vertical is not None else self
+    horizontal: _OfOrbit = None
+    """Value of the horizontal parameter at an orbit of the motion, inside the window; left out: looked for."""
+    vertical: _OfOrbit = None
+    """Value of the vertical parameter at an orbit of the motion, inside the window; left out: looked for."""
 
 
-class BifurcationCurvesRequest(ProcessRequest):
+_PAPER = {
+    "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3}},
+    "vertical": {"vary": "clearance", "values": {"start": 1.3, "stop": 2.05}},
+}
+
+
+class BifurcationCurvesRequest(PlaneRequest):
     """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
 
     The window is of omega and clearance, or of two other parameters, `horizontal` and `vertical`. Without `motions`:
@@ -275,18 +268,18 @@ class BifurcationCurvesRequest(ProcessRequest):
         "Bifurcation curves",
         "Compute the curves SN, PD, SB, NS and GR of motions in a window of two parameters.",
         {
-            "the paper's window": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}},
+            "the paper's window": _PAPER,
             "of a motion": {
-                "omega": {"start": 0.26, "stop": 0.3},
-                "clearance": {"start": 1.3, "stop": 2.05},
-                "motions": [{"period": 1, "stops": [1, 1, -1, -1], "omega": 0.28, "clearance": 1.5}],
+                **_PAPER,
+                "motions": [{"period": 1, "stops": [1, 1, -1, -1], "horizontal": 0.28, "vertical": 1.5}],
             },
             "of one stop": {
-                "omega": {"start": 0.26, "stop": 0.3},
-                "clearance": {"right": {"start": 1.3, "stop": 2.05}, "left": 2.1},
+                **_PAPER,
+                "vertical": {"vary": "clearance_right", "values": {"start": 1.3, "stop": 2.05}},
+                "clearance": {"left": 2.1},
             },
             "over frequency and restitution": {
-                "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3}},
+                **_PAPER,
                 "vertical": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9}},
                 "clearance": 1.8,
                 "max_multiple": 1,
@@ -294,13 +287,9 @@ class BifurcationCurvesRequest(ProcessRequest):
         },
     )
 
-    omega: Annotated[WindowOmega, LeftOut] = None
-    """The window's frequencies; a number where they do not vary."""
-    clearance: Annotated[WindowClearance, LeftOut] = None
-    """The window's clearances, of both stops or {"right": .., "left": ..}: an interval, and a number or null."""
-    horizontal: Annotated[WindowAxis | None, LeftOut] = None
-    """The horizontal parameter of the window and its interval, with `vertical` and in place of intervals."""
-    vertical: Annotated[WindowAxis | None, LeftOut] = None
+    horizontal: WindowAxis
+    """The horizontal parameter of the window and its interval."""
+    vertical: WindowAxis
     """The vertical parameter of the window and its interval."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
     """For curves without motions: the maximum period of their motions, in forcing periods."""
@@ -313,7 +302,7 @@ class BifurcationCurvesRequest(ProcessRequest):
 
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:
-        plane, names = self.plane, self.axes
+        plane = self.plane
         if self.motions is None and not (self.is_explicit or ("omega" in self.plane.names and self._over_restitution)):
             detail = (
                 "motions are missing: without them there are curves only over omega and one of clearance, forcing, "
@@ -324,47 +313,36 @@ class BifurcationCurvesRequest(ProcessRequest):
         absent = [stop for stop, one in ((1, "right"), (-1, "left")) if ends[one] is None and not self._varies(one)]
         for k, motion in enumerate(self.motions or ()):
             motion.require_period_of(self.oscillator, "motions", str(k))
-            for name, axis in zip(names, (plane.horizontal, plane.vertical), strict=True):
+            for name, axis in zip(AXES, (plane.horizontal, plane.vertical), strict=True):
                 value, (start, stop) = getattr(motion, name), axis.ends
                 if value is None and motion.phases is not None:
-                    raise invalid(
-                        f"phases are given, and {name} is missing", f"{name} of the orbit", "motions", str(k), name
-                    )
+                    detail = f"phases are given, and {axis.vary} is missing"
+                    raise invalid(detail, f"{axis.vary} of the orbit", "motions", str(k), name)
                 if value is not None and not start <= value <= stop:
-                    detail = f"{name} of a motion lies outside the window"
-                    raise invalid(detail, f"within {name} of the request", "motions", str(k), name)
-            for name in ("omega", "clearance", *_AXES):
-                if name not in names and getattr(motion, name) is not None:
-                    detail = f"{name} of a motion is not a parameter of this window"
-                    raise invalid(detail, " and ".join(names), "motions", str(k), name)
+                    detail = f"{axis.vary} of a motion lies outside the window"
+                    raise invalid(detail, f"within {axis.vary} of the request", "motions", str(k), name)
             if any(stop in motion.stops for stop in absent):
                 detail = "an impact is on a stop that is absent"
                 raise invalid(detail, "stops that clearance gives", "motions", str(k), "stops")
         return self
 
-    @model_validator(mode="after")
-    def _is_a_window(self) -> BifurcationCurvesRequest:
-        plane = self.plane
-        written = None
-        if self.horizontal is not None:
-            written = ranges_of(plane, ClearanceWindow) or fixed_stops_of(plane, ClearanceWindow)
-            if "omega" in written and self.motions is not None:
-                written["motions"] = [motion.over_ranges() for motion in self.motions]
-        # the model is frozen for others; this is still its validation
-        for name, value in (written or {}).items():
-            object.__setattr__(self, name, value)
-        return self
-
-    @cached_property
-    def plane(self) -> Plane:
-        """The parameters that vary, each with the ends of its interval, and the others."""
-        across, up = axes(self.omega, self.clearance, self.horizontal, self.vertical, _INTERVAL)
-        return plane_of(self.oscillator, self.omega, self.clearance, across, up)
-
-    @property
-    def axes(self) -> tuple[str, str]:
-        """The names of the fields that have the values of the two parameters, in the request and in its result."""
-        return ("omega", "clearance") if self.horizontal is None else _AXES
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`; a motion may have omega and clearance instead of horizontal and vertical."""
+        body, places = super().long_form(values)
+        if not isinstance(body, dict) or not isinstance(motions := body.get("motions"), list):
+            return body, places
+        written = dict(places)
+        names: dict[str, str] = {_written_name(body.get(axis)): axis for axis in AXES}
+        renamed = []
+        for k, motion in enumerate(motions):
+            fields: list[str] = [*motion] if isinstance(motion, dict) else []
+            here = {name: name if names.get(name) in fields else names.get(name, name) for name in fields}
+            place: Place = ("motions", str(k))
+            short = {axis: name for name, axis in names.items() if name and (places or name in here)}
+            written |= {(*place, axis): (*place, name) for axis, name in short.items()}
+            renamed.append({here[name]: value for name, value in motion.items()} if here else motion)
+        return body | {"motions": renamed}, written
 
     @property
     def is_explicit(self) -> bool:

@@ -1,39 +1,49 @@
-"""What varies in maps, diagrams and branches: one or two parameters of the motion, of the stops or of the structure."""
+"""What varies in maps, diagrams and branches: one or two parameters of the motion, of the stops or of the structure.
+
+Also the bases of the requests in which one parameter varies, or two of them.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from grazemap.described import described
 from grazemap.wire.base import (
-    CoordinateGrid,
-    CoordinateRange,
+    Grid,
     Interval,
+    LeftOut,
+    Positive,
+    PositiveGrid,
+    PositiveInterval,
     Range,
     Request,
-    SignedInterval,
     grid_points,
     invalid,
 )
 from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.process import ProcessRequest, ShortForms
 from grazemap.wire.structure import (
+    SIDES,
     Base,
-    ClearanceGrid,
     ClearancePair,
-    ClearanceWindow,
-    FixedStops,
+    FixedClearance,
     Forcing,
     Matrices,
     ModalDamping,
     RayleighDamping,
     RestitutionPair,
+    as_pair,
     restitutions,
 )
+
+AXES = ("horizontal", "vertical")
+"""The fields of a request that have the two parameters of a plane."""
 
 _OF_ONE = ("omega", "bias", "forcing", "damping")
 _OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
@@ -45,6 +55,7 @@ _PATTERN = rf"^({'|'.join((*_OF_ONE, *_OF_STOPS))}|({'|'.join(_OF_LISTS)})\[[1-9
 ALLOWED = f"one of {', '.join((*_OF_ONE, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
+_ONE_STOP = 'left out, or the other stop alone: {"left": 1.2}'
 
 
 def _known(name: str) -> str:
@@ -53,9 +64,6 @@ def _known(name: str) -> str:
     return name
 
 
-_OF_SIDES = (ClearanceGrid, ClearanceWindow, FixedStops)
-_GRID = "a range or an increasing list"
-_ONE_STOP = 'left out, or the other stop alone: {"left": 1.2}'
 Varied = Annotated[str, AfterValidator(_known), Field(json_schema_extra={"pattern": _PATTERN})]
 """The name of a parameter that varies."""
 
@@ -68,31 +76,65 @@ class _Varying(Request):
 class Axis(_Varying):
     """A parameter that varies, and its values."""
 
-    values: CoordinateGrid
+    values: Grid
     """Its values: a range, or an increasing list."""
 
-    def require_domain(self, *at: str) -> None:
-        """Refuse values that are out of the domain of the parameter; `at` is the place of the axis in the request."""
-        for end in self.ends:
-            require_domain(self.vary, end, *at)
+    @property
+    def grid(self) -> Range | list[float]:
+        """Its values."""
+        return self.values
 
     @property
     def ends(self) -> tuple[float, float]:
         """The first and the last value."""
-        values = self.values
-        return (values.start, values.stop) if isinstance(values, Range | CoordinateRange) else (values[0], values[-1])
+        return ends_of(self.values)
 
 
 class WindowAxis(_Varying):
     """A parameter that varies, and the interval of its values."""
 
-    values: SignedInterval
+    values: Interval
     """The interval of its values."""
 
     @property
-    def axis(self) -> Axis:
-        """The parameter with the two ends."""
-        return Axis.model_construct(vary=self.vary, values=[self.values.start, self.values.stop])
+    def grid(self) -> Range | list[float]:
+        """The two ends."""
+        return [*self.ends]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last value."""
+        return ends_of(self.values)
+
+
+class Frequencies(Axis):
+    """Forcing frequencies."""
+
+    vary: Literal["omega"] = "omega"
+    """The forcing frequency."""
+    values: PositiveGrid
+    """Its values: a range, or an increasing list."""
+
+
+class FrequencyWindow(WindowAxis):
+    """An interval of forcing frequencies."""
+
+    vary: Literal["omega"] = "omega"
+    """The forcing frequency."""
+    values: PositiveInterval
+    """The interval of its values."""
+
+
+def ends_of(values: Range | Interval | list[float]) -> tuple[float, float]:
+    """Return the first and the last of increasing values."""
+    return (values[0], values[-1]) if isinstance(values, list) else (values.start, values.stop)
+
+
+def require_values(axis: Axis | WindowAxis, *at: str) -> None:
+    """Refuse values that are out of the domain of their parameter; `at` is their place in the request."""
+    places = ("0", str(len(axis.values) - 1)) if isinstance(axis.values, list) else ("start", "stop")
+    for end, place in zip(axis.ends, places, strict=True):
+        require_domain(axis.vary, end, *at, place)
 
 
 def require_domain(name: str, value: float, *at: str) -> None:
@@ -207,8 +249,13 @@ class Line:
 
     parameters: Parameters
     """The values of the others."""
-    axis: Axis
+    axis: Axis | WindowAxis
     """What varies, and its values."""
+
+    @property
+    def names(self) -> tuple[str]:
+        """The name of the parameter."""
+        return (self.axis.vary,)
 
     def corners(self) -> list[PlanePoint]:
         """Return the points at the ends."""
@@ -222,20 +269,30 @@ class Plane:
 
     parameters: Parameters
     """The values of the others."""
-    horizontal: Axis
+    horizontal: Axis | WindowAxis
     """What varies along the rows, and its values."""
-    vertical: Axis
+    vertical: Axis | WindowAxis
     """What varies along the columns, and its values."""
 
     @property
     def shape(self) -> tuple[int, int]:
         """Numbers of values, vertical and horizontal."""
-        return grid_points(self.vertical.values), grid_points(self.horizontal.values)
+        return grid_points(self.vertical.grid), grid_points(self.horizontal.grid)
 
     @property
     def names(self) -> tuple[str, str]:
         """The names of the horizontal and of the vertical parameter."""
         return self.horizontal.vary, self.vertical.vary
+
+    @property
+    def fields(self) -> tuple[str, str]:
+        """The names of the fields of a result that have the values of the two parameters.
+
+        They are omega and clearance where the frequency varies across, and a positive clearance up.
+        """
+        across, up = self.names
+        of_usual = across == "omega" and up.startswith("clearance") and self.vertical.ends[0] > 0.0
+        return ("omega", "clearance") if of_usual else AXES
 
     @property
     def mirrors(self) -> bool:
@@ -315,78 +372,44 @@ def _scaled_damping(oscillator: Oscillator, factor: float) -> dict[str, Any]:
     return {"matrices": matrices}
 
 
-def axes(omega: Any, clearance: Any, horizontal: Any, vertical: Any, given: str = _GRID) -> tuple[Axis, Axis]:
-    """Return the axes of a map or a window: those that are given, or those of the ranges of omega and clearance.
-
-    `given` describes such a range.
-    """
-    if horizontal is not None and vertical is not None:
-        for name, value in (("omega", omega), ("clearance", clearance)):
-            if any(map(_varies, (value.right, value.left) if isinstance(value, _OF_SIDES) else (value,))):
-                raise invalid(f"{name} has a range beside the axes", "numbers, or left out where it varies", name)
-        return _as_axis(horizontal), _as_axis(vertical)
-    for one, other in (("horizontal", "vertical"), ("vertical", "horizontal")):
-        if (horizontal if one == "horizontal" else vertical) is not None:
-            raise invalid(
-                f"{one} is given, and {other} is missing", "both axes, or ranges of omega and clearance", other
-            )
-    allowed = f"{given}, or the axes horizontal and vertical"
-    if not _varies(omega):
-        raise invalid("omega does not vary" if omega else "omega is missing", allowed, "omega")
-    sides = {} if not isinstance(clearance, _OF_SIDES) else {one: getattr(clearance, one) for one in ("right", "left")}
-    stop = next((one for one, side in sides.items() if _varies(side)), None)
-    values: Any = clearance if stop is None else sides[stop]
-    if not _varies(values):
-        raise invalid("clearance does not vary" if clearance else "clearance is missing", allowed, "clearance")
-    name = "clearance" if stop is None else f"clearance_{stop}"
-    return _axis("omega", omega), _axis(name, values)
-
-
-def _varies(given: Any) -> bool:
-    """Whether the values of a parameter are a range, a list or an interval."""
-    return isinstance(given, Interval | list)
-
-
-def _axis(name: str, values: Any) -> Axis:
-    """Return the axis of a range, a list, or of the ends of an interval."""
-    ends = isinstance(values, Interval) and not isinstance(values, Range)
-    return Axis.model_construct(vary=name, values=[values.start, values.stop] if ends else values)
-
-
-def _as_axis(given: Axis | WindowAxis) -> Axis:
-    return given.axis if isinstance(given, WindowAxis) else given
-
-
-def plane_of(oscillator: Oscillator, omega: Any, clearance: Any, horizontal: Axis, vertical: Axis) -> Plane:
+def plane_of(
+    oscillator: Oscillator,
+    omega: float | None,
+    clearance: float | ClearancePair | None,
+    horizontal: Axis | WindowAxis,
+    vertical: Axis | WindowAxis,
+) -> Plane:
     """Return the plane of two axes; refuse what is missing, what is given twice, and values out of their domains."""
     _require_different(horizontal.vary, vertical.vary)
     parameters = _others(oscillator, omega, clearance, (horizontal.vary, vertical.vary))
     plane = Plane(parameters, horizontal, vertical)
-    for name, axis in (("horizontal", horizontal), ("vertical", vertical)):
+    for name, axis in zip(AXES, (horizontal, vertical), strict=True):
         parameters.require(axis.vary, name, "vary")
-        axis.require_domain(name, "values")
+        require_values(axis, name, "values")
     _require_space(plane.corners()[0])
     return plane
 
 
-def line_of(oscillator: Oscillator, omega: Any, clearance: Any, vary: str, values: Any) -> Line:
-    """Return the line of a parameter; refuse as `plane_of`. The names of its fields are vary and range."""
-    parameters = _others(oscillator, omega, clearance, (vary,))
-    line = Line(parameters, Axis.model_construct(vary=vary, values=values))
-    parameters.require(vary, "vary")
-    line.axis.require_domain("range")
+def line_of(
+    oscillator: Oscillator, omega: float | None, clearance: float | ClearancePair | None, axis: Axis | WindowAxis
+) -> Line:
+    """Return the line of an axis; refuse as `plane_of`."""
+    line = Line(_others(oscillator, omega, clearance, (axis.vary,)), axis)
+    line.parameters.require(axis.vary, "axis", "vary")
+    require_values(axis, "axis", "values")
     _require_space(line.corners()[0])
     return line
 
 
-def _others(oscillator: Oscillator, omega: Any, clearance: Any, varied: tuple[str, ...]) -> Parameters:
+def _others(
+    oscillator: Oscillator, omega: float | None, clearance: float | ClearancePair | None, varied: tuple[str, ...]
+) -> Parameters:
     """Return the values of the parameters that do not vary."""
-    fixed = omega if "omega" not in varied or not _varies(omega) else None
-    if "omega" in varied and fixed is not None:
+    if "omega" in varied and omega is not None:
         raise invalid("omega varies: its values are those of an axis", "left out", "omega")
-    if "omega" not in varied and not isinstance(fixed, float | int):
+    if "omega" not in varied and omega is None:
         raise invalid("omega is missing: it does not vary", "a finite number > 0", "omega")
-    return Parameters(oscillator, fixed, *_fixed_stops(clearance, varied))
+    return Parameters(oscillator, omega, *_fixed_stops(clearance, varied))
 
 
 def _require_space(point: PlanePoint) -> None:
@@ -395,73 +418,111 @@ def _require_space(point: PlanePoint) -> None:
         raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
 
 
-def _require_different(one: str, other: str) -> None:
-    """Refuse two axes of one parameter, or of that of both stops and that of one of them."""
-    if one == other or one.startswith(f"{other}_") or other.startswith(f"{one}_"):
-        detail = "both axes have the same parameter" if one == other else f"{one} and {other} are not independent"
+def _require_different(across: str, up: str) -> None:
+    """Refuse two axes that are not independent, such as clearance and clearance_right."""
+    if across == up or across.startswith(f"{up}_") or up.startswith(f"{across}_"):
+        detail = "both axes have the same parameter" if across == up else f"{across} and {up} are not independent"
         raise invalid(detail, "two different parameters", "vertical", "vary")
 
 
-def _fixed_stops(clearance: Any, varied: tuple[str, ...]) -> tuple[float | None, float | None]:
+def _fixed_stops(clearance: float | ClearancePair | None, varied: tuple[str, ...]) -> tuple[float | None, float | None]:
     """Return the clearances of the right and of the left stop where they do not vary; None also for an absent stop."""
-    named = [name for name in varied if name.startswith("clearance")]
-    if _varies(clearance):
-        if "clearance" not in named:
-            raise invalid("clearance has a range beside the axes", "numbers", "clearance")
-        return None, None
-    if isinstance(clearance, _OF_SIDES):
-        return _of_sides({stop: getattr(clearance, stop) for stop in ("right", "left")}, named)
-    if clearance is not None and named:
-        raise invalid(f"{named[0]} varies: its values are those of an axis", _ONE_STOP, "clearance")
-    if clearance is None and not named:
+    names = [name for name in varied if name.startswith("clearance")]
+    if clearance is None and not names:
         raise invalid("clearance is missing", 'a number, or {"right": .., "left": ..}', "clearance")
-    return clearance, clearance
-
-
-def _of_sides(sides: Mapping[str, Any], named: list[str]) -> tuple[float | None, float | None]:
-    """Return the clearances of `_fixed_stops` where those of each stop are given."""
-    if "clearance" in named:
+    if "clearance" in names and clearance is not None:
         raise invalid("clearance varies: its values are those of an axis", "left out", "clearance")
-    fixed = []
-    for stop, side in sides.items():
-        varies, has_range = f"clearance_{stop}" in named, _varies(side)
-        if has_range and named != [f"clearance_{stop}"]:
-            raise invalid("clearance has a range beside the axes", "a number", "clearance", stop)
-        if varies and side is not None and not has_range:
-            detail = f"clearance_{stop} varies: its values are those of an axis"
-            raise invalid(detail, "left out or null where it varies", "clearance", stop)
-        fixed.append(None if varies else side)
-    if not named and fixed == [None, None]:
+    if names and isinstance(clearance, float | int):
+        raise invalid(f"{names[0]} varies: its values are those of an axis", _ONE_STOP, "clearance")
+    stops = as_pair(clearance)
+    for side in SIDES:
+        if f"clearance_{side}" in names and stops.side(side) is not None:
+            detail = f"clearance_{side} varies: its values are those of an axis"
+            raise invalid(detail, "left out or null where it varies", "clearance", side)
+    if not names and stops.right is None and stops.left is None:
         raise invalid("both stops are absent", "right, left, or both", "clearance")
-    return fixed[0], fixed[1]
+    return stops.right, stops.left
 
 
-def ranges_of(plane: Plane, stops: type[ClearanceGrid | ClearanceWindow] = ClearanceGrid) -> dict[str, Any] | None:
-    """Return a plane of omega and clearance as the fields of ranges, so that equal requests have the same text.
-
-    `stops` is the model of the clearances of each stop; with intervals the ranges are these.
-    """
-    across, up = plane.horizontal, plane.vertical
-    if across.vary != "omega" or not up.vary.startswith("clearance") or not up.ends[0] > 0.0:
+def fixed_clearance(parameters: Parameters, *varied: str) -> float | ClearancePair | None:
+    """Return the clearances that do not vary in their simplest form: one number for two equal ones."""
+    if "clearance" in varied:
         return None
-    omega, values = (_as_range(one, stops is ClearanceWindow) for one in (across, up))
-    clearance: Any = values
-    if up.vary != "clearance":
-        stop, other = ("right", "left") if up.vary == "clearance_right" else ("left", "right")
-        clearance = stops(**{stop: values, other: getattr(plane.parameters, other)})
-    return {"omega": omega, "clearance": clearance, "horizontal": None, "vertical": None}
+    fixed: dict[str, float | None] = {
+        side: getattr(parameters, side) for side in SIDES if f"clearance_{side}" not in varied
+    }
+    right, left = fixed.get("right"), fixed.get("left")
+    if right is not None and right == left and right > 0.0:
+        return right
+    return ClearancePair.model_validate(fixed) if fixed else None
 
 
-def _as_range(axis: Axis, interval: bool) -> Any:
-    if interval:
-        return Interval(start=axis.ends[0], stop=axis.ends[1])
-    return Range(**axis.values.model_dump()) if isinstance(axis.values, CoordinateRange) else axis.values
+class _VariedRequest(ProcessRequest):
+    omega: Annotated[Positive | None, LeftOut] = None
+    """Forcing frequency, where it does not vary."""
+    clearance: Annotated[FixedClearance | None, LeftOut] = None
+    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null: none."""
+
+    @model_validator(mode="after")
+    def _clearance_is_simplest(self) -> Self:
+        """Write the clearances in their simplest form, so that requests that mean the same have the same text."""
+        fixed = fixed_clearance(self.varied.parameters, *self.varied.names)
+        # the model is frozen for others; this is still its validation
+        object.__setattr__(self, "clearance", fixed)
+        return self
+
+    @property
+    def varied(self) -> Line | Plane:
+        """What varies, and the others."""
+        raise NotImplementedError
 
 
-def fixed_stops_of(plane: Plane, stops: type[ClearanceGrid | ClearanceWindow] = ClearanceGrid) -> dict[str, Any]:
-    """Return the field of fixed clearances in its simplest form: one number for two equal ones."""
-    right, left = plane.parameters.right, plane.parameters.left
-    if right is None and left is None:
-        return {"clearance": None}
-    same = right == left and right is not None and right > 0.0
-    return {"clearance": right if same else stops(right=right, left=left)}
+class OneParameterRequest(_VariedRequest):
+    """Base of requests along one parameter; omega and clearance are given where they do not vary."""
+
+    short = ShortForms(
+        ("axis",),
+        {
+            "omega": "Forcing frequencies, if they vary: a range, or an increasing list.",
+            "clearance": "Clearances of both stops or of one, if they vary: a range, or an increasing list.",
+        },
+        "",
+    )
+
+    axis: Axis
+    """The parameter that varies, and its values."""
+
+    @property
+    def varied(self) -> Line:
+        """As `line`."""
+        return self.line
+
+    @cached_property
+    def line(self) -> Line:
+        """The parameter that varies, and the others."""
+        return line_of(self.oscillator, self.omega, self.clearance, self.axis)
+
+
+class PlaneRequest(_VariedRequest):
+    """Base of requests over two parameters; omega and clearance are given where they do not vary."""
+
+    short = ShortForms(
+        AXES,
+        {
+            "omega": "Forcing frequencies, if they vary, along the horizontal axis.",
+            "clearance": "Clearances of both stops or of one, if they vary, along the vertical axis.",
+        },
+    )
+
+    horizontal: Axis | WindowAxis
+    vertical: Axis | WindowAxis
+
+    @property
+    def varied(self) -> Plane:
+        """As `plane`."""
+        return self.plane
+
+    @cached_property
+    def plane(self) -> Plane:
+        """The parameters that vary, and the others."""
+        return plane_of(self.oscillator, self.omega, self.clearance, self.horizontal, self.vertical)

@@ -1,27 +1,34 @@
-"""Parts of the requests of several processes: the oscillator, initial states, types of numbers.
+"""The base of the requests of processes, and the short forms in which they may be written.
 
-Also the description of a process in the API's document.
+A request says what varies by its axes: `axis` along a curve or a branch, `horizontal` and `vertical` in a plane. An
+axis has the name of a parameter and its values:
+
+    {"horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 64}},
+     "vertical": {"vary": "clearance_right", "values": {"start": 1.3, "stop": 2.0, "points": 64}},
+     "clearance": {"left": 1.2}}
+
+What people write is shorter. Where a frequency or a clearance is expected, its values may stand, and it varies:
+
+    {"omega": {"start": 0.26, "stop": 0.3, "points": 64},
+     "clearance": {"right": {"start": 1.3, "stop": 2.0, "points": 64}, "left": 1.2}}
+
+One parameter may also be named beside its values: {"vary": "damping", "range": {"start": 0.5, "stop": 1.5}, ..}. All
+ways to ask (HTTP, Python, the command line) take both forms; the document of the API, the ids of jobs and all other
+code know the first one. Errors name the fields as they were written.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-from pydantic import Discriminator, Field, Tag
-
-from grazemap.wire.base import Float, Kind, Listable, Request, invalid
+from grazemap.described import described
+from grazemap.wire.base import Place, Places, Request, invalid, is_range_or_list
+from grazemap.wire.error_texts import Schema, branches
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.structure import ClearancePair, as_pair
-
-Count = Annotated[int, Field(ge=1), Listable]
-MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
-LONGEST_PERIOD = 256
-# Of a contact coordinate, relative to the sum of its terms.
-_ROUNDING = 4.0 * 2.220446049250313e-16
-MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
+from grazemap.wire.structure import SIDES, ClearancePair, is_of_sides
 
 
 @dataclass(frozen=True)
@@ -45,68 +52,140 @@ class Operation:
 class ProcessRequest(Request):
     """Base of all requests; a class with an `operation` is the request of a process."""
 
+    short: ClassVar[ShortForms | None] = None
+    """How what varies may be written without axes."""
+
     operation: ClassVar[Operation]
 
     oscillator: Oscillator = Oscillator()
     """The oscillator, of any kind; fields that are left out are those of the paper's example."""
 
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`: with axes."""
+        return (values, {}) if cls.short is None else in_one_form(values, cls.short)
 
-class InitialState(Request):
-    """The initial state of a trajectory; left out: at rest in the static equilibrium, forcing phase 0."""
-
-    displacement: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """N numbers; left out: 0, or with a bias those of the static equilibrium."""
-    velocity: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """N numbers; left out: 0."""
-    phase: Float = 0.0
-    """Of the forcing f sin(omega t + phase) at t = 0, in radians; harmonic k is shifted by k times as much."""
-
-    def fitted(self, oscillator: Oscillator, clearance: float | ClearancePair, at: tuple[str, ...]) -> InitialState:
-        """Return the state with zeros for values that were left out, so that equal requests have the same text.
-
-        Where 0 is not the equilibrium, displacements that were left out stay so. `at` is its place in the request.
-        Raises where it does not fit the number of degrees of freedom or the stops.
-        """
-        where, count, stops = ".".join(at), oscillator.size, as_pair(clearance)
-        for name in ("displacement", "velocity"):
-            values = getattr(self, name)
-            if values is not None and len(values) != count:
-                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} degrees of freedom"
-                raise invalid(detail, "one number per mass", *at, name)
-        right, left = (math.inf if one is None else one for one in (stops.right, stops.left))
-        if self.displacement is not None:
-            terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
-            several = sum(h != 0.0 for h in oscillator.contact_row) > 1
-            place, rounding = math.fsum(terms), _ROUNDING * sum(map(abs, terms)) if several else 0.0
-            if not -left - rounding <= place <= right + rounding:
-                detail = f"{where}.displacement places the contact outside the stops"
-                raise invalid(
-                    detail,
-                    "-clearance <= contact coordinate <= clearance, of the left and the right stop",
-                    *at,
-                    "displacement",
-                )
-        centred = not any(oscillator.bias or ()) and right >= 0.0 and left >= 0.0
-        names = ("displacement", "velocity") if centred else ("velocity",)
-        return self.model_copy(update={name: [0.0] * count for name in names if getattr(self, name) is None})
+    @classmethod
+    def write_short_forms(cls, schema: dict[str, Any]) -> None:
+        """Add the fields that may be written to the JSON schema of this request."""
+        if cls.short is not None:
+            schema["properties"] = with_short_forms(schema["properties"], cls.short, schema)
 
 
-def _states_tag(value: Any) -> str | None:
-    if isinstance(value, dict | InitialState):
-        return "[one]"
-    return "[many]" if isinstance(value, list | tuple) else None
+@described
+@dataclass(frozen=True)
+class ShortForms:
+    """The short forms of the requests of a process."""
+
+    axes: tuple[str, ...]
+    """The fields that these stand for: axis, or horizontal and vertical."""
+    values: Mapping[str, str]
+    """The fields, omega and clearance, that may have values instead of a number, with their descriptions."""
+    vary: str | None = None
+    """The parameter that varies where `range` stands alone; "": `vary` names it; None: there is no `range`."""
+
+    @property
+    def fields(self) -> dict[str, str]:
+        """The fields that are written in place of axes, with their descriptions."""
+        return {**(NAMED if self.vary is not None else {}), **self.values}
 
 
-InitialStates = Annotated[
-    Annotated[InitialState, Tag("[one]")]
-    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
-    Discriminator(
-        _states_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be a state or a list of states",
-        custom_error_context={
-            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
-        },
-    ),
-    Kind("states"),
-]
+NAMED = {
+    "vary": "The parameter that varies: the name of the axis.",
+    "range": "The values of the parameter that varies.",
+}
+"""The two fields in place of one axis, with their descriptions."""
+
+
+def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
+    """Return a request in its one form, and where its parts were written."""
+    if not isinstance(body, dict) or not body.keys().isdisjoint(forms.axes):
+        return body, {}
+    varied = [name for field in forms.values for name in _varied(body, field)]
+    if len(forms.axes) == 2:
+        up = [(vary, place) for vary, place in varied if vary != "omega"] or [("clearance", ("clearance",))]
+        if len(up) == 2 or (up[0][0] == "clearance" and is_of_sides(body.get("clearance"))):
+            raise invalid("the clearance of one stop varies", "values for right or for left", "clearance")
+        return _with_axes(body, dict(zip(forms.axes, [("omega", ("omega",)), up[0]], strict=True)))
+    if forms.vary is None:
+        return _with_axes(body, {forms.axes[0]: ("omega", ("omega",))})
+    if varied and body.keys().isdisjoint(NAMED):
+        if len(varied) > 1:
+            raise invalid("one parameter varies", f"values for one of {' and '.join(forms.values)}", "range")
+        return _with_axes(body, {forms.axes[0]: varied[0]})
+    axis = {"vary": body["vary"]} if "vary" in body else {"vary": forms.vary} if forms.vary else {}
+    axis |= {"values": body["range"]} if "range" in body else {}
+    others = {name: value for name, value in body.items() if name not in NAMED}
+    return others | {forms.axes[0]: axis}, _places(forms.axes[0], ("vary",), ("range",))
+
+
+def _varied(body: Mapping[str, Any], field: str) -> Iterator[tuple[str, Place]]:
+    """Yield the parameters of a field that have values instead of a number, and their places."""
+    value = body.get(field)
+    if not is_of_sides(value):
+        if is_range_or_list(value):
+            yield field, (field,)
+    elif isinstance(value, Mapping):
+        for side in SIDES:
+            if not isinstance(value.get(side), float | int | None):
+                yield f"{field}_{side}", (field, side)
+
+
+def _with_axes(body: Mapping[str, Any], axes: Mapping[str, tuple[str, Place]]) -> tuple[dict[str, Any], Places]:
+    """Return a request whose values at some places are those of axes instead."""
+    changed, places = dict(body), dict[Place, Place]()
+    for axis, (vary, place) in axes.items():
+        field, *side = place
+        if side:
+            changed[str(field)] = {name: value for name, value in changed[str(field)].items() if name != side[0]}
+            values = {"values": body[str(field)][side[0]]}
+        else:
+            values = {"values": changed.pop(str(field))} if field in changed else {}
+        changed[axis] = {"vary": vary, **values}
+        places |= _places(axis, place, place)
+    return changed, places
+
+
+def _places(axis: str, vary: Place, values: Place) -> Places:
+    return {(axis, "vary"): vary, (axis, "values"): values, (axis,): values}
+
+
+def in_short_form(body: Mapping[str, Any], forms: ShortForms) -> dict[str, Any]:
+    """Return a request as people write it: the inverse of `in_one_form`, where a plane has a short form."""
+    if body.keys().isdisjoint(forms.axes):
+        return dict(body)
+    axes = [body[axis] for axis in forms.axes]
+    short = {name: value for name, value in body.items() if name not in forms.axes}
+    if len(axes) == 1 and forms.vary is not None:
+        return {"vary": axes[0]["vary"], "range": axes[0]["values"], **short}
+    names = [axis["vary"] for axis in axes]
+    if names[0] != "omega" or not all(name == "omega" or name.startswith("clearance") for name in names):
+        return dict(body)
+    for axis in axes:
+        field, _, side = axis["vary"].partition("_")
+        short[field] = {side: axis["values"], **short.get(field, {})} if side else axis["values"]
+    return short
+
+
+def with_short_forms(properties: Mapping[str, Schema], short: ShortForms, root: dict[str, Any]) -> dict[str, Schema]:
+    """Return the fields of a request with those that are written in place of axes; one axis has no flags itself."""
+    axis = next(schema for schema in branches(properties[short.axes[0]], root) if "properties" in schema)
+    values = axis["properties"]["values"]
+    if ClearancePair.__name__ in root["$defs"]:
+        pair = deepcopy(root["$defs"][ClearancePair.__name__])
+        for side in pair["properties"].values():
+            side["anyOf"] += [values]
+        root["$defs"]["varied"] = pair
+    alternatives = {"vary": [axis["properties"]["vary"]], "clearance": [values, {"$ref": "#/$defs/varied"}]}
+    written: dict[str, Schema] = {}
+    for name, text in short.fields.items():
+        field = properties.get(name, {})
+        numbers = [one for one in branches(field, root) if one.get("type") == "number"]
+        description = " ".join(filter(None, (field.get("description"), text)))
+        usual = {"default": short.vary} if name == "vary" and short.vary else {}
+        every = [*numbers, *alternatives.get(name, [values])]
+        written[name] = {"anyOf": every, "description": description, **usual}
+    axes = written if len(short.axes) == 1 else {name: properties[name] for name in short.axes}
+    others = {name: field for name, field in properties.items() if name not in short.axes}
+    first = {name: field for name, field in others.items() if name == "oscillator"}
+    return first | written | axes | {name: field for name, field in others.items() if name not in written}

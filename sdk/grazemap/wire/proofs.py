@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import BranchInterval, LeftOut, Listable, Positive, Request, invalid
+from grazemap.wire.base import LeftOut, Listable, Places, Positive, Request, invalid, parts_in_long_form
 from grazemap.wire.orbits import OrbitMotion, parameter_value
-from grazemap.wire.process import InitialState, Operation, ProcessRequest
+from grazemap.wire.planes import WindowAxis, require_domain
+from grazemap.wire.process import NAMED, Operation, ProcessRequest, ShortForms, in_one_form, with_short_forms
+from grazemap.wire.states import InitialState
 from grazemap.wire.structure import Clearance, as_pair
 
 _NEEDED: dict[str, tuple[str, ...]] = {
     "orbit": ("omega", "clearance", "motion"),
     "attraction": ("omega", "clearance"),
-    "bifurcation": ("omega", "clearance", "motion", "type", "vary", "range"),
-    "codimension-two": ("type", "order", "range"),
+    "bifurcation": ("omega", "clearance", "motion", "type", "axis"),
+    "codimension-two": ("type", "order", "axis"),
 }
 _ALLOWED = {
     "orbit": ("stable", "radius"),
@@ -36,17 +38,37 @@ _Varied = Literal[
 _TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
 
 
+# the zeros of codimension-two points are over omega
+_SHORT_ZERO = ShortForms(("axis",), {}, "omega")
+
+
+class ProvenAxis(WindowAxis):
+    """A parameter that varies in a proof, and the interval of its values."""
+
+    vary: _Varied
+    """clearance and restitution are those of both stops."""
+
+    @model_validator(mode="after")
+    def _is_not_negative(self) -> ProvenAxis:
+        if self.values.start < 0.0:
+            raise invalid("the values are negative", "start >= 0", "values", "start")
+        require_domain(self.vary, self.values.stop, "values", "stop")
+        return self
+
+
 class Statement(Request):
     """A statement that is proven or disproven; which fields it has depends on its kind.
 
     orbit: there is a periodic orbit with the period and the stops of `motion`, and with phases and velocities within
     `radius` of those of `motion` if it has them, admissible and stable (or, if `stable` is false, unstable).
     attraction: the trajectory from `initial` is attracted by a periodic orbit, of this label if one is given.
-    bifurcation: within the range there is a bifurcation of this type of an orbit, which the certificate names. It is
-    looked for on the branch over `vary` of the orbit near `motion`.
-    codimension-two: the function g, h or h_s has a zero at `order` times T/2, for an omega within the range. T is the
-    period of the forces.
+    bifurcation: within the values of `axis` there is a bifurcation of this type of an orbit, which the certificate
+    names. It is looked for on the branch over that parameter of the orbit near `motion`.
+    codimension-two: the function g, h or h_s has a zero at `order` times T/2, for an omega within the values of `axis`.
+    T is the period of the forces.
     """
+
+    short: ClassVar[ShortForms] = ShortForms(("axis",), {}, "")
 
     kind: Literal["orbit", "attraction", "bifurcation", "codimension-two"]
     """What is stated."""
@@ -66,14 +88,19 @@ class Statement(Request):
     """Of an attraction: the name n-p_r-q_l of the orbit; left out, any."""
     type: Literal["SN", "PD", "SB", "GR", "g", "h", "h_s"] | None = None
     """Type of the bifurcation; of a codimension-two point, the function whose zero it is."""
-    vary: _Varied | None = None
-    """Of a bifurcation: the parameter; clearance and restitution are those of both stops."""
-    range: BranchInterval | None = None
-    """The interval of the parameter, or of omega, in which the point lies."""
+    axis: ProvenAxis | None = None
+    """Of a bifurcation: the parameter, and the interval in which the point lies; of a codimension-two point: omega."""
     order: Annotated[int, Field(ge=1, le=400), Listable] | None = None
     """Of a codimension-two point: the number of times T/2."""
     stop: Annotated[Literal["A", "C"] | None, LeftOut] = None
     """Of a codimension-two point: the one stop that is grazed, after whole periods; left out: both at once."""
+
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`: vary and range may stand instead of an axis."""
+        if not isinstance(values, dict) or values.keys().isdisjoint(NAMED):
+            return values, {}
+        return in_one_form(values, _SHORT_ZERO if values.get("kind") == "codimension-two" else cls.short)
 
     @model_validator(mode="after")
     def _fields_fit(self) -> Statement:
@@ -87,6 +114,8 @@ class Statement(Request):
         if self.radius is not None and (self.motion is None or self.motion.phases is None):
             raise invalid("radius is given, and motion has no phases and velocities", "both, or neither", "radius")
         types = _TYPES.get(self.kind, ())
+        if self.kind == "codimension-two" and self.axis is not None and self.axis.vary != "omega":
+            raise invalid("a codimension-two point is looked for over omega", "omega", "axis", "vary")
         if self.type is not None and self.type not in types:
             raise invalid(f"a statement of the kind {self.kind} has no such type", ", ".join(types), "type")
         return self
@@ -115,7 +144,7 @@ class ProofsRequest(ProcessRequest):
                     "kind": "codimension-two",
                     "type": "g",
                     "order": 2,
-                    "range": {"start": 0.282, "stop": 0.283},
+                    "axis": {"vary": "omega", "values": {"start": 0.282, "stop": 0.283}},
                 }
             },
             "a stable orbit": {
@@ -136,6 +165,17 @@ class ProofsRequest(ProcessRequest):
     time_limit: Annotated[float, Field(gt=0, le=600), Listable] = 60.0
     """Seconds after which the statement is undecided."""
 
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`."""
+        return parts_in_long_form(values, {"statement": Statement})
+
+    @classmethod
+    def write_short_forms(cls, schema: dict[str, Any]) -> None:
+        """As `ProcessRequest.write_short_forms`, of the statement."""
+        statement = schema["$defs"][Statement.__name__]
+        statement["properties"] = with_short_forms(statement["properties"], Statement.short, schema)
+
     @model_validator(mode="after")
     def _stops_are_there(self) -> ProofsRequest:
         said = self.statement
@@ -155,8 +195,8 @@ class ProofsRequest(ProcessRequest):
             if one is None and said.motion is not None and stop in said.motion.stops:
                 where = "statement", "motion", "stops"
                 raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *where)
-        if said.vary is not None:
-            parameter_value(said.vary, said.omega, self.oscillator, said.clearance, "statement")
+        if said.kind == "bifurcation" and said.axis is not None:
+            parameter_value(said.axis.vary, said.omega, self.oscillator, said.clearance, "statement")
         return self
 
     @model_validator(mode="after")

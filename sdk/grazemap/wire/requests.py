@@ -8,29 +8,23 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import Grid, Interval, Kind, LeftOut, Listable, NonNegative, Positive, Range, invalid
+from grazemap.wire.base import (
+    Interval,
+    Kind,
+    LeftOut,
+    Listable,
+    NonNegative,
+    Positive,
+    PositiveInterval,
+    PositiveRange,
+    invalid,
+)
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
-from grazemap.wire.planes import (
-    Axis,
-    Plane,
-    WindowAxis,
-    axes,
-    fixed_stops_of,
-    is_scalar,
-    plane_of,
-    ranges_of,
-)
-from grazemap.wire.process import (
-    Count,
-    InitialState,
-    InitialStates,
-    MaxPeriod,
-    MaxPeriods,
-    Operation,
-    ProcessRequest,
-)
-from grazemap.wire.structure import Clearance, ClearanceWindow, MapClearance, MapOmega, OtherClearance
+from grazemap.wire.planes import Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis, is_scalar
+from grazemap.wire.process import Operation, ProcessRequest, ShortForms
+from grazemap.wire.states import Count, InitialState, InitialStates, MaxPeriod, MaxPeriods
+from grazemap.wire.structure import Clearance, ClearancePair, OtherClearance, varied_stop
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
@@ -56,7 +50,7 @@ class GrazingCurvesRequest(ProcessRequest):
         "Grazing curve",
         "Compute clearance = A(omega), at which the steady motion touches the stops, with phase and first recurrence.",
         {
-            "default oscillator": {"omega": {"start": 0.05, "stop": 1.2, "points": 200}},
+            "default oscillator": {"axis": {"vary": "omega", "values": {"start": 0.05, "stop": 1.2, "points": 200}}},
             "one mass in SI units": {
                 "oscillator": {
                     "units": "SI",
@@ -66,14 +60,16 @@ class GrazingCurvesRequest(ProcessRequest):
                     "forcing": [12.0],
                     "restitution": 0.7,
                 },
-                "omega": [10.0, 15.0, 22.5, 30.0],
+                "axis": {"vary": "omega", "values": [10.0, 15.0, 22.5, 30.0]},
                 "max_order": 4,
             },
         },
         "Equations (16)-(19) for the curve, (33)-(40) for the recurrence.",
     )
 
-    omega: Grid
+    short = ShortForms(("axis",), {"omega": "Forcing frequencies: a range, or an increasing list."})
+
+    axis: Frequencies
     """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
     """The maximum number of half periods after the graze in which a recurring impact is looked for."""
@@ -103,11 +99,18 @@ class CodimensionTwoPointsRequest(ProcessRequest):
         "submit_codimension_two_points",
         "Codimension-two points",
         "Compute every codimension-two point of the grazing curve over an interval of omega.",
-        {"default oscillator": {"omega": {"start": 0.25, "stop": 0.35}, "max_order": 4}},
+        {
+            "default oscillator": {
+                "axis": {"vary": "omega", "values": {"start": 0.25, "stop": 0.35}},
+                "max_order": 4,
+            }
+        },
         "Equations (42), (45), (57), (58).",
     )
 
-    omega: Interval
+    short = ShortForms(("axis",), {"omega": "The interval of forcing frequencies."})
+
+    axis: FrequencyWindow
     """The interval of forcing frequencies; it ends at most at 1e9 times its start."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
@@ -118,7 +121,7 @@ class CodimensionTwoPointsRequest(ProcessRequest):
 
     @model_validator(mode="after")
     def _can_be_searched(self) -> CodimensionTwoPointsRequest:
-        _require_searchable(self.omega, "omega", "stop")
+        _require_searchable(self.axis.values, "axis", "values", "stop")
         return self
 
 
@@ -167,7 +170,7 @@ class DiscontinuityMappingsRequest(ProcessRequest):
 
     @model_validator(mode="after")
     def _other_stop_is_fixed(self) -> DiscontinuityMappingsRequest:
-        if self.clearance is not None and (self.clearance.varied > 0) != (self.stop == "A"):
+        if self.clearance is not None and (varied_stop(self.clearance)[0] > 0) != (self.stop == "A"):
             allowed = f"stop {'C' if self.stop == 'A' else 'A'}, or the clearance of the other stop"
             raise invalid(f"clearance fixes stop {self.stop}, which is grazed", allowed, "clearance")
         return self
@@ -265,12 +268,17 @@ class TrajectoriesRequest(ObservedRequest):
         return self.periods * self.samples_per_period if self.times is None else len(self.times)
 
 
+def _axis(vary: str, start: float, stop: float, points: int = 16) -> dict[str, Any]:
+    """Return an axis, for examples."""
+    return {"vary": vary, "values": {"start": start, "stop": stop, "points": points}}
+
+
 def _example(points: int) -> dict[str, Any]:
-    omega = {"start": 0.26, "stop": 0.3, "points": points}
-    return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": points}, "max_periods": 200}
+    axes = {"horizontal": _axis("omega", 0.26, 0.3, points), "vertical": _axis("clearance", 1.3, 2.0, points)}
+    return {**axes, "max_periods": 200}
 
 
-class UnfoldingMapsRequest(ObservedRequest):
+class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
     """The motion that each point of a rectangle of two parameters settles to: of omega and clearance, or of others.
 
     Trajectories start at rest; in a sweep, at the final state for the next smaller or larger value of the vertical
@@ -289,23 +297,23 @@ class UnfoldingMapsRequest(ObservedRequest):
             "coarse map of the default oscillator": _example(16),
             "map computed where neighbours differ": {**_example(32), "adaptive": True},
             "names of motions, soon": {**_example(32), "preview": True},
-            "one stop": {**_example(16), "clearance": {"right": {"start": 0.5, "stop": 2.0, "points": 16}}},
+            "one stop": {
+                **_example(16),
+                "vertical": _axis("clearance_right", 0.5, 2.0),
+                "clearance": {"left": None},
+            },
             "over frequency and restitution": {
-                "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 16}},
-                "vertical": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9, "points": 16}},
+                "horizontal": _axis("omega", 0.26, 0.3),
+                "vertical": _axis("restitution", 0.5, 0.9),
                 "clearance": 1.6,
                 "max_periods": 200,
             },
         },
     )
 
-    omega: Annotated[MapOmega, LeftOut] = None
-    """Forcing frequencies, the map's columns; a number where they do not vary, else a range, or an increasing list."""
-    clearance: Annotated[MapClearance, LeftOut] = None
-    """Clearances, the map's rows, of both stops or of each; a number if fixed, else a range, or an increasing list."""
-    horizontal: Annotated[Axis | None, LeftOut] = None
-    """The parameter of the map's columns and its values, with `vertical` and in place of ranges."""
-    vertical: Annotated[Axis | None, LeftOut] = None
+    horizontal: Axis
+    """The parameter of the map's columns and its values."""
+    vertical: Axis
     """The parameter of the map's rows and its values."""
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
     """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
@@ -342,11 +350,6 @@ class UnfoldingMapsRequest(ObservedRequest):
         return self
 
     @model_validator(mode="after")
-    def _is_a_plane(self) -> UnfoldingMapsRequest:
-        _write_plane(self)
-        return self
-
-    @model_validator(mode="after")
     def _is_observed_where_every_motion_is_computed(self) -> UnfoldingMapsRequest:
         for name in ("adaptive", "resolve_sensitive"):
             if self.observed and getattr(self, name):
@@ -354,17 +357,12 @@ class UnfoldingMapsRequest(ObservedRequest):
                 raise invalid(detail, "false where observables or outputs are asked for", name)
         return self
 
-    @cached_property
-    def plane(self) -> Plane:
-        """The parameters that vary, and the others."""
-        return _plane(self)
-
     def unused(self) -> Collection[str]:
         """Return the names of the fields of ensembles for other policies."""
         return () if self.policy == "ensemble" else ("initial_conditions", "seed")
 
 
-class UnfoldingDiagramsRequest(ProcessRequest):
+class UnfoldingDiagramsRequest(PlaneRequest):
     """An unfolding map from rest, with the curves and points that are drawn over it.
 
     These are the grazing curve, its codimension-two points over omega and clearance, the bifurcation curves of motions
@@ -379,31 +377,28 @@ class UnfoldingDiagramsRequest(ProcessRequest):
         "Compute an unfolding map, the curves and points over it, and an explanation of every border of its regions.",
         {
             "coarse diagram near the paper's codimension-two point": {
-                "omega": {"start": 0.275, "stop": 0.29, "points": 16},
-                "clearance": {"start": 1.8, "stop": 2.0, "points": 16},
+                "horizontal": _axis("omega", 0.275, 0.29),
+                "vertical": _axis("clearance", 1.8, 2.0),
                 "max_periods": 400,
             },
             "one stop": {
-                "omega": {"start": 0.275, "stop": 0.29, "points": 16},
-                "clearance": {"right": {"start": 1.8, "stop": 2.0, "points": 16}},
+                "horizontal": _axis("omega", 0.275, 0.29),
+                "vertical": _axis("clearance_right", 1.8, 2.0),
+                "clearance": {"left": None},
                 "max_periods": 400,
             },
             "over frequency and force": {
-                "horizontal": {"vary": "omega", "values": {"start": 0.275, "stop": 0.29, "points": 16}},
-                "vertical": {"vary": "forcing", "values": {"start": 0.9, "stop": 1.1, "points": 16}},
+                "horizontal": _axis("omega", 0.275, 0.29),
+                "vertical": _axis("forcing", 0.9, 1.1),
                 "clearance": 1.9,
                 "max_periods": 400,
             },
         },
     )
 
-    omega: Annotated[MapOmega, LeftOut] = None
-    """Forcing frequencies, the map's columns, the last at most 1e9 times the first; a number where they do not vary."""
-    clearance: Annotated[MapClearance, LeftOut] = None
-    """Clearances, the map's rows, of both stops or {"right": .., "left": ..}; numbers where they do not vary."""
-    horizontal: Annotated[Axis | None, LeftOut] = None
-    """The parameter of the map's columns and its values, as of an unfolding map."""
-    vertical: Annotated[Axis | None, LeftOut] = None
+    horizontal: Axis
+    """The parameter of the map's columns and its values; the last frequency is at most 1e9 times the first."""
+    vertical: Axis
     """The parameter of the map's rows and its values."""
     max_periods: MaxPeriods = 1000
     """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
@@ -417,21 +412,17 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     """Whether every border of the map's regions is explained; this may take many times as long."""
 
     @model_validator(mode="after")
-    def _is_a_plane(self) -> UnfoldingDiagramsRequest:
-        _write_plane(self)
-        return self
-
-    @model_validator(mode="after")
     def _can_be_searched(self) -> UnfoldingDiagramsRequest:
-        if self.horizontal is None:
-            last = str(len(self.omega) - 1) if isinstance(self.omega, list) else "stop"
-            _require_searchable(self._window, "omega", last)
+        if self.is_usual:
+            values = self.horizontal.values
+            last = str(len(values) - 1) if isinstance(values, list) else "stop"
+            _require_searchable(self._window, "horizontal", "values", last)
         return self
 
-    @cached_property
-    def plane(self) -> Plane:
-        """The parameters that vary, and the others."""
-        return _plane(self)
+    @property
+    def is_usual(self) -> bool:
+        """Whether the diagram is over omega and a clearance, and so has the grazing curve and its points."""
+        return self.plane.fields == ("omega", "clearance")
 
     @property
     def mirrors(self) -> bool:
@@ -446,14 +437,16 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:
         """The request for the curve alone, finer than the map; of diagrams over omega and clearance."""
-        values = Range(**self._window.model_dump(), points=self._curve_points)
-        return GrazingCurvesRequest(omega=values, clearance=self._other_stop, **self._fields("oscillator", "max_order"))
+        values = PositiveRange(**self._window.model_dump(), points=self._curve_points)
+        fields = self._fields("oscillator", "max_order")
+        return GrazingCurvesRequest(axis=Frequencies(values=values), clearance=self._other_stop, **fields)
 
     @cached_property
     def codimension_two_points(self) -> CodimensionTwoPointsRequest:
         """The request for the points alone; of diagrams over omega and clearance."""
         fields = self._fields("oscillator", "max_order", "max_multiple")
-        return CodimensionTwoPointsRequest(omega=self._window, clearance=self._other_stop, **fields)
+        window = FrequencyWindow(values=self._window)
+        return CodimensionTwoPointsRequest(axis=window, clearance=self._other_stop, **fields)
 
     @cached_property
     def bifurcation_curves(self) -> BifurcationCurvesRequest | None:
@@ -466,13 +459,12 @@ class UnfoldingDiagramsRequest(ProcessRequest):
             horizontal=across,
             vertical=up,
             points=self._curve_points,
-            **fixed_stops_of(self.plane, ClearanceWindow),
-            **self._fields("oscillator", "max_multiple"),
+            **self._fields("oscillator", "omega", "clearance", "max_multiple"),
         )
 
     def unused(self) -> Collection[str]:
         """Return the names of the fields of points and curves where there are none."""
-        if self.horizontal is None:
+        if self.is_usual:
             return ()
         return ("max_order",) if self.bifurcation_curves is not None else ("max_order", "max_multiple")
 
@@ -480,17 +472,13 @@ class UnfoldingDiagramsRequest(ProcessRequest):
         return {name: getattr(self, name) for name in names}
 
     @property
-    def _other_stop(self) -> OtherClearance | None:
-        name = self.plane.vertical.vary
-        if name == "clearance":
-            return None
-        other = "left" if name == "clearance_right" else "right"
-        return OtherClearance.model_validate({other: getattr(self.plane.parameters, other)})
+    def _other_stop(self) -> ClearancePair | None:
+        return self.clearance if isinstance(self.clearance, ClearancePair) else None
 
     @property
-    def _window(self) -> Interval:
+    def _window(self) -> PositiveInterval:
         start, stop = self.plane.horizontal.ends
-        return Interval(start=start, stop=stop)
+        return PositiveInterval(start=start, stop=stop)
 
     @property
     def _curve_points(self) -> int:
@@ -499,24 +487,9 @@ class UnfoldingDiagramsRequest(ProcessRequest):
         return min(max(_CURVE_POINTS, _CURVE_FINER * values), MAX_CURVE_POINTS)
 
 
-def _plane(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> Plane:
-    """Return the plane of a map."""
-    across, up = axes(request.omega, request.clearance, request.horizontal, request.vertical)
-    return plane_of(request.oscillator, request.omega, request.clearance, across, up)
-
-
-def _write_plane(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> None:
-    """Write the plane of a map in its simplest form, so that requests that mean the same have the same text."""
-    plane = request.plane
-    written = (ranges_of(plane) or fixed_stops_of(plane)) if request.horizontal is not None else None
-    # the model is frozen for others; this is still its validation
-    for name, value in (written or {}).items():
-        object.__setattr__(request, name, value)
-
-
-def _window_axis(axis: Axis) -> WindowAxis:
+def _window_axis(axis: Axis | WindowAxis) -> WindowAxis:
     start, stop = axis.ends
-    return WindowAxis.model_validate({"vary": axis.vary, "values": {"start": start, "stop": stop}})
+    return WindowAxis(vary=axis.vary, values=Interval(start=start, stop=stop))
 
 
 def _require_searchable(omega: Interval, *at: str) -> None:

@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
-    SerializerFunctionWrapHandler,
     Tag,
     model_serializer,
     model_validator,
 )
 
-from grazemap.wire.base import (
-    Float,
-    GridList,
-    GridRange,
-    Interval,
-    Kind,
-    Listable,
-    NonNegative,
-    Positive,
-    Range,
-    Request,
-    grid_tag,
-    grid_values,
-    invalid,
-)
+from grazemap.wire.base import Float, Kind, Listable, NonNegative, Positive, Request, invalid
 
 Floats = NDArray[np.float64]
 Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
@@ -222,84 +208,63 @@ def restitutions(given: float | RestitutionPair) -> tuple[float, float]:
     return (given.right, given.left) if isinstance(given, RestitutionPair) else (given, given)
 
 
-class OtherClearance(Request):
-    """The clearance of one stop, where that of the other one varies: the one that is left out."""
+class ClearancePair(Request):
+    """The distances of the stops from ``q = 0``. A stop that is absent is null; one that varies is left out."""
 
     right: Float | None = None
-    """Of the right stop, which is fixed, and the left one varies; null: there is no right stop."""
+    """Of the stop at +right; null: there is no such stop."""
     left: Float | None = None
-    """Of the left stop, which is fixed, and the right one varies; null: there is no left stop."""
+    """Of the stop at -left; null: there is no such stop."""
 
     @model_validator(mode="after")
-    def _leaves_one(self) -> OtherClearance:
-        if len(self._given) != 1:
-            raise invalid("one stop is fixed or absent, and the other one varies", "right or left, not both")
-        return self
-
-    @property
-    def _given(self) -> set[str]:
-        numbers = {name for name in ("right", "left") if getattr(self, name) is not None}
-        return numbers or self.model_fields_set
-
-    @property
-    def varied(self) -> int:
-        """The stop whose clearance varies: +1 right, -1 left."""
-        return -1 if "right" in self._given else 1
-
-    @property
-    def other(self) -> float | None:
-        """The clearance of the other stop; None if it is absent."""
-        return self.right if self.varied < 0 else self.left
-
-    @model_serializer(mode="wrap")
-    def _normal(self, dump: SerializerFunctionWrapHandler) -> dict[str, float | None]:
-        return {"left" if self.varied > 0 else "right": self.other}
-
-
-class FixedStops(Request):
-    """The distances of the stops from ``q = 0`` that do not vary; None: there is no such stop, or it varies."""
-
-    right: Float | None = None
-    """Of the stop at +right."""
-    left: Float | None = None
-    """Of the stop at -left."""
-
-    @model_validator(mode="after")
-    def _is_between(self) -> Self:
+    def _leaves_space(self) -> Self:
         if self.right is not None and self.left is not None and self.right + self.left <= 0.0:
             raise invalid("the stops leave no space between them", "right + left > 0")
         return self
 
-    @model_serializer(mode="wrap")
-    def _normal(self, dump: SerializerFunctionWrapHandler) -> Any:
+    @model_serializer(mode="plain")
+    def _normal(self) -> Any:
         """Return one number for two equal stops, so that requests that mean the same have the same text."""
-        return self.right if self.right == self.left and (self.right or 0.0) > 0.0 else dump(self)
+        if self.right == self.left and (self.right or 0.0) > 0.0:
+            return self.right
+        return {side: self.side(side) for side in SIDES if side in self.model_fields_set}
+
+    def side(self, name: str) -> float | None:
+        """Return the distance of the right or of the left stop."""
+        distance: float | None = getattr(self, name)
+        return distance
 
 
-class ClearancePair(FixedStops):
-    """The distances of the stops from ``q = 0``; None: there is no such stop."""
+SIDES = ("right", "left")
+"""The names of the stops: at +clearance and at -clearance."""
 
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
-        if self.right is None and self.left is None:
-            raise invalid("both stops are absent", "right, left, or both")
-        return self
+
+def is_of_sides(value: Any) -> bool:
+    """Return whether a clearance is written as those of the two stops."""
+    return isinstance(value, ClearancePair) or (isinstance(value, Mapping) and not value.keys().isdisjoint(SIDES))
 
 
 def _clearance_tag(value: Any) -> str:
-    return "[of each]" if isinstance(value, dict | FixedStops) else "[of both]"
+    return "[of each]" if isinstance(value, dict | ClearancePair) else "[of both]"
 
 
-Clearance = Annotated[
+def _both_stops(clearance: float | ClearancePair) -> float | ClearancePair:
+    """Return the clearances of a point, at which no stop varies."""
+    if not isinstance(clearance, ClearancePair):
+        return clearance
+    if clearance.right is None and clearance.left is None:
+        raise invalid("both stops are absent", "right, left, or both")
+    return ClearancePair(right=clearance.right, left=clearance.left)
+
+
+FixedClearance = Annotated[
     Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
     Discriminator(_clearance_tag),
     Kind("clearance"),
 ]
-FixedClearance = Annotated[
-    Annotated[Positive, Tag("[of both]")] | Annotated[FixedStops, Tag("[of each]")],
-    Discriminator(_clearance_tag),
-    Kind("clearance"),
-]
+"""The clearances that do not vary."""
+Clearance = Annotated[FixedClearance, AfterValidator(_both_stops)]
+"""The clearances of a point."""
 
 
 def as_pair(clearance: float | ClearancePair | None) -> ClearancePair:
@@ -309,157 +274,20 @@ def as_pair(clearance: float | ClearancePair | None) -> ClearancePair:
     return ClearancePair.model_construct(right=clearance, left=clearance)
 
 
-def _side_tag(value: Any) -> str | None:
-    return "[fixed]" if isinstance(value, int | float) else grid_tag(value)
+def _one_stop(clearance: ClearancePair) -> ClearancePair:
+    """Return the stop that is given, {"left": 1.2}, or absent, {"left": null}, alone: the other one varies."""
+    numbers = [side for side in SIDES if clearance.side(side) is not None]
+    fixed = numbers or [side for side in SIDES if side in clearance.model_fields_set]
+    if len(fixed) != 1:
+        raise invalid("one stop is fixed or absent, and the other one varies", "right or left, not both")
+    return ClearancePair.model_validate({fixed[0]: clearance.side(fixed[0])})
 
 
-def _map_omega_tag(value: Any) -> str | None:
-    if value is None:
-        return "[absent]"
-    return "[fixed]" if isinstance(value, int | float) and not isinstance(value, bool) else grid_tag(value)
+OtherClearance = Annotated[ClearancePair, AfterValidator(_one_stop), Kind("clearance of the other stop")]
+"""The clearance of the stop that does not vary along a grazing curve of one stop, or null: there is no such stop."""
 
 
-_Absent = Annotated[None, Tag("[absent]")]
-MapOmega = Annotated[
-    GridRange | GridList | Annotated[Positive, Tag("[fixed]")] | _Absent,
-    Discriminator(
-        _map_omega_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be a range or a list of numbers, or a number where it does not vary",
-        custom_error_context={
-            "allowed": '{"start": .., "stop": .., "points": ..}, an increasing list of numbers > 0, or a number'
-        },
-    ),
-    Kind("frequencies of a map"),
-]
-_Side = Annotated[Annotated[Float, Tag("[fixed]")] | GridRange | GridList, Discriminator(_side_tag)]
-
-
-class ClearanceGrid(Request):
-    """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
-
-    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
-
-    right: _Side | None = None
-    """Of the stop at +right: a range or an increasing list, or one number, or null."""
-    left: _Side | None = None
-    """Of the stop at -left: a range or an increasing list, or one number, or null."""
-
-    @model_validator(mode="after")
-    def _at_most_one_varies(self) -> ClearanceGrid:
-        lowest = [
-            side if side is None or isinstance(side, float | int) else float(grid_values(side)[0])
-            for side in (self.right, self.left)
-        ]
-        if all(isinstance(side, Range | list) for side in (self.right, self.left)):
-            raise invalid("one stop varies, and the other one is fixed or absent", "a range for right or for left")
-        if None not in lowest and not sum(one for one in lowest if one is not None) > 0.0:
-            raise invalid("the stops leave no space between them", "right + left > 0")
-        return self
-
-    @property
-    def stop(self) -> str | None:
-        """The stop whose clearance varies, "right" or "left"; None: neither."""
-        for name in ("right", "left"):
-            if isinstance(getattr(self, name), Range | list):
-                return name
-        return None
-
-
-def _map_clearance_tag(value: Any) -> str | None:
-    named = isinstance(value, dict) and bool({"right", "left"} & value.keys())
-    return "[of one stop]" if named or isinstance(value, ClearanceGrid) else _map_omega_tag(value)
-
-
-MapClearance = Annotated[
-    GridRange
-    | GridList
-    | Annotated[ClearanceGrid, Tag("[of one stop]")]
-    | Annotated[Positive, Tag("[fixed]")]
-    | _Absent,
-    Discriminator(
-        _map_clearance_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be a range, a list of numbers, or the clearances of each stop",
-        custom_error_context={
-            "allowed": '{"start": .., "stop": .., "points": ..}, an increasing list of numbers > 0, or one of these as '
-            "right or left, with a number or null for the other stop; a number where it does not vary"
-        },
-    ),
-    Kind("clearances of a map"),
-]
-
-
-def _window_side_tag(value: Any) -> str | None:
-    if isinstance(value, dict | Interval):
-        return "[interval]"
-    return "[fixed]" if isinstance(value, int | float) else None
-
-
-_WindowSide = Annotated[
-    Annotated[Float, Tag("[fixed]")] | Annotated[Interval, Tag("[interval]")], Discriminator(_window_side_tag)
-]
-
-
-class ClearanceWindow(Request):
-    """The clearances of the stops: those of one may vary, and that of the other one is fixed; None: no such stop."""
-
-    model_config = ConfigDict(json_schema_extra={"minProperties": 1})
-
-    right: _WindowSide | None = None
-    """Of the stop at +right: an interval, or one number, or null."""
-    left: _WindowSide | None = None
-    """Of the stop at -left: an interval, or one number, or null."""
-
-    @model_validator(mode="after")
-    def _at_most_one_varies(self) -> ClearanceWindow:
-        sides = (self.right, self.left)
-        if all(isinstance(side, Interval) for side in sides):
-            detail = "the clearance of one stop varies, and the other one is fixed or absent"
-            raise invalid(detail, "an interval for right or for left")
-        lowest = [side.start if isinstance(side, Interval) else side for side in sides if side is not None]
-        if len(lowest) == 2 and not sum(lowest) > 0.0:
-            raise invalid("the stops leave no space between them", "right + left > 0")
-        return self
-
-
-def _window_omega_tag(value: Any) -> str | None:
-    if value is None:
-        return "[absent]"
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return "[fixed]"
-    return "[interval]" if isinstance(value, dict | Interval) else None
-
-
-def _window_tag(value: Any) -> str | None:
-    each = isinstance(value, ClearanceWindow) or (isinstance(value, dict) and {"right", "left"} & value.keys())
-    return "[of one stop]" if each else _window_omega_tag(value)
-
-
-_INTERVAL: Any = '{"start": .., "stop": ..}'
-WindowOmega = Annotated[
-    Annotated[Interval, Tag("[interval]")] | Annotated[Positive, Tag("[fixed]")] | _Absent,
-    Discriminator(
-        _window_omega_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be an interval, or a number where it does not vary",
-        custom_error_context={"allowed": f"{_INTERVAL}, or a number"},
-    ),
-    Kind("frequencies of a window"),
-]
-WindowClearance = Annotated[
-    Annotated[Interval, Tag("[interval]")]
-    | Annotated[ClearanceWindow, Tag("[of one stop]")]
-    | Annotated[Positive, Tag("[fixed]")]
-    | _Absent,
-    Discriminator(
-        _window_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be an interval, or the clearances of each stop",
-        custom_error_context={
-            "allowed": f"{_INTERVAL}, or one of these as right or left, with a number or null for the other stop; a "
-            "number where it does not vary"
-        },
-    ),
-    Kind("clearances of a window"),
-]
+def varied_stop(clearance: ClearancePair) -> tuple[int, float | None]:
+    """Return the stop that varies, +1 right or -1 left, where `OtherClearance` has the other one; and that one."""
+    (fixed,) = clearance.model_fields_set
+    return -1 if fixed == "right" else 1, clearance.side(fixed)

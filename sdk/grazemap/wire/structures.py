@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Kind, Listable, NonNegative, Positive, Range
+from grazemap.wire.base import Kind, Listable, NonNegative, Positive, PositiveRange
 from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.structure import Clearance, ClearancePair, as_pair
 
@@ -14,11 +14,11 @@ _MOST_VALUES = 100_000
 
 
 def _frequencies_tag(value: Any) -> str:
-    return "[range]" if isinstance(value, dict | Range) else "[list]"
+    return "[range]" if isinstance(value, dict | PositiveRange) else "[list]"
 
 
 Frequencies = Annotated[
-    Annotated[Range, Tag("[range]")]
+    Annotated[PositiveRange, Tag("[range]")]
     | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
     Discriminator(_frequencies_tag),
     Kind("frequencies"),

@@ -27,7 +27,8 @@ def test_the_stubs_are_up_to_date(tmp_path: Path) -> None:
 def test_a_stub_has_the_fields_of_every_request() -> None:
     text = (CLIENT / "client.pyi").read_text()
     for request in PROCESSES.values():
-        for name in request.model_fields:
+        axis = {"axis"} if request.short is not None else set()  # its short forms stand for it
+        for name in request.model_fields.keys() - axis:
             assert f"        {name}: " in text
 
 

@@ -18,7 +18,7 @@ TRAJECTORY = TrajectoriesRequest(omega=0.29, clearance=1.6, periods=2, samples_p
 
 
 def asked_in(request):
-    return [one["request"]["omega"]["points"] for one in json.loads(request.content)["requests"]]
+    return [one["request"]["axis"]["values"]["points"] for one in json.loads(request.content)["requests"]]
 
 
 def test_results_have_the_order_of_the_requests(client, service):

@@ -54,7 +54,7 @@ def test_a_plane_that_is_none_is_refused_by_the_field_and_the_allowed_range(proc
         ({"horizontal": up, "vertical": {**up, "vary": "clearance"}, "clearance": None}, "/vertical/vary"),
         ({"vertical": axis(process, "speed", 0.5, 0.9)}, "/vertical/vary"),
         ({"vertical": axis(process, "bias", 0.0, 1.0)}, "/vertical/vary"),
-        ({"vertical": axis(process, "restitution", 0.5, 1.5)}, "/vertical/values"),
+        ({"vertical": axis(process, "restitution", 0.5, 1.5)}, "/vertical/values/stop"),
         ({"vertical": axis(process, "restitution", 0.9, 0.5)}, "/vertical/values"),
         ({"omega": 0.29}, "/omega"),
         ({"clearance": None}, "/clearance"),
@@ -79,9 +79,9 @@ RIGHT = {"vary": "clearance_right", "values": [1.0, 1.5, 2.0]}
             {"vertical": {"vary": "forcing", "values": [0.5, 1.0]}, "oscillator": {"forcing": [0, 0, 0]}},
             "/vertical/vary",
         ),
-        ({"vertical": {"vary": "forcing", "values": [0.0, 1.0]}}, "/vertical/values"),
-        ({"vertical": {"vary": "damping", "values": [-1.0, 1.0]}}, "/vertical/values"),
-        ({"vertical": {**MASS, "values": [0.0, 1.0]}}, "/vertical/values"),
+        ({"vertical": {"vary": "forcing", "values": [0.0, 1.0]}}, "/vertical/values/0"),
+        ({"vertical": {"vary": "damping", "values": [-1.0, 1.0]}}, "/vertical/values/0"),
+        ({"vertical": {**MASS, "values": [0.0, 1.0]}}, "/vertical/values/0"),
         ({"vertical": {"vary": "restitution", "values": [0.9, 0.5]}}, "/vertical/values"),
         ({"horizontal": MASS}, "/omega"),
         ({"horizontal": MASS, "omega": {"start": 0.2, "stop": 0.3, "points": 3}}, "/omega"),
@@ -102,14 +102,15 @@ UP = axis(WINDOW, "clearance_right", 1.0, 2.0)
     [
         ({"vertical": {"vary": "restitution", "values": values(MAP, 0.26, 0.3)}}, "/vertical/values"),
         ({"omega": values(WINDOW, 0.26, 0.3)}, "/omega"),
-        ({"vertical": UP, "clearance": {"right": values(WINDOW, 0.26, 0.3)}}, "/clearance"),
+        ({"vertical": UP, "clearance": {"right": values(WINDOW, 0.26, 0.3)}}, "/clearance/right"),
         ({"horizontal": UP, "clearance": {"left": 1.2}, "motions": [MOTION]}, "/omega"),
         ({"vertical": axis(WINDOW, "masses[2]", 9.0, 10.0)}, "/motions"),
         (
             {"horizontal": UP, "vertical": {**UP, "vary": "clearance_left"}, "clearance": None, "omega": 0.28},
             "/motions",
         ),
-        ({"motions": [{**MOTION, "omega": 0.28}]}, "/motions/0/omega"),
+        ({"motions": [{**MOTION, "omega": 0.31}]}, "/motions/0/omega"),
+        ({"motions": [{**MOTION, "clearance": 1.6}]}, "/motions/0"),
         ({"motions": [{**MOTION, "horizontal": 0.28, "vertical": 1.0}]}, "/motions/0/vertical"),
         ({"motions": [MOTION, {**ORBIT, "horizontal": 0.28}]}, "/motions/1/vertical"),
         ({"motions": [{**MOTION, "stops": [-1]}], "clearance": {"right": 1.6}}, "/motions/0/stops"),
@@ -133,15 +134,15 @@ def test_an_error_of_a_motion_is_at_the_field_that_was_sent():
     axes = {"horizontal": axis(WINDOW, "omega", 0.26, 0.3), "vertical": axis(WINDOW, "clearance", 1.5, 2.0)}
     for window, motion, field in (
         (axes, {**MOTION, "horizontal": 0.5}, "horizontal"),
-        (axes, {**MOTION, "omega": 0.28, "vertical": 1.9}, "omega"),
+        (axes, {**MOTION, "omega": 0.31, "vertical": 1.9}, "omega"),
         (axes, {**ORBIT, "horizontal": 0.28}, "vertical"),
-        (ranges, {**MOTION, "vertical": 1.6}, "vertical"),
+        (ranges, {**MOTION, "vertical": 2.6}, "clearance"),
         (ranges, {**ORBIT, "omega": 0.27}, "clearance"),
     ):
         assert pointers(WINDOW, {**window, "motions": [motion]}) == [f"/motions/0/{field}"]
-    within = {**MOTION, "horizontal": 0.28, "vertical": 1.9}
-    found = parse_request(WINDOW, {**axes, "motions": [within]})
-    assert (found.motions[0].omega, found.motions[0].clearance) == (0.28, 1.9)
+    for place in ({"horizontal": 0.28, "vertical": 1.9}, {"omega": 0.28, "clearance": 1.9}):
+        found = parse_request(WINDOW, {**axes, "motions": [{**MOTION, **place}]})
+        assert (found.motions[0].horizontal, found.motions[0].vertical) == (0.28, 1.9)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,7 @@ def test_an_error_of_a_motion_is_at_the_field_that_was_sent():
         ({"vary": "restitution", "clearance": None}, "/clearance"),
         ({"vary": "speed"}, "/vary"),
         ({"vary": "bias"}, "/vary"),
-        ({"vary": "restitution", "range": [0.5, 2.0]}, "/range"),
+        ({"vary": "restitution", "range": [0.5, 2.0]}, "/range/1"),
     ],
 )
 def test_a_line_that_is_none_is_refused_by_the_field_and_the_allowed_range(changes, pointer):
@@ -189,11 +190,10 @@ def test_the_id_of_a_window_has_what_its_curves_depend_on():
     assert identity(WINDOW, **base(WINDOW), points=7) == identity(WINDOW, **base(WINDOW))
     explicit = {**base(WINDOW), "vertical": axis(WINDOW, "forcing", 0.8, 1.2)}
     assert identity(WINDOW, **explicit, points=7) != identity(WINDOW, **explicit)
-    # the text of windows of ranges is as before there were axes
-    assert canonical(parse_request(WINDOW, ranges)).keys() == {*ranges, "oscillator", "max_multiple", "points"}
+    assert canonical(parse_request(WINDOW, ranges)).keys() == {*axes, "oscillator", "max_multiple", "points"}
     motion = canonical(parse_request(WINDOW, {**ranges, "motions": [MOTION]}))
-    assert motion.keys() == {*ranges, "oscillator", "motions"}
-    assert motion["motions"][0].keys() == {"period", "stops", "phases", "velocities", "omega", "clearance"}
+    assert motion.keys() == {*axes, "oscillator", "motions"}
+    assert motion["motions"][0].keys() == {"period", "stops", "phases", "velocities"}
 
 
 def test_a_parameter_is_changed_in_every_form_of_an_oscillator():

@@ -217,7 +217,7 @@ def test_a_diagram_has_its_parts_and_the_explanation_of_every_border():
     result = result_of("unfolding-diagrams")
     assert result.unfolding_map.labels()[1].tolist() == ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]
     assert result.unfolding_map.meta["process"] == "unfolding-maps"
-    assert result.grazing_curve.meta["request"]["omega"]["points"] == 400
+    assert result.grazing_curve.meta["request"]["axis"]["values"]["points"] == 400
     borders = result.borders
     assert len(borders) == 4
     rows, columns = borders.others()
@@ -555,8 +555,8 @@ def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, servi
     umap = result_of("unfolding-maps")
     client.unfolding_map(**umap.zoom((0.22, 0.24), (1.52, 1.7)), progress=False)
     (job,) = service.jobs.values()
-    assert job["request"]["omega"] == {"start": 0.22, "stop": 0.24, "points": 3}
-    assert job["request"]["clearance"] == {"start": 1.52, "stop": 1.7, "points": 2}
+    assert job["request"]["horizontal"]["values"] == {"start": 0.22, "stop": 0.24, "points": 3}
+    assert job["request"]["vertical"]["values"] == {"start": 1.52, "stop": 1.7, "points": 2}
     kept = ("oscillator", "policy", "max_periods", "max_period")
     assert all(job["request"][name] == umap.meta["request"][name] for name in kept)
 

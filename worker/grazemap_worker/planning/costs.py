@@ -20,7 +20,6 @@ from grazemap.wire import (
     BasinsRequest,
     ClearancePair,
     CodimensionTwoPointsRequest,
-    CoordinateRange,
     GrazingCurvesRequest,
     Grid,
     Oscillator,
@@ -191,7 +190,7 @@ class Samples:
     def create(cls, varied: Plane | Line) -> Samples:
         """Return the points of a plane or line at SAMPLED_SIDE values of each varied parameter."""
         axes = (varied.horizontal, varied.vertical) if isinstance(varied, Plane) else (varied.axis,)
-        names, values = [axis.vary for axis in axes], [_sampled_values(axis.values) for axis in axes]
+        names, values = [axis.vary for axis in axes], [_sampled_values(axis.grid) for axis in axes]
         return cls(varied.parameters, (dict(zip(names, point, strict=True)) for point in itertools.product(*values)))
 
     def mean_cost(self, *, lanes: bool = True) -> float:
@@ -420,7 +419,7 @@ def _impacts_to_rest(oscillator: Oscillator, points: Points) -> Floats:
     return points.stop_count * (1.0 if restitution == 0.0 else math.inf)
 
 
-def _sampled_values(values: Grid | CoordinateRange) -> list[float]:
+def _sampled_values(values: Grid) -> list[float]:
     every = grid_values(values)
     indices = np.linspace(0, len(every) - 1, min(len(every), rates.SAMPLED_SIDE)).round().astype(int)
     sampled: list[float] = every[indices].tolist()

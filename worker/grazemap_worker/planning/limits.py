@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from grazemap.wire import CoordinateRange, Grid, grid_points
+from grazemap.wire import Grid, grid_points
 
 BYTES_PER_NUMBER = 8
 # Maximum bytes of a result or a tile, as npz. Redis takes no value over 512 MB, and clients hold a result in memory.
@@ -50,9 +50,7 @@ class Step(NamedTuple):
     """Whether the time limit of one tile applies to it."""
 
 
-def grid_count(
-    across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int
-) -> Count:
+def grid_count(across: tuple[str, Grid], down: tuple[str, Grid], limit: int) -> Count:
     """Return the count of the points of a grid; each side is (name of the field, values).
 
     The pointer of the count leads to the longer side.
@@ -61,6 +59,6 @@ def grid_count(
     return Count(points_pointer(*(across if columns > rows else down)), "points", columns * rows, limit)
 
 
-def points_pointer(name: str, grid: Grid | CoordinateRange) -> str:
+def points_pointer(name: str, grid: Grid) -> str:
     """Return the JSON pointer to the field that determines the number of points of a grid."""
     return f"/{name}" if isinstance(grid, list) else f"/{name}/points"

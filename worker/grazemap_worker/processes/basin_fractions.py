@@ -28,16 +28,21 @@ if TYPE_CHECKING:
 
 def _tiling(request: BasinFractionsRequest) -> Plan:
     samples = Samples.create(request.line)
-    grid = Plan(rows=grid_points(request.range), columns=request.states)
+    grid = Plan(rows=grid_points(request.axis.values), columns=request.states)
     setup = setup_seconds(request.oscillator) / request.states
     settles = samples.settling(request.max_periods)
     return plan_of_states(request, grid, request.states, settles, samples.mean_cost(), setup)
 
 
 def _counts(request: BasinFractionsRequest, limits: RequestLimits) -> list[Count]:
-    values = grid_points(request.range)
+    values = grid_points(request.axis.values)
     return [
-        Count(points_pointer("range", request.range), "points", values, min(limits.points, rates.FRACTION_VALUES)),
+        Count(
+            points_pointer("axis/values", request.axis.values),
+            "points",
+            values,
+            min(limits.points, rates.FRACTION_VALUES),
+        ),
         Count("/states", "points", values * request.states, limits.pixels),
     ]
 
@@ -65,7 +70,7 @@ def assemble(
     ranges = _ranges(request, points)
     states = random_states(points, ranges, request.states, request.seed)
     fractions = basin_fractions(whole)
-    values = grid_values(request.range)
+    values = grid_values(request.axis.values)
     chance = chance_in_fractions(whole["kind"], points, states, request.phase, request.max_periods, request.max_period)
     return document_of(
         results.BasinFractions,

@@ -50,7 +50,7 @@ def _periods(request: BifurcationCurvesRequest) -> float:
     """Return the expected number of forcing periods of the trajectories that search for motions."""
     places = 0
     for motion in [] if request.is_explicit else request.followed:
-        has_place = all(getattr(motion, name) is not None for name in request.axes)
+        has_place = motion.horizontal is not None and motion.vertical is not None
         if motion.phases is None:
             places += 1 if has_place else CURVES_PLACES
     return places * SEARCH_PERIODS
@@ -107,12 +107,17 @@ def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
         start = _orbit(plane, request, motion)
         fields_of_start: Document
         if isinstance(start, str):
-            fields_of_start = {**dict.fromkeys(request.axes), "label": None, "admissible": False, "reason": start}
+            fields_of_start = {
+                **dict.fromkeys(request.plane.fields),
+                "label": None,
+                "admissible": False,
+                "reason": start,
+            }
         else:
             orbit, point = start
             label = motion_label(orbit.least_period, *orbit.impacts_per_period)
             fields_of_start = {"label": label, "admissible": orbit.admissible, "reason": None}
-            fields_of_start |= zip(request.axes, map(point.value, plane.names), strict=True)
+            fields_of_start |= zip(request.plane.fields, map(point.value, plane.names), strict=True)
             curves += _continued(plane, request, number, start)
         motions.append(document_of(results.FollowedMotion, period=motion.period, stops=motion.stops, **fields_of_start))
     return document_of(results.BifurcationCurves, curves=curves, motions=motions)
@@ -126,7 +131,7 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
     omega, second = (across, up) if across.vary == "omega" else (up, across)
     oscillator = core_oscillator(request.oscillator)
     varied = _varied(second.vary, plane.parameters)
-    names = request.axes if omega is across else request.axes[::-1]
+    names = request.plane.fields if omega is across else request.plane.fields[::-1]
     return [
         document_of(
             results.BifurcationCurve,
@@ -162,10 +167,12 @@ def _orbit(plane: Plane, request: BifurcationCurvesRequest, motion: CurveMotion)
     from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
-    place = [getattr(motion, name) for name in request.axes]
+    place = motion.horizontal, motion.vertical
     if motion.phases is not None:
         assert motion.velocities is not None  # both or neither
-        point = plane.at.varied(plane.names[0], place[0]).varied(plane.names[1], place[1])
+        assert motion.horizontal is not None  # as validated
+        assert motion.vertical is not None
+        point = plane.at.varied(plane.names[0], motion.horizontal).varied(plane.names[1], motion.vertical)
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
         orbit = periodic_orbit(point.applied(plane.oscillator), point.omega, point.clearance, guess)
         return OrbitPoint(orbit, point) if orbit.converged else orbit.reason
@@ -189,7 +196,7 @@ def _continued(plane: Plane, request: BifurcationCurvesRequest, number: int, sta
     across, up = map(_ends, plane.axes)
     for curve in motion_curves(plane.oscillator, start, across, up, plane=plane.names):
         further = curve.impact is not None and len(curve.stops) > impacts // (2 if curve.symmetric else 1)
-        yield from _pieces(curve, number, further, request.axes)
+        yield from _pieces(curve, number, further, request.plane.fields)
 
 
 def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[Document]:

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 def _periods(request: BifurcationDiagramsRequest) -> float:
-    return float(grid_points(request.range) * (request.transient_periods + request.periods))
+    return float(grid_points(request.axis.values) * (request.transient_periods + request.periods))
 
 
 def _seconds(request: BifurcationDiagramsRequest) -> float:
-    values = grid_values(request.range)
+    values = grid_values(request.axis.values)
     periods = request.transient_periods + request.periods
     samples = Samples.create(request.line)
     costs = len(values) * samples.mean_cost(lanes=False)
@@ -44,10 +44,10 @@ def _seconds(request: BifurcationDiagramsRequest) -> float:
 
 
 def _counts(request: BifurcationDiagramsRequest, limits: RequestLimits) -> list[Count]:
-    values, periods = grid_points(request.range), request.transient_periods + request.periods
+    values, periods = grid_points(request.axis.values), request.transient_periods + request.periods
     pointer = "/transient_periods" if request.transient_periods > request.periods else "/periods"
     return [
-        Count(points_pointer("range", request.range), "points", values, limits.points),
+        Count(points_pointer("axis/values", request.axis.values), "points", values, limits.points),
         Count("/periods", "samples", values * request.periods, limits.points),
         Count(pointer, "periods", values * periods, limits.tile_periods),
     ]
@@ -62,7 +62,7 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocumen
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
-    values = grid_values(request.range)
+    values = grid_values(request.axis.values)
     line = core_line(request.line)
     computed = sections(
         line,

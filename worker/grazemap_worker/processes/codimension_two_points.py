@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from grazemap import results
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import CodimensionTwoPointsRequest, DiscontinuityMappingsRequest, GrazingCurvesRequest
+from grazemap.wire.structure import varied_stop
 from grazemap_worker.planning.costs import codimension_two_seconds, peaks_seconds, setup_seconds
 from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.process import Process, Report
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def expected_seconds(request: CodimensionTwoPointsRequest) -> float:
     """Return the expected processor time."""
-    ends = request.omega.start, request.omega.stop
+    ends = request.axis.ends
     seconds = codimension_two_seconds(request, *ends, request.max_order, request.max_multiple)
     seconds += peaks_seconds(request.oscillator, *ends)
     return setup_seconds(request.oscillator) + seconds
@@ -34,7 +35,7 @@ def varied_stops(
     from grazemap_core.model.equilibrium import contact_equilibrium
 
     if request.clearance is not None:
-        return [VariedStop(request.clearance.varied, request.clearance.other)]
+        return [VariedStop(*varied_stop(request.clearance))]
     oscillator = core_oscillator(request.oscillator)
     if contact_equilibrium(oscillator) == 0.0 and is_half_wave_symmetric(oscillator.drive):
         return []
@@ -61,9 +62,8 @@ def special_points(
 
 def compute(request: CodimensionTwoPointsRequest, report: Report) -> ClassDocument:
     """Return points, a list of records in increasing omega. Raises CoreError."""
-    oscillator, omega = core_oscillator(request.oscillator), request.omega
     orders = request.max_order, request.max_multiple
-    points = special_points(oscillator, omega.start, omega.stop, *orders, varied_stops(request))
+    points = special_points(core_oscillator(request.oscillator), *request.axis.ends, *orders, varied_stops(request))
     return document_of(results.CodimensionTwoPoints, points=points)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import ClearancePair, Forcing, Matrices, Oscillator, ProcessRequest, grid_values, motion_label
-from grazemap.wire.planes import Line, Parameters, is_structural, structure_value, with_parameter
+from grazemap.wire.planes import AXES, Line, Parameters, is_structural, structure_value, with_parameter
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes.process import Report
 
@@ -106,7 +106,7 @@ def core_line(line: Line) -> CoreLine:
     from grazemap_core.maps.planes import Line as CoreLine
 
     oscillator = varying_oscillator(line.parameters.oscillator, line.axis.vary)
-    axis = Axis(line.axis.vary, grid_values(line.axis.values))
+    axis = Axis(line.axis.vary, grid_values(line.axis.grid))
     return CoreLine(oscillator, parameter_point(oscillator, line.parameters), axis)
 
 
@@ -145,6 +145,9 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
         return f"/oscillator/matrices/{name}"
     if name in Oscillator.model_fields:
         return f"/oscillator/{name}"
+    axes = ((field, getattr(request, field, None)) for field in ("axis", *AXES))
+    if (field := next((field for field, axis in axes if axis is not None and axis.vary == name), None)) is not None:
+        return f"/{field}/values"
     if name in type(request).model_fields:
         return f"/{name}"
     if name in {"displacement", "velocity", "phase"} and "initial" in type(request).model_fields:

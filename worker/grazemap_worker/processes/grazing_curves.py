@@ -18,8 +18,7 @@ from grazemap_worker.processes.process import Process, Report
 
 def expected_seconds(request: GrazingCurvesRequest) -> float:
     """Return the expected processor time."""
-    omega, order = request.omega, request.max_order
-    ends = (omega[0], omega[-1]) if isinstance(omega, list) else (omega.start, omega.stop)
+    omega, ends, order = request.axis.values, request.axis.ends, request.max_order
     seconds_per_mass = rates.CURVE_SECONDS + rates.SEQUENCE_SECONDS * order * request.sequence
     seconds = grid_points(omega) * request.oscillator.size * seconds_per_mass
     seconds += peaks_seconds(request.oscillator, *ends, grid_points(omega))
@@ -27,8 +26,8 @@ def expected_seconds(request: GrazingCurvesRequest) -> float:
 
 
 def _counts(request: GrazingCurvesRequest, limits: RequestLimits) -> list[Count]:
-    points = grid_points(request.omega)
-    counts = [Count(points_pointer("omega", request.omega), "points", points, limits.points)]
+    points = grid_points(request.axis.values)
+    counts = [Count(points_pointer("axis/values", request.axis.values), "points", points, limits.points)]
     if request.sequence:
         sequence = points * request.max_order * BYTES_PER_NUMBER
         counts.append(Count("/max_order", "bytes", sequence, limits.result_bytes))
@@ -50,7 +49,7 @@ def compute(request: GrazingCurvesRequest, report: Report) -> ClassDocument:
     from grazemap_core.model.equilibrium import contact_equilibrium
 
     oscillator = core_oscillator(request.oscillator)
-    omega = grid_values(request.omega)
+    omega = grid_values(request.axis.values)
     report(0, 2)
     varied = varied_stops(request)
     curve = None if varied else grazing_curve(oscillator, omega, request.max_order)

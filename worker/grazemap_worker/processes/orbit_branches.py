@@ -14,7 +14,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
 from grazemap.wire.planes import is_structural, with_parameter
-from grazemap.wire.process import LONGEST_PERIOD
+from grazemap.wire.states import LONGEST_PERIOD
 from grazemap.wire.structure import as_pair
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, branch_point_seconds, contact_force, longest_at_point, period_impacts
@@ -39,7 +39,7 @@ def _seconds(request: OrbitBranchesRequest) -> float:
         impacts = min(float(period_impacts(request.oscillator, point)[0]), rates.MAX_ORBIT_IMPACTS)
     points = min(2 * request.max_points, _points(request)) + rates.BRANCH_SPECIAL_POINTS
     branch = points * branch_point_seconds(request.oscillator, impacts)
-    if is_structural(request.vary):
+    if is_structural(request.axis.vary):
         modes = rates.BRANCH_MODES_SECONDS + rates.SETUP_MASS_SECONDS * request.oscillator.size**2
         branch += points * rates.BRANCH_STRUCTURES * modes
     if request.observed:
@@ -53,11 +53,11 @@ def _points(request: OrbitBranchesRequest) -> float:
     In a narrow range a branch turns, and its phases and speeds change more than the parameter. In the rest of a wide
     range they do not.
     """
-    unit = abs(request.value) if request.vary == "omega" or is_structural(request.vary) else 1.0
-    if request.vary.startswith("clearance"):
+    unit = abs(request.value) if request.axis.vary == "omega" or is_structural(request.axis.vary) else 1.0
+    if request.axis.vary.startswith("clearance"):
         point = Points.create([(request.omega, request.clearance)])
         unit = float(point.width(contact_force(request.oscillator, point.omega)[1])[0])
-    steps = (request.range.stop - request.range.start) / (rates.BRANCH_STEP * (unit or 1.0))
+    steps = (request.axis.ends[1] - request.axis.ends[0]) / (rates.BRANCH_STEP * (unit or 1.0))
     turning = min(steps * rates.BRANCH_POINTS_A_STEP, rates.BRANCH_POINTS_TURNING + steps)
     return rates.BRANCH_POINTS + turning
 
@@ -73,7 +73,7 @@ def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.continuation.pseudo_arclength import ENDS
 
-    oscillator = varying_oscillator(request.oscillator, request.vary)
+    oscillator = varying_oscillator(request.oscillator, request.axis.vary)
     report(0, 3)
     orbit = orbit_asked_for(oscillator, request)
     if not isinstance(orbit, str) and not orbit.converged:
@@ -81,11 +81,9 @@ def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
     if isinstance(orbit, str):
         return _no_branch(request, orbit)
     report(1, 3)
-    branch = orbit_branch(
-        oscillator, orbit, request.range.start, request.range.stop, request.vary, max_points=request.max_points
-    )
+    branch = orbit_branch(oscillator, orbit, *request.axis.ends, request.axis.vary, max_points=request.max_points)
     report(2, 3)
-    beyond = [starts_beyond(oscillator, point, request.vary) for point in branch.special_points]
+    beyond = [starts_beyond(oscillator, point, request.axis.vary) for point in branch.special_points]
     stops, phases, velocities = whole_period(
         branch.stops,
         branch.phases,
@@ -127,7 +125,7 @@ def _stop_fields(request: OrbitBranchesRequest) -> tuple[str, ...]:
     """Return the names of the fields of single stops and forces; none if the parameter changes both stops alike."""
     both = as_pair(request.clearance)
     alike = both.right == both.left and isinstance(core_oscillator(request.oscillator).restitution_left, NoneType)
-    return () if alike and request.vary in _SHARED_PARAMETERS else _STOP_FIELDS
+    return () if alike and request.axis.vary in _SHARED_PARAMETERS else _STOP_FIELDS
 
 
 def finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -174,7 +172,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
     return document_of(
         results.SpecialPoint,
         point,
-        parameter=point.values.value(request.vary),
+        parameter=point.values.value(request.axis.vary),
         clearance=clearances(point.clearance)["clearance"],
         **{name: float(finite(np.array(getattr(point.values, name)))) for name in _stop_fields(request)},
         reason=point.reason or None,

@@ -77,10 +77,9 @@ def statement(request: ProofsRequest) -> dict[str, Any]:
         values["displacement"] = "equilibrium" if displacement is None else [text(x) for x in displacement]
         values["velocity"] = [text(x) for x in velocity]
         values["phase"] = text(claim.initial.phase)
-    if claim.vary is not None:
-        values["parameter"] = claim.vary
-    if claim.range is not None:
-        values["range"] = [text(claim.range.start), text(claim.range.stop)]
+    if claim.axis is not None:
+        values |= {"parameter": claim.axis.vary} if claim.kind == "bifurcation" else {}
+        values["range"] = [text(end) for end in claim.axis.ends]
     return values
 
 

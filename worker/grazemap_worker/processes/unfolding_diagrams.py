@@ -41,7 +41,7 @@ def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
     """Return the seconds for the curves and points over the map."""
     curves = request.bifurcation_curves
     seconds = 0.0 if curves is None else bifurcation_curves.expected_seconds(curves)
-    if request.horizontal is None:
+    if request.is_usual:
         seconds += grazing_curves.expected_seconds(request.grazing_curve)
         seconds += codimension_two_points.expected_seconds(request.codimension_two_points)
     return seconds
@@ -84,7 +84,7 @@ def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
     overlays = (
         _grazing_documents(request)
-        if request.horizontal is None
+        if request.is_usual
         else {"grazing_curves": graze_lines(unfolding_maps.core_plane(request.plane))}
     )
     overlays |= _bifurcation_curves(request)
@@ -148,7 +148,7 @@ def _curve(borders: MapBorders, number: int, curve: BorderCurve, request: Unfold
     return document_of(
         results.BorderCurve,
         type=curve.type,
-        **dict(zip(unfolding_maps.axes(request), (curve.horizontal, curve.vertical), strict=True)),
+        **dict(zip(request.plane.fields, (curve.horizontal, curve.vertical), strict=True)),
         admissible=curve.admissible,
         motion=motion_label(name.period, name.right, name.left),
         period=name.period,

@@ -16,8 +16,8 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.results.unfolding import FiguresAtComputedPoints
-from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_values
-from grazemap.wire.planes import Plane, is_scalar, is_structural
+from grazemap.wire import UnfoldingMapsRequest, grid_values
+from grazemap.wire.planes import AXES, Plane, is_scalar, is_structural
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
@@ -128,19 +128,14 @@ def own_tables(request: UnfoldingMapsRequest) -> bool:
     return request.policy == "rest" and _points_have_own_tables(request.plane)
 
 
-def axes(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> tuple[str, str]:
-    """Return the names of the fields with the values of the two parameters, in the request and in the result."""
-    return ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
-
-
 def counts(request: UnfoldingMapsRequest, limits: RequestLimits) -> list[Count]:
     """Return the count of the points of the map."""
-    across, up = (name if request.horizontal is None else f"{name}/values" for name in axes(request))
     max_pixels = limits.adaptive_pixels if request.adaptive else limits.pixels
-    return [grid_count((across, request.plane.horizontal.values), (up, request.plane.vertical.values), max_pixels)]
+    across, up = ((f"{name}/values", getattr(request, name).values) for name in AXES)
+    return [grid_count(across, up, max_pixels)]
 
 
-_AXES = ("omega", "clearance", "horizontal", "vertical")
+_OF_AXES = ("omega", "clearance", *AXES)
 _NAMES = ("kinds", "reasons")
 _AT_COMPUTED = "at_computed"
 _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed", "preview")
@@ -185,7 +180,7 @@ def assemble(
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
     plane = core_plane(request.plane)
-    whole = joined(plan, tiles, but=(*_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
+    whole = joined(plan, tiles, but=(*_OF_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
     if OUTPUTS in tiles[0]:
         outputs = zip(*(tile[OUTPUTS] for tile in tiles), strict=True)
         whole[OUTPUTS] = [parts[0] | joined(plan, parts, but=("name", "unit")) for parts in outputs]
@@ -208,20 +203,20 @@ def core_plane(plane: Plane) -> CorePlane:
 
     across, up = plane.horizontal, plane.vertical
     oscillator = varying_oscillator(plane.parameters.oscillator, across.vary, up.vary)
-    axes = (Axis(axis.vary, grid_values(axis.values)) for axis in (across, up))
+    axes = (Axis(axis.vary, grid_values(axis.grid)) for axis in (across, up))
     return CorePlane(oscillator, parameter_point(oscillator, plane.parameters), *axes)
 
 
 def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
     """Return the values of the two parameters, in the fields that `axes` names."""
-    return dict(zip(axes(request), (plane.horizontal.values, plane.vertical.values), strict=True))
+    return dict(zip(request.plane.fields, (plane.horizontal.values, plane.vertical.values), strict=True))
 
 
 def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
     """Return the distances of the stops from the steady motion; the zeros of the distances are the grazing curves."""
     from grazemap_core.maps.margins import grazing_margins
 
-    if request.horizontal is None:  # the process grazing-curves has the curves of such a plane
+    if request.plane.fields != AXES:  # the process grazing-curves has the curves of such a plane
         return {}
     margins = zip(("margin_right", "margin_left"), grazing_margins(plane), strict=True)
     return {name: np.where(np.isinf(margin), np.nan, margin) for name, margin in margins}

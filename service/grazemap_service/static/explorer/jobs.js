@@ -31,18 +31,12 @@ export function listJobs() {
 
 const isRunning = ({ status }) => status === "accepted" || status === "running";
 
-// The ranges that a request has, in words.
-function rangesOf({ omega, clearance, horizontal, vertical } = {}) {
-  const of = (name, range) => {
-    const values = Array.isArray(range) ? [range[0], range[range.length - 1]] : [range?.start, range?.stop];
-    return values.every(Number.isFinite) ? `${name} ${values.map((value) => toRead(value)).join(" to ")}` : null;
-  };
-  return [
-    of("ω", omega),
-    of("clearance", clearance?.right ?? clearance?.left ?? clearance),
-    of(horizontal?.vary, horizontal?.values),
-    of(vertical?.vary, vertical?.values),
-  ];
+// What varies in a request, in words.
+function rangesOf({ axis, horizontal, vertical } = {}) {
+  return [axis, horizontal, vertical].filter(Boolean).map(({ vary, values }) => {
+    const ends = Array.isArray(values) ? [values[0], values[values.length - 1]] : [values.start, values.stop];
+    return `${vary === "omega" ? "ω" : vary} ${ends.map((value) => toRead(value)).join(" to ")}`;
+  });
 }
 
 function entry(job) {

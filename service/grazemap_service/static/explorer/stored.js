@@ -5,13 +5,13 @@ const NPZ = "application/x-npz";
 
 const isRange = (value) => Number.isFinite(value?.start);
 
-// The stops of a machine, from the clearance of a map, and the range that varies.
-function stopsOf(clearance) {
-  if (isRange(clearance)) return { stops: "equal", left: null, range: clearance };
+// The stops of a machine, from the clearance that varies and those of the stops that do not.
+function stopsOf({ vertical, clearance }) {
+  if (vertical.vary === "clearance") return { stops: "equal", left: null };
   const { right, left } = clearance ?? {};
-  if (isRange(right) && left === null) return { stops: "right", left: null, range: right };
-  if (isRange(left) && right === null) return { stops: "left", left: null, range: left };
-  if (isRange(right) && Number.isFinite(left)) return { stops: "unequal", left, range: right };
+  if (vertical.vary === "clearance_left" && right === null) return { stops: "left", left: null };
+  if (vertical.vary === "clearance_right" && left === null) return { stops: "right", left: null };
+  if (vertical.vary === "clearance_right" && Number.isFinite(left)) return { stops: "unequal", left };
   return null;
 }
 
@@ -26,16 +26,16 @@ function around({ start, stop, points }) {
 export async function storedMap(id) {
   const job = await (await send(`v1/jobs/${encodeURIComponent(id)}`)).json();
   const { process, request = {} } = job;
-  const found = process === "unfolding-maps" && request.policy === "rest" ? stopsOf(request.clearance) : null;
-  if (!found || !isRange(request.omega))
+  const stops = process === "unfolding-maps" && request.policy === "rest" ? stopsOf(request) : null;
+  const [across, up] = [request.horizontal?.values, request.vertical?.values];
+  if (!stops || request.horizontal.vary !== "omega" || !isRange(across) || !isRange(up))
     throw new Error("The page shows maps from rest, over ranges of forcing frequency and clearance.");
-  const { stops, left, range } = found;
-  const isSquare = request.omega.points === range.points && !request.adaptive;
+  const isSquare = across.points === up.points && !request.adaptive;
   return {
-    machine: { stops, left, periods: request.max_periods, oscillator: request.oscillator },
-    x: around(request.omega),
-    y: around(range),
-    points: isSquare ? range.points : null,
+    machine: { ...stops, periods: request.max_periods, oscillator: request.oscillator },
+    x: around(across),
+    y: around(up),
+    points: isSquare ? up.points : null,
     request,
     data: async () => (await send(`v1/jobs/${id}/result`, { headers: { Accept: NPZ } })).arrayBuffer(),
   };

@@ -1,0 +1,117 @@
+"""Requests in their short and in their one form: the same question, and errors at the fields as they were written."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from benchmarks.random_requests import KINDS, drawn
+from grazemap.wire import PROCESSES, BasinCoordinate, Statement, canonical, parse_request
+from grazemap.wire.planes import AXES
+from grazemap.wire.process import in_short_form
+
+SIZES = (1.0, 3.0)
+LONG = ("axis", *AXES)
+
+
+def one_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
+    """The body of a request with axes, nothing else changed."""
+    return dict(PROCESSES[process].long_form(body)[0])
+
+
+def short_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
+    """The body of a request in its short form, as people write it."""
+    model = PROCESSES[process]
+    short = body if model.short is None else in_short_form(body, model.short)
+    if "statement" in short:
+        short = {**short, "statement": in_short_form(short["statement"], Statement.short)}
+    return short
+
+
+def check(process: str, seed: int) -> None:
+    """Both forms of a random request are the same question, whose text stays the same when it is parsed again."""
+    for size in SIZES:
+        try:
+            body = drawn(process, seed)(size)
+            asked = canonical(parse_request(process, body))
+        except ValidationError:
+            continue
+        for written in (one_form(process, body), asked, short_form(process, asked)):
+            assert canonical(parse_request(process, written)) == asked, (process, seed, size)
+        assert not asked.keys() & {"vary", "range"}
+        varied = [asked[axis]["vary"] for axis in LONG if axis in asked]
+        # a branch also has the values at its orbit
+        assert process == "orbit-branches" or not {*varied} & asked.keys()
+
+
+@pytest.mark.parametrize("process", KINDS)
+def test_both_forms_are_the_same_question(process: str) -> None:
+    for seed in range(25):
+        check(process, seed)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("process", KINDS)
+def test_both_forms_of_many_requests_are_the_same_question(process: str) -> None:
+    """Some ten thousand requests in all."""
+    for seed in range(360):
+        check(process, 1000 + seed)
+
+
+RANGE = {"start": 0.2, "stop": 0.3, "points": 4}
+ROWS = {"start": 1.5, "stop": 1.6, "points": 3}
+WRONG = {"start": 0.3, "stop": 0.2, "points": 4}
+
+
+@pytest.mark.parametrize(
+    ("process", "body", "pointer"),
+    [
+        ("grazing-curves", {"omega": WRONG}, "/omega"),
+        ("grazing-curves", {"axis": {"vary": "omega", "values": WRONG}}, "/axis/values"),
+        ("grazing-curves", {"omega": {**RANGE, "start": -1}}, "/omega/start"),
+        ("unfolding-maps", {"omega": RANGE, "clearance": {**ROWS, "start": -1}}, "/clearance/start"),
+        ("unfolding-maps", {"omega": RANGE, "clearance": {"right": [2.0, 1.0]}}, "/clearance/right"),
+        (
+            "unfolding-maps",
+            {"horizontal": {"vary": "omega", "values": RANGE}, "vertical": {"vary": "clearance", "values": [2.0, 1.0]}},
+            "/vertical/values",
+        ),
+        ("bifurcation-diagrams", {"omega": WRONG, "clearance": 1.6}, "/omega"),
+        ("bifurcation-diagrams", {"vary": "omega", "range": WRONG, "clearance": 1.6}, "/range"),
+        ("bifurcation-diagrams", {"vary": "speed", "range": RANGE, "clearance": 1.6}, "/vary"),
+        ("bifurcation-diagrams", {"axis": {"vary": "speed", "values": RANGE}, "clearance": 1.6}, "/axis/vary"),
+        (
+            "basins",
+            {
+                "omega": 0.29,
+                "clearance": 1.6,
+                "horizontal": {"quantity": "displacement", "mass": 9, "values": [0.0, 0.1]},
+                "vertical": {"vary": "velocity[1]", "values": [0.0, 0.1]},
+            },
+            "/horizontal/mass",
+        ),
+        (
+            "proofs",
+            {"statement": {"kind": "codimension-two", "type": "g", "order": 2, "range": WRONG}},
+            "/statement/range",
+        ),
+    ],
+)
+def test_an_error_is_at_the_field_as_it_was_written(process: str, body: dict[str, Any], pointer: str) -> None:
+    before = deepcopy(body)
+    with pytest.raises(ValidationError) as caught:
+        parse_request(process, body)
+    places = {"".join(f"/{part}" for part in error["loc"]) for error in caught.value.errors()}
+    assert any(place == pointer or place.startswith(f"{pointer}/") for place in places), places
+    assert body == before
+
+
+def test_the_documented_form_of_a_request_has_axes_alone() -> None:
+    for model in PROCESSES.values():
+        fields = model.model_json_schema()["properties"]
+        assert "vary" not in fields
+        assert "range" not in fields
+    assert set(BasinCoordinate.model_fields) == {"vary", "values"}
