@@ -155,7 +155,7 @@ def _is_public(name: str, value: object) -> bool:
 def _attributes(record: RecordSchema, kind: type | None = None) -> str:
     parts = []
     for one in record:
-        if one.replaces or one.stored_only:
+        if one.stored_only:
             continue
         dims = f" [{', '.join(one.dims)}]" if one.dims else ""
         inner = ""

@@ -7,8 +7,9 @@ may also be a list of scalars or a list of lists. Elsewhere a list of scalars is
 npz: nested names are joined by dots. A list of records is stored by columns; a field that is missing in some
 records, or is a list or an array, is ragged: ``name.values`` and ``name.offsets``, the entries of record i being
 ``values[offsets[i]:offsets[i + 1]]``. Arrays of several dimensions are laid out in C order, and ``name.shape`` has
-their shapes, one row for each record that has the field. ``meta`` is a JSON string. The same document gives the same
-bytes.
+their shapes, one row for each record that has the field. All arrays are numbers, so that any reader of numbers reads
+them: an array of texts is one of codes, positions in the list of its name in ``texts`` of the meta. ``meta`` is JSON in
+UTF-8, as bytes. The same document gives the same bytes.
 JSON: NaN and infinities are null. The process and the version of the layout, from the meta, come first.
 """
 
@@ -36,6 +37,8 @@ _MAX_ENTRIES_PER_BYTE = 4
 # take by default, and a number for each byte of the file.
 _MAX_META = 2 << 20
 _MAX_META_PER_BYTE = 16
+# Characters of an array of texts for each byte of the file: those of few texts are packed into almost nothing.
+_MAX_TEXT_PER_BYTE = 256
 
 
 class CodecError(ValueError):
@@ -49,9 +52,20 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     shape: dict[str, str] = {}
     for key, value in document.items():
         _flatten(key, value, arrays, shape)
-    full = {**meta, "structure": shape}
-    arrays["meta"] = np.array(json.dumps(full, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    texts = {name: _coded(name, arrays) for name, array in arrays.items() if array.dtype.kind == "U"}
+    full = {**meta, "structure": shape, "texts": texts}
+    text = json.dumps(full, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    arrays["meta"] = np.frombuffer(text.encode(), np.uint8)
     return npz.packed(arrays)
+
+
+def _coded(name: str, arrays: dict[str, NDArray[Any]]) -> list[str]:
+    """Replace an array of texts by their codes; return the texts in the order of the codes."""
+    array = arrays[name]
+    texts, codes = np.unique(array, return_inverse=True)
+    arrays[name] = codes.reshape(array.shape).astype(np.min_scalar_type(len(texts)))
+    words: list[str] = texts.tolist()
+    return words
 
 
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
@@ -72,9 +86,14 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     arrays = npz.unpacked(data)
     text = arrays.pop("meta")
-    if text.nbytes > np.dtype("U1").itemsize * max(_MAX_META, _MAX_META_PER_BYTE * len(data)):
+    if text.nbytes > max(_MAX_META, _MAX_META_PER_BYTE * len(data)):
         raise CodecError("the meta is too long")
-    meta: dict[str, Any] = json.loads(str(text))
+    meta: dict[str, Any] = json.loads(text.tobytes())
+    for name, texts in meta.pop("texts").items():
+        codes = arrays[name]
+        if codes.size * max(map(len, texts), default=0) > max(_MAX_META, _MAX_TEXT_PER_BYTE * len(data)):
+            raise CodecError("the texts are too long")
+        arrays[name] = np.array(texts, dtype=np.str_)[codes]
     shape: dict[str, str] = meta.pop("structure")
     if len(shape) > npz.MAX_MEMBERS or sum(map(len, shape)) > len(data):
         raise CodecError("the structure has too many names")

@@ -106,7 +106,7 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
         meta_fields["notes"] = {"type": "array", "items": reference("Note")}
     components[meta] = _object("The metadata of a result.", {**own, **meta_fields})
     json_fields = _json_fields(record) if not tile else ()
-    fields = {field.name: _property(field) for field in (*record, *json_fields) if not (tile and field.replaces)}
+    fields = {field.name: _property(field) for field in (*record, *json_fields)}
     required = [*own, *(field.name for field in (*record, *json_fields) if not field.optional), "meta"]
     return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
 
@@ -154,8 +154,6 @@ def _property(field: Field) -> Schema:
     if field.dims and field.optional:
         schema = {"anyOf": [schema, {"type": "null"}]}
     schema["description"] = _description(field)
-    if field.replaces:
-        schema["deprecated"] = True
     return schema
 
 

@@ -246,7 +246,7 @@ def _decoded(record: RecordSchema, document: Mapping[str, Any]) -> dict[str, Any
     """
     attributes: dict[str, Any] = {}
     for field in record:
-        if field.replaces or field.stored_only:
+        if field.stored_only:
             continue
         if field.optional and document.get(field.name) is None:
             attributes[field.name] = () if field.dims and isinstance(field.type, RecordSchema) else None

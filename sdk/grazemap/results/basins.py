@@ -23,7 +23,7 @@ from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, deprecated, field, named_field
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field, named_field
 from grazemap.results.unfolding import LABEL, UnfoldingMap
 
 if TYPE_CHECKING:
@@ -58,7 +58,6 @@ class Attractor(Record):
     verified: bool = field(
         Common, description="Whether a periodic motion is verified for every state that leads to it."
     )
-    certified = deprecated("verified")
     states: int = field("Initial states that lead to it.")
     share: float = field("Fraction of all initial states.")
 
@@ -278,7 +277,6 @@ TILE_OF_BASINS = RecordSchema(
             member.varied(index_of="")
             for member in UnfoldingMap.schema
             if member.dims == UnfoldingMap.schema["kind"].dims
-            and not member.replaces
             and member.name not in ("computed", "resolved", *OBSERVABLES)
         ),
         *(

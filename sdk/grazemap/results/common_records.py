@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.results.record import FloatArray, IntArray, Record, TextArray, deprecated, field
+from grazemap.results.record import FloatArray, IntArray, Record, TextArray, field
 
 KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
 STOPS = (1, -1)
@@ -54,7 +54,6 @@ class Motion(Record):
     sticking: bool | None = field(Common, when=PERIODIC_MOTIONS)
     label: str | None = field("The name n-p_r-q_l as plain text.", when=PERIODIC_MOTIONS)
     verified: bool = field(Common)
-    certified = deprecated("verified")
     reason: str | None = field(
         "Why the motion is unresolved, or is not verified.", when="of motions that are unresolved or not verified"
     )

@@ -212,4 +212,4 @@ def _smallest(count: int) -> type[np.signedinteger[Any]]:
 
 
 def _shown(record: RecordSchema) -> list[Field]:
-    return [field for field in record if field.variable is not None and not field.replaces]
+    return [field for field in record if field.variable is not None]

@@ -18,7 +18,7 @@ ClassDocument = NewType("ClassDocument", Document)
 
 
 def document_of(kind: type[Record], source: object = None, /, **values: Any) -> ClassDocument:
-    """Return the document of a record or of a result, with the deprecated names of its fields.
+    """Return the document of a record or of a result.
 
     Parameters
     ----------
@@ -38,11 +38,7 @@ def document_of(kind: type[Record], source: object = None, /, **values: Any) -> 
     """
     document: Document = {}
     for field in kind.schema:
-        if field.replaces:
-            values.pop(field.name, None)
-            if field.replaces in document:
-                document[field.name] = document[field.replaces]
-        elif field.name in values:
+        if field.name in values:
             document[field.name] = _stored(field, values.pop(field.name))
         elif field.optional and getattr(source, field.name, None) is None:
             continue

@@ -14,7 +14,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-VERSION = 2
+VERSION = 3
 """The version of the layout of results."""
 
 Scalar = Literal["float", "int", "bool", "str", "complex"]
@@ -85,8 +85,6 @@ class Field:
     """The allowed values, if there are few."""
     index_of: str = ""
     """The field in which these numbers are positions."""
-    replaces: str = ""
-    """The field of which this is a deprecated name."""
     variable: str | None = ""
     """Its name in a Dataset, if that differs; None if it is not in Datasets."""
     prefix: str = ""
@@ -101,7 +99,7 @@ class Field:
     @property
     def optional(self) -> bool:
         """Whether there are results without it."""
-        return bool(self.when) or bool(self.replaces)
+        return bool(self.when)
 
     @property
     def stored_dtype(self) -> str:

@@ -72,8 +72,7 @@ def thinned(result: Result) -> Result:
     """Return a large result with every n-th row, column and sample only, and any other result itself."""
     steps: dict[str, int] = {}
     roles = {name: role for role, name in result.roles.items()}
-    stored = [field for field in result.schema if not field.replaces]
-    for field in stored:
+    for field in result.schema:
         value = getattr(result, field.name, None)
         for dim, length in zip(field.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
             role = roles.get(dim, dim)
@@ -84,7 +83,7 @@ def thinned(result: Result) -> Result:
         field.name: getattr(result, field.name)[
             tuple(slice(None, None, steps[roles.get(dim, dim)]) for dim in field.dims)
         ]
-        for field in stored
+        for field in result.schema
         if isinstance(getattr(result, field.name, None), np.ndarray)
     }
     return changed(result, **kept)

@@ -11,7 +11,7 @@ from grazemap.results.curves import BifurcationCurve, PlaneCurve
 from grazemap.results.fields import RequestDocument
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, deprecated, field
+from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, field
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,6 @@ class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
     admissible: bool = field(Common)
     stable: bool = field(Common)
     verified: bool = field(Common)
-    certified = deprecated("verified")
     multipliers: ComplexArray = field(_MULTIPLIERS, "multiplier", null=True)
     physical: bool = field("Whether every impact velocity is directed towards its stop.")
     contacts: str = field(
@@ -185,7 +184,6 @@ class OrbitBranch(
     admissible: BoolArray = field(Common, "point")
     stable: BoolArray = field(Common, "point")
     verified: BoolArray = field(Common, "point")
-    certified = deprecated("verified")
     excess: FloatArray = field(_EXCESS, "point", "m", null=True)
     residual: FloatArray = field("Relative residual of the equations of the impacts.", "point", null=True)
     special_points: tuple[SpecialPoint, ...] = field(

@@ -57,19 +57,6 @@ class _Declared:
         return {**known, "name": name, **self._changes}
 
 
-class _Deprecated:
-    """A field that is the deprecated name of another one."""
-
-    def __init__(self, current_name: str) -> None:
-        self._current_name = current_name
-
-    def as_field(self, name: str, fields: Mapping[str, Field]) -> Field:
-        """Return the field, from those that the class has declared."""
-        current = self._current_name
-        text = f"Deprecated: another name of `{current}`."
-        return replace(fields[current], name=name, description=text, replaces=current, variable=None)
-
-
 def field(
     source: str | type[Record] | Any,
     dims: str | None = None,
@@ -102,11 +89,6 @@ def field(
 def stored(description: str, **more: Any) -> Any:
     """Declare a field that is in documents only, and no attribute of the class; it is not annotated."""
     return _Declared(description, dataclasses.MISSING, more | {"stored_only": True})
-
-
-def deprecated(current_name: str) -> Any:
-    """Declare the deprecated name of a field above; it is in documents only, and not annotated."""
-    return _Deprecated(current_name)
 
 
 def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
@@ -206,12 +188,9 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
     """Return the fields that a class declares, by name; replace each of them in the class by its default, if any."""
     fields: dict[str, Field] = {}
     for name, value in list(vars(cls).items()):
-        if not isinstance(value, _Declared | _Deprecated):
+        if not isinstance(value, _Declared):
             continue
         delattr(cls, name)
-        if isinstance(value, _Deprecated):
-            fields[name] = value.as_field(name, fields)
-            continue
         attributes = value.attributes(name)
         if not attributes.get("stored_only"):
             attributes = _typed(attributes, _evaluated(annotations[name], cls.__module__), cls)
@@ -272,7 +251,7 @@ def _with_attributes(docstring: str, cls: type[Record]) -> str:
     is_result = isinstance(cls.schema, ResultSchema)
     roles = cls.schema.roles if isinstance(cls.schema, ResultSchema) else {}
     for attribute in cls.schema:
-        if not attribute.replaces and not attribute.stored_only:
+        if not attribute.stored_only:
             parts += [f"{attribute.name} : {_type(attribute, roles)}", indent(fill(_text(attribute), 108), "    ")]
     if is_result:
         parts += [*_members(cls, property), "", "Methods", "-------", *_members(cls, FunctionType)]

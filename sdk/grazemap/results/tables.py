@@ -161,7 +161,7 @@ def _is_table(field: Field) -> bool:
 
 def _numbers(field: Field) -> bool:
     """Return whether a field is an array of numbers that columns can have."""
-    return bool(field.dims) and field.type in ("float", "int", "bool") and not field.texts and not field.replaces
+    return bool(field.dims) and field.type in ("float", "int", "bool") and not field.texts
 
 
 def _lengths(result: Result) -> dict[str, int]:
@@ -198,8 +198,6 @@ def _add_records(
     Arrays over a dimension of the result, whose length is in `lengths`, have a numbered column for each entry.
     """
     for field in record:
-        if field.replaces:
-            continue
         values = [None if item is None else getattr(item, field.name) for item in items]
         if field.dims:
             if field.type == "float" and field.dims[0] in lengths:

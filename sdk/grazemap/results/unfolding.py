@@ -20,7 +20,7 @@ from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGra
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, deprecated, field, stored
+from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field, stored
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
@@ -127,7 +127,6 @@ class FiguresAtComputedPoints(Record):
     )
     sensitive: BoolArray | None = field(Common, "computed_point")
     transient_growth: FloatArray | None = field(Common, "computed_point")
-    certified = deprecated("verified")
 
 
 LABEL = field("The name of the motion, or its kind.", _PLANE, type="str")
@@ -190,7 +189,6 @@ class UnfoldingMap(
     verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
     sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
     transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
-    certified = deprecated("verified")
     resolved: BoolArray | None = field(
         "Whether the point is sensitive and its motion was decided in more digits.",
         _PLANE,
@@ -225,7 +223,7 @@ class UnfoldingMap(
         figures = value_of(cls.schema["at_computed"], document["at_computed"])
         # an adaptive map is large: four bytes suffice for its whole numbers
         whole = {name: _small(value) if isinstance(value, np.ndarray) else value for name, value in whole.items()}
-        names = (member.name for member in FiguresAtComputedPoints.schema if not member.replaces)
+        names = (member.name for member in FiguresAtComputedPoints.schema)
         return whole | {name: _spread(getattr(figures, name), whole["computed"]) for name in names}
 
     @classmethod

@@ -33,32 +33,28 @@ async function member(buffer, { method, size, header }) {
 const TYPES = {
   "|b1": Uint8Array,
   "|u1": Uint8Array,
+  "<u2": Uint16Array,
   "|i1": Int8Array,
   "<i2": Int16Array,
   "<i4": Int32Array,
   "<f8": Float64Array,
 };
 
-function texts(buffer, start, length) {
-  const points = new Uint32Array(buffer.slice(start));
-  return Array.from({ length: points.length / length }, (_, k) =>
-    String.fromCodePoint(...points.subarray(k * length, (k + 1) * length)).replace(/\0+$/, ""),
-  );
-}
-
 function npy(buffer) {
   const view = new DataView(buffer);
   const start = 10 + view.getUint16(8, true);
   const header = new TextDecoder().decode(new Uint8Array(buffer, 10, start - 10));
   const type = /'descr': '([^']+)'/.exec(header)[1];
-  if (type.startsWith("<U")) return texts(buffer, start, Number(type.slice(2)));
   return new TYPES[type](buffer.slice(start));
 }
 
-// The arrays of these names that the file has, flat: typed arrays, and lists of texts.
+// The arrays of these names that the file has, flat: typed arrays, and lists of texts, whose codes the file has.
 export async function arrays(buffer, names) {
   const members = directory(buffer);
+  const read = async (name) => npy(await member(buffer, members.get(`${name}.npy`)));
+  const { texts } = JSON.parse(new TextDecoder().decode(await read("meta")));
   const found = names.filter((name) => members.has(`${name}.npy`));
-  const read = await Promise.all(found.map((name) => member(buffer, members.get(`${name}.npy`))));
-  return Object.fromEntries(found.map((name, k) => [name, npy(read[k])]));
+  const values = await Promise.all(found.map(read));
+  const shown = (name, codes) => (texts[name] ? Array.from(codes, (code) => texts[name][code]) : codes);
+  return Object.fromEntries(found.map((name, k) => [name, shown(name, values[k])]));
 }
