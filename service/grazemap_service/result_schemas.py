@@ -104,6 +104,8 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
         meta_fields["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
     else:
         meta_fields["notes"] = {"type": "array", "items": reference("Note")}
+        units = {"type": "object", "additionalProperties": {"type": "string"}}
+        meta_fields["array_units"] = {**units, "description": "The units of the fields that have one, by name."}
     components[meta] = _object("The metadata of a result.", {**own, **meta_fields})
     json_fields = _json_fields(record) if not tile else ()
     fields = {field.name: _property(field) for field in (*record, *json_fields)}

@@ -21,7 +21,8 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.results import VERSION
+from grazemap.results import VERSION, class_of
+from grazemap.results.documents import array_units
 from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
@@ -357,7 +358,9 @@ def _compute_or_raise(claim: Claim, context: WorkerContext) -> Finished:
     document = compute()
     took = _processor_seconds() - began
     notes = [note.model_dump() for note in notes_on(claim.request)]
-    data = encode_npz(document, {**_meta(claim, context), "notes": notes})
+    meta = {**_meta(claim, context), "notes": notes}
+    meta["array_units"] = array_units(class_of(claim.process, document).schema, document, meta["units"])
+    data = encode_npz(document, meta)
     return Finished(claim, data, took, lasting=process.lasting(document))
 
 

@@ -51,6 +51,24 @@ def document_of(kind: type[Record], source: object = None, /, **values: Any) -> 
     return ClassDocument(document)
 
 
+def array_units(record: RecordSchema, document: Mapping[str, Any], units: str) -> dict[str, str]:
+    """Return the units of the fields of a document, by their names as in npz; those without a unit are left out.
+
+    `units` is "SI" or "nondimensional".
+    """
+    named: dict[str, str] = {}
+    for field in record:
+        value = document.get(field.name)
+        if isinstance(field.type, RecordSchema) and value is not None:
+            items = value if isinstance(value, list) else [value]
+            for item in items:
+                below = array_units(field.type, item, units)
+                named |= {f"{field.name}.{name}": unit for name, unit in below.items()}
+        elif value is not None and field.unit_in(units):
+            named[field.name] = field.unit_in(units)
+    return named
+
+
 def _stored(field: Field, value: Any) -> Any:
     """Return the value of a field as documents have it."""
     if isinstance(field.type, RecordSchema) and value is not None:

@@ -111,7 +111,6 @@ def test_the_arrays_of_a_result_are_its_table():
     orbits = branch.to_dataframe()
     np.testing.assert_array_equal(orbits[["velocities_1", "velocities_2"]], branch.velocities)
     assert {"parameter", "stable", "phases_2"} < set(orbits)
-    assert "certified" not in orbits
     sections = result_of("bifurcation-diagrams")
     np.testing.assert_array_equal(sections.to_dataframe()["parameter"], sections.parameter)
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.results import RESULTS, SCHEMAS, Family, Motion, PeriodicOrbit, UnfoldingMap, class_of, schema_of
+from grazemap.results import RESULTS, SCHEMAS, Family, Motion, PeriodicOrbit, schema_of
 from grazemap.results.documents import document_of
 from grazemap.results.fields import RecordSchema
-from grazemap.results.record import FloatArray, Record, deprecated, field, stored
+from grazemap.results.record import FloatArray, Record, field, stored
 from grazemap.wire import PROCESSES
 from tests.support.document_problems import problems
 from tests.support.sdk_documents import REQUESTS, document
@@ -36,7 +36,7 @@ def test_objects_have_the_attributes_of_their_schemas(schema: RecordSchema) -> N
     for record in records(schema):
         assert dataclasses.is_dataclass(record.kind)
         own = {one.name for one in dataclasses.fields(record.kind)} - {"meta", "_document", "_oscillator"}
-        assert own == {one.name for one in record if not one.replaces and not one.stored_only}
+        assert own == {one.name for one in record if not one.stored_only}
         assert all(f"\n{name} : " in (record.kind.__doc__ or "") for name in own)
 
 
@@ -51,7 +51,6 @@ class Sample(Record):
     array: FloatArray | None = field("An array.", "time", "s", when="sometimes")
     families: tuple[Family, ...] = field("Families.", "family", when="sometimes")
     texts: tuple[str, ...] = field("Texts.", "text")
-    certified = deprecated("number")
     aside = stored("Figures.", type=Family.schema, when="sometimes")
     shown: ClassVar[int] = 3
     _own: int = 1
@@ -73,14 +72,11 @@ def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
         "array": ("float", ("time",), False, True, False),
         "families": (Family.schema, ("family",), False, True, False),
         "texts": ("str", ("text",), False, False, True),
-        "certified": ("float", (), False, True, False),
         "aside": (Family.schema, (), False, True, False),
     }
     assert Sample.schema.description == "A record with one field of each kind. It is of this test."
-    assert (Sample.schema["certified"].replaces, Sample.schema["certified"].unit) == ("number", "m")
     varied, given = Other.schema["number"], Sample.schema["number"]
     assert varied == given.varied(dims=("time",), null=True)
-    assert not hasattr(Sample, "certified")
     assert not hasattr(Sample, "aside")
     with pytest.raises(TypeError, match="dimensions"):
         type("Wrong", (Record,), {"__annotations__": {"x": FloatArray}, "x": field("An array.")})
@@ -121,7 +117,6 @@ def test_every_field_is_described(schema: RecordSchema) -> None:
         for one in record:
             assert one.description.endswith("."), f"{record.name}.{one.name}"
             assert not one.index_of or one.index_of in names
-            assert not one.replaces or one.replaces in names
 
 
 @pytest.mark.parametrize("process", list(REQUESTS))
@@ -147,7 +142,7 @@ def test_documents_are_checked_field_by_field(process: str) -> None:
 def test_a_document_is_made_of_objects_and_values() -> None:
     number = SimpleNamespace(number=1.0, array=None, families=None, of_no_field=2)
     made = document_of(Sample, number, name=None, texts=["x"], aside=SimpleNamespace(case=1, n=2))
-    assert made == {"number": 1.0, "certified": 1.0, "name": None, "texts": ["x"], "aside": {"case": 1, "n": 2}}
+    assert made == {"number": 1.0, "name": None, "texts": ["x"], "aside": {"case": 1, "n": 2}}
     made = document_of(Sample, number=1.0, name="x", texts=[], array=None, families=[{"case": 1, "n": 2}, Family(2, 3)])
     assert made["array"] is None
     assert made["families"] == [{"case": 1, "n": 2}, {"case": 2, "n": 3}]
@@ -180,16 +175,3 @@ def test_values_that_are_not_numbers_or_not_allowed_are_found() -> None:
     assert "other values" in said
     (said,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "period": 1.5})
     assert "not a int" in said or "not an int" in said
-
-
-def test_deprecated_names_stand_beside_what_replaces_them() -> None:
-    for process in ("unfolding-maps", "unfolding-maps of computed points", "unfolding-diagrams"):
-        whole = document(process)
-        full = document_of(class_of(process.split()[0], whole), **whole)
-        inside = full.get("at_computed") or full.get("unfolding_map") or full
-        np.testing.assert_array_equal(inside["certified"], inside["verified"])
-    orbit = document_of(PeriodicOrbit, **document("periodic-orbits"))
-    assert (orbit["certified"], orbit["motion"]["certified"]) == (False, False)
-    named = [one.name for schema in SCHEMAS for record in records(schema) for one in record if one.replaces]
-    assert set(named) == {"certified"}
-    assert "at_computed" in [one.name for one in UnfoldingMap.schema if one.stored_only]
