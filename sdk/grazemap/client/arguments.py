@@ -196,7 +196,7 @@ def as_grid(argument: Argument, values: Any) -> Any:
         if points is None:
             raise refusal(at, f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
         return {"start": values[0], "stop": values[1], "points": points}
-    values = plain(values)
+    values = values.model_dump() if isinstance(values, Range) else plain(values)
     count = _count(values)
     if points is not None and count is not None and points != count:
         raise refusal(at, f"{name} has {count} values, and {keyword} gives another number", _VALUES)

@@ -45,7 +45,7 @@ def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
 
 def test_a_pair_with_a_number_of_points_is_a_range():
     request = asked("grazing_curve", omega=(0.05, 1.2), points=2000)
-    assert request.axis.values == Range(start=0.05, stop=1.2, points=2000)
+    assert request.axis.values.model_dump() == {"start": 0.05, "stop": 1.2, "points": 2000}
     assert request.oscillator == Oscillator()
 
 

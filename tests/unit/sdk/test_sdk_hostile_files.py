@@ -46,11 +46,12 @@ def at_most(size: int) -> Iterator[None]:
 def parts() -> tuple[dict[str, np.ndarray], dict]:
     """The arrays and the meta of a true result."""
     arrays = npz.unpacked(sample(PROCESS))
-    return arrays, json.loads(str(arrays.pop("meta")))
+    return arrays, json.loads(arrays.pop("meta").tobytes())
 
 
 def file_of(arrays: dict[str, np.ndarray], meta: object) -> bytes:
-    return npz.packed({**arrays, "meta": np.array(meta if isinstance(meta, str) else json.dumps(meta))})
+    text = meta if isinstance(meta, str) else json.dumps(meta)
+    return npz.packed({**arrays, "meta": np.frombuffer(text.encode(), np.uint8)})
 
 
 def records(structure: dict[str, str], **columns: np.ndarray | int) -> bytes:
