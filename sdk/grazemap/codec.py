@@ -83,7 +83,11 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
         raise CodecError("not a grazemap result") from error
 
 
-def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
+def unpacked(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Return the arrays of an npz file, with texts in place of their codes, and its meta with the structure.
+
+    Raises many kinds of errors for damaged bytes.
+    """
     arrays = npz.unpacked(data)
     text = arrays.pop("meta")
     if text.nbytes > max(_MAX_META, _MAX_META_PER_BYTE * len(data)):
@@ -94,6 +98,11 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
         if codes.size * max(map(len, texts), default=0) > max(_MAX_META, _MAX_TEXT_PER_BYTE * len(data)):
             raise CodecError("the texts are too long")
         arrays[name] = np.array(texts, dtype=np.str_)[codes]
+    return arrays, meta
+
+
+def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
+    arrays, meta = unpacked(data)
     shape: dict[str, str] = meta.pop("structure")
     if len(shape) > npz.MAX_MEMBERS or sum(map(len, shape)) > len(data):
         raise CodecError("the structure has too many names")

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap import npz
-from grazemap.codec import decode_npz, encode_npz
+from grazemap.codec import decode_npz, encode_npz, unpacked
 from grazemap.wire import parse_request
 from grazemap_core.numerics.jit.quick_compiler import hurry
 from grazemap_worker.processes import IMPLEMENTATIONS
@@ -72,8 +71,8 @@ def _silent(done: int, total: int) -> None:
 
 def fields(data: bytes) -> Fields:
     """Return the fields of a document."""
-    arrays = npz.unpacked(data)
-    kinds = json.loads(str(arrays.pop("meta")))["structure"]
+    arrays, meta = unpacked(data)
+    kinds = meta["structure"]
     if _CERTIFICATE in arrays:
         certificate = _with_arrays(json.loads(str(arrays.pop(_CERTIFICATE))))
         return fields(encode_npz({_CERTIFICATE: certificate}, {})) | _fields(arrays, kinds)

@@ -28,6 +28,8 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "python-flint")
 
 RENAMED: dict[str, dict[str, str]] = {}
 """By process: names in the record, or beginnings of them, and what they are called now. A renaming is no change."""
+GONE = {"certified"}
+"""Fields of the record, by the last part of their names, that results no longer have."""
 
 # Values of a field that are recorded, evenly spaced: of numbers, and of labels and flags, which take less space.
 _NUMBERS, _LABELS = 32, 256
@@ -110,6 +112,8 @@ def read() -> Record:
         for name, fields in named.items():
             for old, text in fields.items():
                 field = _recorded(text, arrays, used)
+                if old.rpartition(".")[2] in GONE:
+                    continue
                 known.setdefault(process, {}).setdefault(name, {})[renamed(process, old)] = text
                 values.setdefault(process, {}).setdefault(name, {})[renamed(process, old)] = field
     return Record(found["version"], found["libraries"], known, values)
