@@ -251,18 +251,18 @@ def test_the_grazing_curves_are_drawn_where_the_margins_are_zero():
 
 def test_axes_are_given_by_name_and_values():
     given = {"clearance": 1.6, "vertical": ("restitution", [0.5, 0.9]), "shape": (2, 8)}
-    request, _ = METHODS["unfolding_map"].asked(**given, horizontal=("omega", 0.26, 0.3))
+    request, _ = METHODS["unfolding_map"].request_for(**given, horizontal=("omega", 0.26, 0.3))
     assert request.horizontal.model_dump() == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
     assert request.vertical.model_dump() == {"vary": "restitution", "values": [0.5, 0.9]}
     axis = Axis(vary="omega", values=[0.2, 0.3])
-    assert METHODS["unfolding_map"].asked(**given, horizontal=axis)[0].horizontal == axis
+    assert METHODS["unfolding_map"].request_for(**given, horizontal=axis)[0].horizontal == axis
     with pytest.raises(ParameterError):
-        METHODS["unfolding_map"].asked(**given, horizontal="omega")
+        METHODS["unfolding_map"].request_for(**given, horizontal="omega")
 
 
 def test_axes_of_a_window_are_given_by_name_start_and_stop():
     def asked(**given):
-        return METHODS["bifurcation_curves"].asked(**given)[0]
+        return METHODS["bifurcation_curves"].request_for(**given)[0]
 
     plane = {
         "clearance": 1.6,
