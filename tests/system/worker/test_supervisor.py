@@ -213,12 +213,12 @@ def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_n
     supervisor = start("slow")
     job = submit(store)
     pair = process, _ = a_compute_process(supervisor)
-    for process in pair:
-        process.suspend()
+    for suspended in pair:
+        suspended.suspend()
     until(lambda: store.counts().events == {"failures:lost": 1})
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count)
-    for process in pair:
-        process.resume()
+    for suspended in pair:
+        suspended.resume()
     until(lambda: not living([process]))
     assert_whole(store, job.id)
 
