@@ -83,7 +83,7 @@ def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
     description, executions = rq_keys.worker_keys(name)
     pipeline = redis.pipeline(transaction=False)
     pipeline.srem(rq_keys.ALL_WORKERS, description)
-    for name in (queue_name(fingerprint), queue_name(fingerprint) + SMALL_SUFFIX):
-        pipeline.srem(rq_keys.listeners_key(name), description)
+    for listened in (queue_name(fingerprint), queue_name(fingerprint) + SMALL_SUFFIX):
+        pipeline.srem(rq_keys.listeners_key(listened), description)
     pipeline.delete(description, executions)
     pipeline.execute()
