@@ -20,7 +20,7 @@ from grazemap_service.settings import ServiceSettings
 from grazemap_worker import tasks
 from grazemap_worker.numerics import numerics
 from grazemap_worker.planning import LANE_WEIGHTS
-from grazemap_worker.store import Store, WorkerInfo, WorkerQueue, connect, core_version
+from grazemap_worker.store import Store, WaitingJob, WorkerInfo, WorkerQueue, connect, core_version
 from grazemap_worker.store.ledger import LANES
 
 
@@ -33,7 +33,7 @@ async def client() -> AsyncIterator[AsyncClient]:
         worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(STEPS), small=True)
         store.workers.renew(worker, 600)
 
-        def compute_tiles(_context: Context, _queue: WorkerQueue) -> None:
+        def compute_tiles(_context: Context, _queue: WorkerQueue, _job: WaitingJob) -> None:
             """Compute what a worker would be woken for, as if all of it were small."""
             tasks.compute_waiting_tiles(tasks.WorkerContext(store, worker, ours))
 

@@ -23,7 +23,7 @@ from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.queue import wake_ups
-from grazemap_worker.store import ANONYMOUS, BacklogFull, Requester, Submission, WorkerQueue
+from grazemap_worker.store import ANONYMOUS, BacklogFull, Requester, Submission, WaitingJob, WorkerQueue
 
 PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
@@ -151,7 +151,7 @@ def start(
         submissions, context.core_version, settings.max_pending_tiles, requester, settings.max_seconds
     )
     started: list[tuple[Job, bool] | BacklogFull | redis.exceptions.RedisError] = []
-    queues: set[WorkerQueue] = set()
+    queues: dict[WorkerQueue, WaitingJob] = {}
     for submission, outcome in zip(submissions, outcomes, strict=True):
         if isinstance(outcome, Exception):
             started.append(outcome)
@@ -159,10 +159,10 @@ def start(
         job, queue = outcome
         started.append((job, queue is not None))
         if queue is not None:
-            queues.add(queue)
+            queues[queue] = WaitingJob(submission.process, job.id)
             _log.info("job accepted", job_id=job.id, process=submission.process, tiles=submission.plan.count)
-    for queue in queues:
-        wake_worker(context, queue)
+    for queue, waiting in queues.items():
+        wake_worker(context, queue, waiting)
     return started
 
 
@@ -187,11 +187,14 @@ def submit_again(context: Context, job: Job, requester: Requester) -> Job:
     return again
 
 
-def wake_worker(context: Context, queue: WorkerQueue) -> None:
-    """Wake a worker of a queue (blocking). If none is alive, or Redis is unavailable, a reconciler does so later."""
+def wake_worker(context: Context, queue: WorkerQueue, job: WaitingJob) -> None:
+    """Wake a worker of a queue for a job (blocking).
+
+    If no worker is alive, or Redis is unavailable, a reconciler does so later.
+    """
     if queue.fingerprint:
         try:
-            wake_ups.wake_worker(context.store.redis, queue.fingerprint, small=queue.small)
+            wake_ups.wake_worker(context.store.redis, queue.fingerprint, job, small=queue.small)
         except redis.exceptions.RedisError:
             _log.warning("no worker woken, left to the reconciler", exc_info=True)
 

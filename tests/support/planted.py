@@ -28,7 +28,7 @@ from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report, joined
 from grazemap_worker.queue import tile_worker  # noqa: F401
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
-from grazemap_worker.store import WorkerInfo, core_version
+from grazemap_worker.store import WaitingJob, WorkerInfo, core_version
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.supervisor import Supervisor
 
@@ -41,6 +41,7 @@ LONG_SECONDS = LEASE_SECONDS + 0.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
 INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset({"curves", "trajectories", "maps-3"}))
+WAITING = WaitingJob("unfolding-maps", "a1")
 
 
 def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:

@@ -37,6 +37,7 @@ from grazemap_worker.store import (
     Finished,
     ResultTooLarge,
     Store,
+    WaitingJob,
     WorkerInfo,
     full_problem,
     is_away,
@@ -79,6 +80,8 @@ class WorkerContext:
     """Bytes that the computation of a tile may allocate."""
     report_small_tile: Callable[[str], None] = lambda _: None
     """Called with the job id before this process computes a small tile, and with an empty text afterwards."""
+    report_job: Callable[[WaitingJob], None] = lambda _: None
+    """Called with the job of claimed tiles before they are computed."""
     beat: Callable[[], None] = lambda: None
     """Called about once a second; it tells the supervisor that the worker is alive."""
     stopping: Callable[[], bool] = lambda: False
@@ -103,6 +106,7 @@ def compute_waiting_tiles(context: WorkerContext) -> None:
             claims = _claim_next(context)
             if not claims:
                 return
+            context.report_job(WaitingJob(claims[0].process, claims[0].job_id))
             if context.worker.small:
                 _compute_small(claims, context)
             else:
@@ -117,9 +121,9 @@ def compute_waiting_tiles(context: WorkerContext) -> None:
 def _claim_next(context: WorkerContext) -> list[Claim]:
     """Claim the next tiles: several small ones, or one tile of another lane; wake another worker if more tiles wait."""
     store, worker = context.store, context.worker
-    claims, more = store.tiles.claim_next(worker, LEASE_SECONDS)
-    if more:
-        wake_ups.wake_worker(store.redis, worker.fingerprint, small=worker.small)
+    claims, waiting = store.tiles.claim_next(worker, LEASE_SECONDS)
+    if waiting is not None:
+        wake_ups.wake_worker(store.redis, worker.fingerprint, waiting, small=worker.small)
     return claims
 
 

@@ -194,14 +194,14 @@ def test_routes_and_logs_have_the_name_and_never_the_key(serve: Any, key_file: K
     assert 'grazemap_http_key_requests_total{key="anna"} 1.0' in counted
 
 
-def test_without_keys_a_route_gets_none(client: TestClient) -> None:
+def test_without_keys_a_route_gets_none(fresh_client: TestClient) -> None:
     seen = []
 
     async def route(key: CurrentKey) -> None:
         seen.append(key)
 
-    client.app.add_api_route("/own", route)  # type: ignore[attr-defined]
-    assert client.get("/own", headers=bearer(FIRST)).status_code == 200
+    fresh_client.app.add_api_route("/own", route)  # type: ignore[attr-defined]
+    assert fresh_client.get("/own", headers=bearer(FIRST)).status_code == 200
     assert seen == [None]
 
 

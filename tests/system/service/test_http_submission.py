@@ -109,7 +109,7 @@ def test_a_job_waits_unbound_until_there_is_a_worker_and_is_queued_for_it(client
     PlayedWorker(store).register()
     job = client.post("/v1/grazing-curves", json={**CURVE, "max_order": 9}).json()
     assert store.redis.hget(job_key(job["id"]), "fingerprint") == b"f00d"
-    assert store.tiles.waiting("f00d") == {("small", "curves")}
+    assert set(store.tiles.waiting("f00d")) == {("small", "curves")}
     assert wake_ups.queue(store.redis, "f00d", small=True).count == 1
     client.post("/v1/unfolding-maps", json=MAP)
     assert wake_ups.queue(store.redis, "f00d", small=False).count == 1

@@ -12,6 +12,7 @@ from grazemap_worker.planning import Plan
 from grazemap_worker.queue import clean_up, wake_ups
 from grazemap_worker.store import Store, WorkerInfo, connect
 from tests.support import submitting
+from tests.support.planted import WAITING
 from tests.support.steps import commit_result, commit_tile, register
 from tests.support.submitting import submit_curve
 
@@ -54,7 +55,7 @@ def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
     register(store, "w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
         for small in (False, True):
-            wake_ups.wake_worker(store.redis, fingerprint, small=small)
+            wake_ups.wake_worker(store.redis, fingerprint, WAITING, small=small)
     store.redis.sadd("rq:queues", "rq:queue:of somebody else")
     clean_up.QueueCleanUp("f").sweep(store.redis)
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 4

@@ -93,11 +93,11 @@ def test_what_takes_longer_than_estimated_counts(store: Store) -> None:
 def test_small_jobs_are_claimed_together_by_workers_of_their_own(store: Store) -> None:
     submit_map(store, 0)
     jobs = [submit_curve(store, number) for number in range(20)]
-    claims, more = store.tiles.claim_next(SMALL, LEASE)
-    assert more
+    claims, waiting = store.tiles.claim_next(SMALL, LEASE)
+    assert waiting == ("grazing-curves", jobs[16].id)
     assert [claim.job_id for claim in claims] == [job.id for job in jobs[:16]]
-    claims, more = store.tiles.claim_next(SMALL, LEASE)
-    assert (len(claims), more) == (4, False)
+    claims, waiting = store.tiles.claim_next(SMALL, LEASE)
+    assert (len(claims), waiting) == (4, None)
     assert [claim.process for claim in claimed(store, 2)] == ["unfolding-maps"] * 2
 
 
@@ -114,7 +114,7 @@ def test_tiles_wait_for_their_kernels(store: Store) -> None:
     request = UnfoldingMapsRequest(oscillator=eight, omega=[1, 2], clearance=[1, 2])
     job, _ = submitting.submit(store, "unfolding-maps", request, "1", HOUR, 10**6)
     assert claimed(store, 1) == []
-    assert store.tiles.waiting("f") == {("long", "maps-8")}
+    assert set(store.tiles.waiting("f")) == {("long", "maps-8")}
     store.workers.set_compiling("maps-8", "kernels for 8 masses")
     assert job_of(store, job.id).waiting_for == "kernels for 8 masses"
     more = WorkerInfo("more", "f", "1", KERNELS | {"maps-8"})

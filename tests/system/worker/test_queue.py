@@ -14,20 +14,21 @@ from redis import Redis
 from rq import Worker
 from rq.exceptions import StopRequested
 from rq.job import Job
+from rq.serializers import JSONSerializer
 from rq.webhook import Webhook
 
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker.queue import clean_up, wake_ups
+from grazemap_worker.queue import clean_up, tile_worker, wake_ups
 from grazemap_worker.queue.refusal import refusal
 from grazemap_worker.queue.tile_worker import TileWorker
-from grazemap_worker.store import Store
+from grazemap_worker.store import Store, WaitingJob
 from tests.support.hostile import ACTING, hostile_entries
-from tests.support.planted import INFO
+from tests.support.planted import INFO, WAITING
 
 
 def test_a_few_wake_ups_wait_at_a_time(store: Store) -> None:
     for _ in range(10):
-        wake_ups.wake_worker(store.redis, "f", small=False)
+        wake_ups.wake_worker(store.redis, "f", WAITING, small=False)
     assert wake_ups.queue(store.redis, "f", small=False).count == wake_ups.MAX_WAITING
     assert wake_ups.queue(store.redis, "f", small=True).count == 0
 
@@ -35,7 +36,7 @@ def test_a_few_wake_ups_wait_at_a_time(store: Store) -> None:
 def test_the_cleanup_removes_what_killed_workers_took(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     queue = wake_ups.queue(store.redis, "f", small=True)
     for _ in range(2):
-        wake_ups.wake_worker(store.redis, "f", small=True)
+        wake_ups.wake_worker(store.redis, "f", WAITING, small=True)
     _, waiting = queue.get_job_ids()
     store.redis.lmove(queue.key, queue.intermediate_queue_key, "LEFT", "RIGHT")
     store.redis.lpush(queue.intermediate_queue_key, b"\xff\xfe")
@@ -59,11 +60,75 @@ def test_entries_that_are_no_wake_ups_end_no_worker(store: Store, entry: bytes) 
 
     queue = wake_ups.queue(store.redis, INFO.fingerprint, small=False)
     store.redis.rpush(queue.key, entry)
-    wake_ups.wake_worker(store.redis, INFO.fingerprint, small=False)
+    wake_ups.wake_worker(store.redis, INFO.fingerprint, WAITING, small=False)
     TileWorker(store, INFO, compute_tiles).work(logging_level=None, burst=True)
     assert len(calls) == 1
     assert store.redis.llen(queue.key) == 0
     assert store.workers.live() == []
+
+
+def rq_info(store: Store) -> str:
+    """What RQ's own command prints of the queues and workers."""
+    done = subprocess.run(
+        [sys.executable, "-m", "rq.cli", "info", "--raw", "--url", redis_url(store.redis)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    return done.stdout
+
+
+def redis_url(redis: Redis) -> str:
+    settings = redis.connection_pool.connection_kwargs
+    return f"unix://{settings['path']}" if "path" in settings else f"redis://{settings['host']}:{settings['port']}"
+
+
+def test_rq_shows_the_job_whose_tiles_a_worker_computes(store: Store) -> None:
+    shown: list[str] = []
+
+    def compute_tiles() -> None:
+        for waiting in (WAITING, WaitingJob("trajectories", "b2")):
+            worker.show(waiting)
+            (theirs,) = Worker.all(store.redis, serializer=JSONSerializer)
+            current = theirs.get_current_job()
+            assert current is not None
+            shown.append(f"{theirs.get_state()} {current.description} {current.get_status().value}")
+        shown.append(rq_info(store))
+
+    wake_ups.wake_worker(store.redis, INFO.fingerprint, WAITING, small=False)
+    (waiting,) = wake_ups.queue(store.redis, INFO.fingerprint, small=False).get_jobs()
+    assert waiting.args == list(WAITING)
+    worker = TileWorker(store, INFO, compute_tiles)
+    worker.work(logging_level=None, burst=True)
+    assert shown[:2] == ["busy unfolding-maps a1 started", "busy trajectories b2 started"]
+    assert "1 executing, 0 finished, 0 failed" in shown[2]
+    assert f"worker {INFO.name} " in shown[2]
+    assert " busy " in shown[2]
+    assert [key for key in keys_of(store.redis) if "job" in key or "execution" in key] == []
+
+
+def test_what_a_killed_worker_was_shown_with_expires(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Killed(BaseException):
+        """As if the worker ended here."""
+
+    def compute_tiles() -> None:
+        worker.stay_shown()
+        raise Killed
+
+    monkeypatch.setattr(TileWorker, "_end", lambda *_: None)
+    monkeypatch.setattr(tile_worker, "_SHOWN_SECONDS", 0)
+    wake_ups.wake_worker(store.redis, INFO.fingerprint, WAITING, small=False)
+    worker = TileWorker(store, INFO, compute_tiles)
+    worker.work(logging_level=None, burst=True)
+    left = [key for key in keys_of(store.redis) if "job" in key or "execution" in key]
+    assert len(left) == 3
+    assert all(0 < store.redis.ttl(key) < 200 for key in left)
+    (registry,) = store.redis.scan_iter("rq:wip:*")
+    ((member, _),) = store.redis.zrange(registry, 0, -1, withscores=True)
+    store.redis.zadd(registry, {member: 1.0})
+    clean_up.QueueCleanUp(INFO.fingerprint).sweep(store.redis)
+    assert store.redis.exists(registry) == 0
 
 
 def test_an_entry_that_cannot_be_read_is_counted(store: Store) -> None:
@@ -86,7 +151,7 @@ INERT = {
 
 def test_entries_that_the_service_enqueues_are_executed(store: Store) -> None:
     for _ in range(2):
-        wake_ups.wake_worker(store.redis, "f", small=True)
+        wake_ups.wake_worker(store.redis, "f", WAITING, small=True)
     jobs = wake_ups.queue(store.redis, "f", small=True).get_jobs()
     assert [refusal(job) for job in jobs] == [None] * 2
 
@@ -102,7 +167,7 @@ def test_each_hostile_entry_is_refused_with_its_reason(store: Store, tmp_path: P
 
 def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
     """A version of RQ with another attribute fails here: it acts, and belongs in `ACTING`, or it is inert."""
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
     acting = {name for changes, _ in ACTING for name in changes}
     assert set(vars(job)) - INERT == acting
 
@@ -110,12 +175,12 @@ def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
 def test_a_field_of_a_later_rq_is_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     written = Job.to_dict
     monkeypatch.setattr(Job, "to_dict", lambda job: {**written(job), "planted": 1})
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
     assert refusal(job) == "carries planted"
 
 
 def test_several_fields_are_all_named(store: Store) -> None:
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=(), timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
     job.webhooks, job.repeats_left = [Webhook("http://127.0.0.1:9/", "finished")], 1
     assert refusal(job) == "carries repeats_left, webhooks"
 
@@ -175,14 +240,14 @@ def test_a_removed_worker_leaves_nothing(store: Store) -> None:
 PREFIXED = """
 import sys
 sys.path.insert(0, {folder!r})
-from tests.support.planted import INFO
+from tests.support.planted import INFO, WAITING
 from grazemap_worker.queue import clean_up, wake_ups
 from grazemap_worker.queue.tile_worker import TileWorker
 from grazemap_worker.store import Store, connect
 
 store = Store(connect({url!r}))
 for fingerprint in (INFO.fingerprint, "gone"):
-    wake_ups.wake_worker(store.redis, fingerprint, small=False)
+    wake_ups.wake_worker(store.redis, fingerprint, WAITING, small=False)
 worker = TileWorker(store, INFO, lambda: None)
 worker.register_birth()
 print(*sorted(key.decode() for key in store.redis.scan_iter()), sep="\\n")

@@ -23,7 +23,7 @@ from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import Requester, Store, connect, core_version
+from grazemap_worker.store import Requester, Store, WaitingJob, connect, core_version
 from grazemap_worker.store.keys import job_key
 from tests.support import submitting
 from tests.support.hostile import hostile_entries
@@ -95,7 +95,7 @@ def submit(store: Store, plan: Plan = SIX) -> Job:
     job, queue = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 1000)
     assert queue is not None
     if queue.fingerprint:
-        wake_ups.wake_worker(store.redis, queue.fingerprint, small=queue.small)
+        wake_ups.wake_worker(store.redis, queue.fingerprint, WaitingJob("unfolding-maps", job.id), small=queue.small)
     return job
 
 
@@ -213,12 +213,12 @@ def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_n
     supervisor = start("slow")
     job = submit(store)
     pair = process, _ = a_compute_process(supervisor)
-    for process in pair:
-        process.suspend()
+    for suspended in pair:
+        suspended.suspend()
     until(lambda: store.counts().events == {"failures:lost": 1})
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count)
-    for process in pair:
-        process.resume()
+    for suspended in pair:
+        suspended.resume()
     until(lambda: not living([process]))
     assert_whole(store, job.id)
 
@@ -232,7 +232,7 @@ def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(star
     assert SMALL.lane == "small"
     submit(store, SMALL)
     until(lambda: store.counts().events.get("overran:small") == 1)
-    assert store.tiles.waiting("planted") <= {("short", "maps-3")}
+    assert set(store.tiles.waiting("planted")) <= {("short", "maps-3")}
 
 
 def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, wake: bool = True) -> Job:
@@ -241,7 +241,7 @@ def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, wake: bool 
     requester = Requester(f"client:{name}")
     job, _ = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000, requester)
     if wake:
-        wake_ups.wake_worker(store.redis, "planted", small=plan.lane == "small")
+        wake_ups.wake_worker(store.redis, "planted", WaitingJob("unfolding-maps", job.id), small=plan.lane == "small")
     return job
 
 

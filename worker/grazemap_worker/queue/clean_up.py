@@ -25,7 +25,7 @@ class QueueCleanUp:
         self._taken: dict[bytes, float] = {}
 
     def sweep(self, connection: Redis) -> None:
-        """Remove entries that were taken `TAKEN_SECONDS` ago, names of ended workers, and unused queues."""
+        """Remove old entries: taken `TAKEN_SECONDS` ago, or of expired executions; ended workers, and unused queues."""
         redis: Any = connection  # redis-py's types allow bytes and text
         now, taken = time.monotonic(), {}
         for small in (False, True):
@@ -34,6 +34,7 @@ class QueueCleanUp:
                 taken[entry] = self._taken.get(entry, now)
                 if now - taken[entry] > TAKEN_SECONDS:
                     drop(connection, target, entry)
+            redis.zremrangebyscore(rq_keys.started_key(target), 0, time.time())
         self._taken = taken
         _sweep_queues(redis, self._fingerprint)
 
@@ -83,7 +84,7 @@ def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
     description, executions = rq_keys.worker_keys(name)
     pipeline = redis.pipeline(transaction=False)
     pipeline.srem(rq_keys.ALL_WORKERS, description)
-    for name in (queue_name(fingerprint), queue_name(fingerprint) + SMALL_SUFFIX):
-        pipeline.srem(rq_keys.listeners_key(name), description)
+    for listened in (queue_name(fingerprint), queue_name(fingerprint) + SMALL_SUFFIX):
+        pipeline.srem(rq_keys.listeners_key(listened), description)
     pipeline.delete(description, executions)
     pipeline.execute()

@@ -14,6 +14,7 @@ from rq.exceptions import DeserializationError, NoSuchJobError
 from rq.job import Job
 
 from grazemap_worker.queue.wake_ups import MARKER
+from grazemap_worker.store.records import WaitingJob
 
 _FIELDS = {
     "created_at",
@@ -48,8 +49,8 @@ def refusal(job: Job) -> str | None:
         return "unreadable"
     if name != MARKER or instance is not None:
         return "not a function of ours"
-    if keywords or arguments:
-        return "not the arguments of a bell"
+    if keywords or len(arguments) != len(WaitingJob._fields) or not all(isinstance(text, str) for text in arguments):
+        return "not the arguments of a wake-up"
     if unknown := sorted(field for field, value in job.to_dict().items() if value and field not in _FIELDS):
         return f"carries {', '.join(unknown)}"
     if job.result_ttl:

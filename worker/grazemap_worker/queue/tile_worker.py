@@ -1,13 +1,16 @@
 """The worker, a subclass of RQ's: it takes wake-ups, and claims and computes tiles under a lease.
 
 RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store every second while it
-works. It computes small tiles itself, and others in a compute process. RQ's work-horse is not used.
+works. It computes small tiles itself, and others in a compute process. RQ's work-horse is not used. While the worker
+computes, its entry is an execution in RQ's registry, described by the job whose tiles it computes, for `rq info` and
+dashboards. What a killed worker leaves of that expires.
 """
 
 from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic, sleep
 from typing import Any
 
@@ -15,17 +18,20 @@ import structlog
 from redis.exceptions import RedisError
 from rq import Queue, Worker
 from rq.exceptions import StopRequested
+from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from grazemap_worker.queue import rq_keys, wake_ups
 from grazemap_worker.queue.refusal import Entry, refusal
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import Store, WorkerInfo, is_full
+from grazemap_worker.store import Store, WaitingJob, WorkerInfo, is_full
 
 # RQ waits for work for WORKER_TTL - 15 seconds at a time. In between it renews its heartbeat, and the lease with it.
 WORKER_TTL = 16
 _BEAT_SECONDS = 1.0
+# While it computes, what RQ shows of it is renewed at these intervals; it expires after 60 seconds more.
+_SHOWN_SECONDS = 15
 
 
 class TileWorker(Worker):
@@ -48,6 +54,8 @@ class TileWorker(Worker):
     max_connection_wait_time = 2.0
     log_result_lifespan = False
     _last_heartbeat = 0.0
+    _last_shown = 0.0
+    _shown: tuple[Job, Execution] | None = None
 
     def __init__(
         self,
@@ -67,6 +75,7 @@ class TileWorker(Worker):
             job_class=Entry,
             serializer=JSONSerializer,
             worker_ttl=WORKER_TTL,
+            job_monitoring_interval=_SHOWN_SECONDS,
             default_result_ttl=0,
             log_job_description=False,
         )
@@ -104,17 +113,67 @@ class TileWorker(Worker):
                 self.connection.delete(rq_keys.taken_key(self._target))
 
     def execute_job(self, job: Job, queue: Queue) -> None:
-        """Claim and compute tiles; drop an entry that is not a wake-up."""
+        """Claim and compute tiles; drop an entry that is not a wake-up. RQ would call the function of the entry."""
         reason = refusal(job)
-        wake_ups.drop(self.connection, self._target, job.id)
         if reason is not None:
+            wake_ups.drop(self.connection, self._target, job.id)
             self._refuse(reason)
             return
+        self._begin(job)
         try:
             self._compute_tiles()
         except RedisError as error:
             structlog.get_logger("grazemap_worker").warning("tiles left to others", error=type(error).__name__)
             raise
+        finally:
+            self._end(job)
+
+    def _begin(self, job: Job) -> None:
+        """Take the entry out of the queue, and show it as executed."""
+        self.connection.lrem(rq_keys.taken_key(self._target), 1, job.id)
+        try:
+            execution = self.prepare_execution(job)
+            with self.connection.pipeline(transaction=False) as pipeline:
+                job.prepare_for_execution(self.name, pipeline)
+                pipeline.expire(job.key, self.get_heartbeat_ttl(job))
+                pipeline.execute()
+        except RedisError as error:
+            if not is_full(error):
+                raise
+            return
+        self._shown, self._last_shown = (job, execution), monotonic()
+
+    def _end(self, job: Job) -> None:
+        """Remove the entry, and count it."""
+        _, execution = self._shown or (job, None)
+        self._shown = None
+        with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
+            pipeline.delete(job.key)
+            self.cleanup_execution(job, pipeline, execution)
+            self.increment_successful_job_count(pipeline)
+            pipeline.execute()
+
+    def show(self, waiting: WaitingJob) -> None:
+        """Show that this worker computes tiles of a job."""
+        if self._shown is not None and self._shown[0].description != wake_ups.description(waiting):
+            job, _ = self._shown
+            job.description = wake_ups.description(waiting)
+            with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
+                pipeline.hset(job.key, "description", job.description)
+                pipeline.expire(job.key, self.get_heartbeat_ttl(job))
+                pipeline.execute()
+
+    def stay_shown(self) -> None:
+        """Renew what RQ shows of this worker while it computes."""
+        if self._shown is None or monotonic() - self._last_shown < _SHOWN_SECONDS:
+            return
+        self._last_shown, (job, execution) = monotonic(), self._shown
+        ttl = self.get_heartbeat_ttl(job)
+        with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
+            super().heartbeat(ttl, pipeline)
+            execution.heartbeat(job.started_job_registry, ttl, pipeline)
+            pipeline.expire(job.key, ttl)
+            pipeline.execute()
 
     def _refuse(self, reason: str) -> None:
         structlog.get_logger("grazemap_worker").warning("entry of the queue refused", reason=reason)

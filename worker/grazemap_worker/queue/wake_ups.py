@@ -1,8 +1,9 @@
 """Wake-ups: entries in RQ's queues, which say that there are tiles to claim.
 
-A worker that takes a wake-up claims tiles until the ledger has no more for it. An entry therefore holds no data, and a
-duplicate or a lost one does no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint has two
-queues, one of them for small jobs.
+A worker that takes a wake-up claims tiles until the ledger has no more for it, of whichever job. The entry names a job
+that waits, so that `rq info` and dashboards show work; the worker claims what is fair. A duplicate or a lost entry does
+no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint has two queues, one of them for small
+jobs.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from rq.serializers import JSONSerializer
 
 from grazemap_worker.queue import rq_keys
 from grazemap_worker.store.keys import queue_name
+from grazemap_worker.store.records import WaitingJob
 
-# The function that a wake-up names. It marks the entry and is part of what is stored; nobody imports or calls it.
-MARKER = "grazemap_worker.tasks.drain"
+# The function that a wake-up names: what the worker then does. RQ does not import it.
+MARKER = "grazemap_worker.tasks.compute_waiting_tiles"
 # Wake-ups that wait in a queue at a time. A worker that leaves tiles to others sends the next one itself.
 MAX_WAITING = 2
 SMALL_SUFFIX = ":small"
@@ -33,19 +35,24 @@ def named_queue(redis: Redis, name: str) -> Queue:
     return Queue(name, connection=redis, serializer=JSONSerializer)
 
 
-def wake_worker(redis: Redis, fingerprint: str, *, small: bool) -> None:
-    """Send a wake-up to the workers with this fingerprint, unless enough of them wait in the queue."""
+def wake_worker(redis: Redis, fingerprint: str, job: WaitingJob, *, small: bool) -> None:
+    """Send a wake-up for a job to the workers with this fingerprint, unless enough wake-ups wait in the queue."""
     target = queue(redis, fingerprint, small=small)
     if redis.llen(rq_keys.waiting_key(target)) < MAX_WAITING:
         wake_up = Queue.prepare_data(
             MARKER,
-            args=(),
-            job_id=f"bell-{secrets.token_hex(8)}",
-            description="tiles to claim",
+            args=tuple(job),
+            job_id=f"{job.id}-{secrets.token_hex(4)}",
+            description=description(job),
             timeout=-1,
             result_ttl=0,
         )
         target.enqueue_many([wake_up])
+
+
+def description(job: WaitingJob) -> str:
+    """Return what RQ's tools show of an entry."""
+    return f"{job.process} {job.id}"
 
 
 def drop(redis: Redis, target: Queue, entry: str | bytes) -> None:

@@ -22,6 +22,7 @@ from grazemap_worker.store.records import (
     ResultInfo,
     ResultTooLarge,
     Submission,
+    WaitingJob,
     WorkerInfo,
     WorkerQueue,
 )
@@ -47,6 +48,7 @@ __all__ = [
     "ResultTooLarge",
     "Store",
     "Submission",
+    "WaitingJob",
     "WorkerInfo",
     "WorkerQueue",
     "connect",

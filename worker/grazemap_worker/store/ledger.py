@@ -34,7 +34,7 @@ from grazemap_worker.store.keys import (
     job_key,
 )
 from grazemap_worker.store.problems import failure_problem
-from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WorkerInfo
+from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WaitingJob, WorkerInfo
 
 # Finished tiles that are read, or jobs whose tiles are removed, in one step.
 _TILES_A_STEP = 64
@@ -62,7 +62,7 @@ class Tiles:
         self._redis = scripts.redis
         self._jobs = jobs
 
-    def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], bool]:
+    def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], WaitingJob | None]:
         """Claim tiles for a worker: several small ones, or one tile of another lane, fairly among the flows of jobs.
 
         After a small tile of a requester took far too long, the small tiles of this requester are claimed one by one.
@@ -71,8 +71,8 @@ class Tiles:
         Returns
         -------
         claims : list of Claim
-        more : bool
-            Whether there are more tiles to claim.
+        waiting : WaitingJob or None
+            A job that has more tiles to claim.
         """
         return self._claim_some(worker, lease_seconds, LANES[worker.small], {})
 
@@ -87,7 +87,7 @@ class Tiles:
 
     def _claim_some(
         self, worker: WorkerInfo, lease_seconds: float, lanes: list[Lane], more: dict[str, Any]
-    ) -> tuple[list[Claim], bool]:
+    ) -> tuple[list[Claim], WaitingJob | None]:
         answer = self._scripts.run(
             "claim",
             holder=worker.name,
@@ -101,7 +101,8 @@ class Tiles:
             **more,
         )
         claims = [self._claim(worker.name, worker.fingerprint, fields) for fields in answer[1:]]
-        return [claim for claim in claims if claim is not None], bool(answer[0])
+        waiting = WaitingJob(*(field.decode() for field in answer[0])) if answer[0] else None
+        return [claim for claim in claims if claim is not None], waiting
 
     def claim(self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
         """Claim one tile of an unfinished job, or the assembly of a map whose tiles are all finished.
@@ -188,11 +189,20 @@ class Tiles:
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
-    def waiting(self, fingerprint: str) -> set[tuple[str, str]]:
-        """Return the pairs (lane, kernels) of waiting tiles that workers with a fingerprint can claim."""
+    def waiting(self, fingerprint: str) -> dict[tuple[str, str], str]:
+        """Return a flow for each pair (lane, kernels) of waiting tiles that workers with a fingerprint can claim."""
         flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
-        names = (flow.decode("utf-8", "replace").split("|") for flow in flows)
-        return {(parts[0].partition(":")[0], parts[1]) for parts in names}
+        waiting = {}
+        for flow in (name.decode("utf-8", "replace") for name in flows):
+            place, kernels, *_ = flow.split("|")
+            waiting[place.partition(":")[0], kernels] = flow
+        return waiting
+
+    def next_of_flow(self, fingerprint: str, flow: str) -> WaitingJob:
+        """Return the job of a flow whose tiles are claimed next; its fields are empty if there is none any more."""
+        identity = b"".join(self._redis.zrange(f"{PREFIX}flow:{fingerprint}:{flow}", 0, 0)).decode("utf-8", "replace")
+        process = self._redis.hget(f"{PREFIX}job:{identity}", "process") or b""
+        return WaitingJob(process.decode("utf-8", "replace"), identity)
 
     def sweep(self) -> None:
         """Remove the tiles of finished jobs that have been kept long enough."""

@@ -117,6 +117,15 @@ class WorkerQueue(NamedTuple):
     """Whether it is the queue for small jobs."""
 
 
+class WaitingJob(NamedTuple):
+    """A job with tiles that can be claimed."""
+
+    process: str
+    """Name of its process."""
+    id: str
+    """Its id."""
+
+
 class QuotaExceeded(BacklogFull):
     """The requester has too many unfinished tiles."""
 

@@ -43,6 +43,7 @@ class Reconciler:
         store.set_budget()
         self._queue_clean_up.sweep(store.redis)
         waiting = store.tiles.waiting(self._fingerprint)
-        for small in {lane == "small" for lane, _ in waiting}:
-            wake_ups.wake_worker(store.redis, self._fingerprint, small=small)
+        for small, flow in {lane == "small": flow for (lane, _), flow in waiting.items()}.items():
+            job = store.tiles.next_of_flow(self._fingerprint, flow)
+            wake_ups.wake_worker(store.redis, self._fingerprint, job, small=small)
         return {kernels for _, kernels in waiting}

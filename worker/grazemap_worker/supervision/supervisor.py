@@ -272,6 +272,11 @@ def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo,
 
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
     memory, report = settings.memory_bytes, watched.report_small_tile
-    context = tasks.WorkerContext(store, info, numerics, memory, report, watched.beat, stopping)
+
+    def beat() -> None:
+        watched.beat()
+        worker.stay_shown()
+
+    context = tasks.WorkerContext(store, info, numerics, memory, report, lambda job: worker.show(job), beat, stopping)
     worker = TileWorker(store, info, lambda: tasks.compute_waiting_tiles(context), watched.beat, stopping)
     worker.work(logging_level=None)

@@ -2,11 +2,11 @@
 -- For the next tiles: lanes, kernels, most (number of tiles), seconds (estimate of these tiles together), most_bytes
 -- (of their requests). While a compute process is stopped also: stopped (the job of its tile) and waited (seconds for
 -- which other jobs must have waited). For a named tile: job, tile.
--- Returns {1 if more tiles can be claimed, else 0; {id, tile, number of attempts that lost their worker, process,
+-- Returns {{process, id} of a job with more tiles to claim, or {}; {id, tile, number of attempts that lost their worker, process,
 -- request, core version, plan, estimate, lane, seconds of processor time that the job may still take}, ...}.
 local holder, fingerprint = args.holder, args.fingerprint
 local MAX_HELD = 100
-local flows, answer, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
+local flows, answer, spent, bytes = key('flows', fingerprint), { {} }, 0, 0
 
 local function take(id, tile)
   local started = get(id, 'status') == 'running'
@@ -195,5 +195,8 @@ while flow and #answer <= args.most and spent < args.seconds and bytes < args.mo
   end
   flow = next_flow()
 end
-answer[1] = flow and 1 or 0
+if flow then
+  local id = redis.call('ZRANGE', key('flow', fingerprint, flow), 0, 0)[1] or ''
+  answer[1] = { get(id, 'process') or '', id }
+end
 return answer
