@@ -12,7 +12,7 @@ import numpy as np
 
 from grazemap.codec import encode_npz
 from grazemap.results import RESULTS, VERSION, ChanceToSettle, CodimensionTwoPoint, class_of, decode_result
-from grazemap.results.documents import Document, document_of
+from grazemap.results.documents import Document, array_units, document_of
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import canonical, parse_request
 
@@ -527,6 +527,8 @@ def npz(sample: str, extra: dict[str, Any] | None = None) -> bytes:
 
 def _encoded(sample: str, whole: Document, extra: Mapping[str, Any]) -> bytes:
     process = sample.split()[0]
+    kind = class_of(process, whole)
+    encoded = document_of(kind, **whole)
     meta = {
         "process": process,
         "schema": VERSION,
@@ -535,8 +537,9 @@ def _encoded(sample: str, whole: Document, extra: Mapping[str, Any]) -> bytes:
         "numerics": {},
         "units": "nondimensional",
         "notes": [],
+        "array_units": array_units(kind.schema, encoded, "nondimensional"),
     }
-    return encode_npz({**document_of(class_of(process, whole), **whole), **extra}, meta)
+    return encode_npz({**encoded, **extra}, meta)
 
 
 def result_of(sample: str, extra: dict[str, Any] | None = None) -> Any:
