@@ -47,8 +47,8 @@ WAITING = WaitingJob("unfolding-maps", "a1")
 def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """The rectangle of clearance times omega."""
     row_start, row_stop, column_start, column_stop = tile
-    omega = grid_values(request.omega)[column_start:column_stop]
-    clearance = grid_values(request.clearance)[row_start:row_stop]
+    omega = grid_values(request.horizontal.grid)[column_start:column_stop]
+    clearance = grid_values(request.vertical.grid)[row_start:row_stop]
     return {"product": clearance[:, None] * omega}
 
 

@@ -39,7 +39,10 @@ _RENEW_SECONDS = 60.0
 
 _EXAMPLE = {
     "requests": [
-        {"process": "grazing-curves", "request": {"omega": {"start": 0.27, "stop": 0.28, "points": 10}}},
+        {
+            "process": "grazing-curves",
+            "request": {"axis": {"vary": "omega", "values": {"start": 0.27, "stop": 0.28, "points": 10}}},
+        },
         {"process": "periodic-orbits", "request": {"omega": 0.27, "clearance": 1.55}},
     ]
 }

@@ -42,7 +42,7 @@ def test_each_request_has_its_own_job_and_a_line_when_it_has_ended(live_url: str
         assert time.monotonic() < end
         time.sleep(0.01)
     assert [line["index"] for line in answers] == [0]  # what is ready is sent at once
-    ids = {len(job.request["omega"]) and job.request["omega"]["points"]: job.id for job in store.jobs.page()[0]}
+    ids = {job.request["axis"]["values"]["points"]: job.id for job in store.jobs.page()[0]}
     data = [worker.finish(ids[5 + k]) for k in (5, 4, 3, 2)]
     store.jobs.dismiss(ids[6], "", everyone=True)
     asking.join(10)

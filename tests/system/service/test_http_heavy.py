@@ -40,7 +40,7 @@ def test_lists_of_jobs_leave_out_long_requests(client: TestClient) -> None:
     jobs = answer.json()["jobs"]
     assert [job["request"] is None for job in jobs] == [False, True, True, True, True, True]
     assert jobs[0] == {**short, "waiting_for": None}
-    assert len(client.get(f"/v1/jobs/{jobs[1]['id']}").json()["request"]["omega"]) == 4000
+    assert len(client.get(f"/v1/jobs/{jobs[1]['id']}").json()["request"]["axis"]["values"]) == 4000
 
 
 def test_an_event_stream_does_not_read_the_request_repeatedly(

@@ -126,7 +126,7 @@ def test_a_generated_client_submits_a_map_and_reads_it(
     monkeypatch.syspath_prepend(tmp_path)
     name = "grazemap_generated"
     models = import_module(f"{name}.models")
-    body = models.UnfoldingMapsRequest.from_dict(REQUESTS["unfolding-maps"])
+    body = models.UnfoldingMapsRequest.from_dict(PROCESSES["unfolding-maps"].long_form(REQUESTS["unfolding-maps"])[0])
     whole, meta = decode_npz(npz("unfolding-maps"))
     with import_module(f"{name}.client").Client(base_url=live_url) as client:
         job = import_module(f"{name}.api.processes.submit_unfolding_map").sync(client=client, body=body)

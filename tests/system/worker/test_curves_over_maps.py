@@ -42,11 +42,10 @@ def map_over(**body: Any) -> UnfoldingMap:
     across, up = (np.linspace(*axis.ends, 3) for axis in (request.plane.horizontal, request.plane.vertical))
     counts = dict.fromkeys(("period", "impacts_right", "impacts_left", "settled_after"), np.zeros(shape, np.int32))
     flags = dict.fromkeys(("symmetric", "sticking", "verified"), np.zeros(shape, np.bool_))
-    names = ("omega", "clearance") if request.horizontal is None else ("horizontal", "vertical")
     document = {
         **counts,
         **flags,
-        **dict(zip(names, (across, up), strict=True)),
+        **dict(zip(request.plane.fields, (across, up), strict=True)),
         "kind": np.zeros(shape, np.int8),
         "kinds": np.array(["unresolved"]),
         "least_impact_velocity": np.full(shape, np.nan),

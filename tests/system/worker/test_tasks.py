@@ -228,7 +228,7 @@ def test_the_limit_of_a_tile_counts_from_its_own_start(
 
 def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch, store: Store) -> None:
     def compute(request: GrazingCurvesRequest, report: object) -> Document:
-        if float(np.max(grid_values(request.omega))) == 4.0:
+        if float(np.max(grid_values(request.axis.values))) == 4.0:
             raise ZeroDivisionError
         return {"x": np.zeros(1)}
 

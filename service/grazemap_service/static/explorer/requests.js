@@ -95,10 +95,9 @@ export const branch = (machine, point, name, range) => ({
 
 // The curves of the motion of an orbit at a point of a plane, in a window that contains it.
 export function curvesOf(machine, plane, [x, y], { period, stops, phases, velocities }, window) {
-  const place = isUsual(plane) ? { omega: x, clearance: clearance(machine, y) } : { horizontal: x, vertical: y };
   return {
     ...curves(machine, plane, window.x, window.y),
-    motions: [{ period, stops, phases, velocities, ...place }],
+    motions: [{ period, stops, phases, velocities, horizontal: x, vertical: y }],
   };
 }
 
