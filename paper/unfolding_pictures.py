@@ -81,9 +81,8 @@ def curves_of_motions(curve: GrazingCurve, closed: BifurcationCurves, named: Bif
     _dashed(ax, curve)
     for omega, ((high, low), _) in REGIONS.items():
         ax.plot([omega, omega], [low, high], color=INK, linewidth=0.6, zorder=1)
-    window = closed.meta["request"]
-    ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
-    ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
+    ax.set_xlim(*closed.plane.horizontal.ends)
+    ax.set_ylim(*closed.plane.vertical.ends)
     place.describe_plane("nondimensional", "Bifurcation curves of motions of Figure 9")
     place.show_legend(handlelength=3.0)
     return ax

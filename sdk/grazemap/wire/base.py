@@ -77,13 +77,19 @@ class Request(BaseModel):
     @classmethod
     def _validated(cls, values: Any, handler: ValidatorFunctionWrapHandler) -> Self:
         """Validate a request; an error says what is wrong, what is allowed, and where it was written."""
-        body, places = cls.long_form(values)
+        try:
+            body, places = cls.long_form(values)
+        except PydanticCustomError as error:
+            detail = {"type": error.type, "loc": (), "msg": error.message(), "ctx": error.context or {}}
+            raise ValidationError.from_exception_data(
+                cls.__name__, [explained(detail, cls)], hide_input=True
+            ) from None
         try:
             request: Self = handler(body)
         except ValidationError as error:
-            details = [explained(detail, cls) for detail in error.errors(include_url=False, include_input=False)]
-            for detail in details:
-                detail["loc"] = as_written(detail["loc"], places)
+            details = [explained(one, cls) for one in error.errors(include_url=False, include_input=False)]
+            for one in details:
+                one["loc"] = as_written(one["loc"], places)
             raise ValidationError.from_exception_data(error.title, details, hide_input=True) from None
         if places:
             object.__setattr__(request, "written_places", places)

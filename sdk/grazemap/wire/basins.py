@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from grazemap.wire.base import Grid, Places, Positive, Request, invalid, parts_in_long_form
+from grazemap.wire.base import Grid, Places, Positive, Request, invalid, parts_in_long_form, plain
 from grazemap.wire.planes import AXES, ends_of
 from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
@@ -48,7 +48,8 @@ class BasinCoordinate(Request):
             return values, {}
         others = {name: value for name, value in values.items() if name not in ("quantity", "mass")}
         decided_by = "mass" if values["quantity"] in _QUANTITIES else "quantity"
-        return others | {"vary": f"{values['quantity']}[{values.get('mass', 1)}]"}, {("vary",): (decided_by,)}
+        mass = repr(plain(values.get("mass", 1)))  # as it is written: "1" is no number
+        return others | {"vary": f"{values['quantity']}[{mass}]"}, {("vary",): (decided_by,)}
 
     @property
     def quantity(self) -> Literal["displacement", "velocity"]:

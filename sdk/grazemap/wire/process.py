@@ -126,9 +126,10 @@ def _varied(body: Mapping[str, Any], field: str) -> Iterator[tuple[str, Place]]:
         if is_range_or_list(value):
             yield field, (field,)
     elif isinstance(value, Mapping):
-        for side in SIDES:
-            if not isinstance(value.get(side), float | int | None):
-                yield f"{field}_{side}", (field, side)
+        # where neither is a range or a list, what is no number is meant as one
+        several = [side for side in SIDES if is_range_or_list(value.get(side))]
+        for side in several or [side for side in SIDES if not isinstance(value.get(side), float | int | None)]:
+            yield f"{field}_{side}", (field, side)
 
 
 def _with_axes(body: Mapping[str, Any], axes: Mapping[str, tuple[str, Place]]) -> tuple[dict[str, Any], Places]:

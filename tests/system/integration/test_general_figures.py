@@ -339,7 +339,8 @@ def test_a_map_with_one_stop(stack: LocalClient) -> None:
     point = found.at(1.05, 1.0)
     assert point.request is not None
     assert point.request["clearance"] == {"right": 1.0, "left": None}
-    assert found.zoom((1.0, 1.1), (0.9, 1.1))["clearance"] == {"right": (0.9, 1.1), "left": None}
+    part = found.zoom((1.0, 1.1), (0.9, 1.1))
+    assert (part["vertical"], part["clearance"]) == (("clearance_right", 0.9, 1.1), {"left": None})
     assert found.plot().get_ylabel() == "clearance $b$ of the right stop"
     settled = known[:, :, 0] > 0
     for name, values in zip(("period", "impacts_right", "impacts_left"), np.moveaxis(known, 2, 0), strict=True):

@@ -27,14 +27,17 @@ PRELOADED = {"right": ROWS, "left": 0.5}
 """With a bias that moves the equilibrium beyond the left stop."""
 
 
-def test_requests_of_equal_stops_keep_their_text() -> None:
+def test_requests_of_equal_stops_have_the_simplest_text() -> None:
     window = {"omega": OMEGA, "clearance": CLEARANCE}
-    assert canonical(parse_request("bifurcation-curves", window))["clearance"] == CLEARANCE
+    both = canonical(parse_request("bifurcation-curves", window))
+    assert both["vertical"] == {"vary": "clearance", "values": CLEARANCE}
+    assert "clearance" not in both
     for given in ({"right": CLEARANCE}, {"right": CLEARANCE, "left": None}):
         found = canonical(parse_request("bifurcation-curves", {**window, "clearance": given}))
-        assert found["clearance"] == {"right": CLEARANCE, "left": None}
+        assert found["vertical"] == {"vary": "clearance_right", "values": CLEARANCE}
+        assert found["clearance"] == {"left": None}
     diagram = parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS})
-    assert canonical(diagram)["clearance"] == ROWS
+    assert canonical(diagram)["vertical"] == {"vary": "clearance", "values": ROWS}
     assert diagram.mirrors
     assert "clearance" not in canonical(diagram.grazing_curve)
     assert "clearance" not in canonical(diagram.codimension_two_points)

@@ -275,6 +275,20 @@ def test_many_trajectories_are_each_the_result_of_the_request_with_its_state_alo
         same(path, grazemap.load(path.save(tmp_path / "one.json")))
 
 
+@EVERY_PROCESS
+def test_a_reader_of_numbers_alone_reads_every_array_of_npz(process):
+    with np.load(io.BytesIO(npz(process)), allow_pickle=False) as archive:
+        arrays = dict(archive)
+    assert {array.dtype.kind for array in arrays.values()} <= set("biuf")
+    meta = json.loads(arrays.pop("meta").tobytes())
+    for name, texts in meta["texts"].items():
+        assert arrays[name].dtype.kind == "u"
+        assert {*np.unique(arrays[name])} == {*range(len(texts))}
+    for name, unit in meta["array_units"].items():
+        assert unit
+        assert any(f"{array}.".startswith(f"{name}.") for array in arrays)
+
+
 def test_records_with_arrays_are_ragged_in_npz_and_readable_without_this_package():
     with np.load(io.BytesIO(npz(MANY)), allow_pickle=False) as archive:
         arrays = dict(archive)

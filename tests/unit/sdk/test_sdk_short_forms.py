@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from benchmarks.random_requests import KINDS, drawn
-from grazemap.wire import PROCESSES, BasinCoordinate, Statement, canonical, parse_request
+from grazemap.wire import PROCESSES, BasinCoordinate, Statement, canonical, canonical_id, parse_request
 from grazemap.wire.planes import AXES
 from grazemap.wire.process import in_short_form
 
@@ -34,13 +35,13 @@ def short_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
 def check(process: str, seed: int) -> None:
     """Both forms of a random request are the same question, whose text stays the same when it is parsed again."""
     for size in SIZES:
-        try:
-            body = drawn(process, seed)(size)
-            asked = canonical(parse_request(process, body))
-        except ValidationError:
-            continue
+        body = drawn(process, seed)(size)
+        asked = canonical(parse_request(process, body))
+        identity = canonical_id(process, asked, "0")
         for written in (one_form(process, body), asked, short_form(process, asked)):
-            assert canonical(parse_request(process, written)) == asked, (process, seed, size)
+            again = canonical(parse_request(process, written))
+            assert again == asked, (process, seed, size)
+            assert canonical_id(process, again, "0") == identity
         assert not asked.keys() & {"vary", "range"}
         varied = [asked[axis]["vary"] for axis in LONG if axis in asked]
         # a branch also has the values at its orbit
@@ -94,6 +95,16 @@ WRONG = {"start": 0.3, "stop": 0.2, "points": 4}
             "/horizontal/mass",
         ),
         (
+            "basins",
+            {
+                "omega": 0.29,
+                "clearance": 1.6,
+                "horizontal": {"quantity": "displacement", "mass": "1", "values": [0.0, 0.1]},
+                "vertical": {"vary": "velocity[1]", "values": [0.0, 0.1]},
+            },
+            "/horizontal/mass",
+        ),
+        (
             "proofs",
             {"statement": {"kind": "codimension-two", "type": "g", "order": 2, "range": WRONG}},
             "/statement/range",
@@ -107,6 +118,40 @@ def test_an_error_is_at_the_field_as_it_was_written(process: str, body: dict[str
     places = {"".join(f"/{part}" for part in error["loc"]) for error in caught.value.errors()}
     assert any(place == pointer or place.startswith(f"{pointer}/") for place in places), places
     assert body == before
+
+
+def leaves(value: Any, *at: str | int) -> Iterator[tuple[str | int, ...]]:
+    """Yield the places of all values of a body that have no parts; of a list, those of the first one."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from leaves(part, *at, name)
+    elif isinstance(value, list) and value:
+        yield from leaves(value[0], *at, 0)
+    else:
+        yield at
+
+
+def with_text(body: dict[str, Any], at: tuple[str | int, ...]) -> dict[str, Any]:
+    """A body with a text at a place where there is no such text."""
+    changed: dict[str, Any] = deepcopy(body)
+    part: Any = changed
+    for name in at[:-1]:
+        part = part[name]
+    part[at[-1]] = "no value"
+    return changed
+
+
+@pytest.mark.parametrize("process", KINDS)
+def test_a_wrong_value_is_named_wherever_it_is_written(process: str) -> None:
+    for seed in range(6):
+        asked = canonical(parse_request(process, drawn(process, seed)(1.0)))
+        for body in (asked, short_form(process, asked)):
+            for place in leaves(body):
+                with pytest.raises(ValidationError) as caught:
+                    parse_request(process, with_text(body, place))
+                written = tuple(map(str, place))
+                named = [tuple(map(str, error["loc"])) for error in caught.value.errors()]
+                assert any(one and one == written[: len(one)] for one in named), (body, place, named)
 
 
 def test_the_documented_form_of_a_request_has_axes_alone() -> None:

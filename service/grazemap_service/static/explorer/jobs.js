@@ -31,8 +31,9 @@ export function listJobs() {
 
 const isRunning = ({ status }) => status === "accepted" || status === "running";
 
-// What varies in a request, in words.
-function rangesOf({ axis, horizontal, vertical } = {}) {
+// What varies in a request, in words; lists leave out long requests.
+function rangesOf(request) {
+  const { axis, horizontal, vertical } = request ?? {};
   return [axis, horizontal, vertical].filter(Boolean).map(({ vary, values }) => {
     const ends = Array.isArray(values) ? [values[0], values[values.length - 1]] : [values.start, values.stop];
     return `${vary === "omega" ? "ω" : vary} ${ends.map((value) => toRead(value)).join(" to ")}`;
