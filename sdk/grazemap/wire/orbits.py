@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from grazemap.constants import UNITS
-from grazemap.wire.base import Float, LeftOut, Listable, Place, Places, Positive, Request, invalid
+from grazemap.wire.base import Float, LeftOut, Listable, Place, Places, Positive, Request, invalid, plain
 from grazemap.wire.job import impacts_on, motion_label
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator
@@ -330,7 +330,8 @@ class BifurcationCurvesRequest(PlaneRequest):
     def long_form(cls, values: Any) -> tuple[Any, Places]:
         """As `Request.long_form`; a motion may have omega and clearance instead of horizontal and vertical."""
         body, places = super().long_form(values)
-        if not isinstance(body, dict) or not isinstance(motions := body.get("motions"), list):
+        motions = plain(body.get("motions")) if isinstance(body, dict) else None
+        if not isinstance(motions, list):
             return body, places
         written = dict(places)
         names: dict[str, str] = {_written_name(body.get(axis)): axis for axis in AXES}

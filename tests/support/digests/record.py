@@ -137,7 +137,7 @@ def changes(record: Record, results: Results) -> Iterator[Change]:
                     yield Change(process, name, field, "is gone")
                 elif field not in known:
                     yield Change(process, name, field, "is new")
-                elif known[field] != digest(fields[field]):
+                elif known[field] != digest(_as_wide(fields[field], known[field])):
                     what = _by_how_much(record.values[process][name][field], known[field], fields[field])
                     yield Change(process, name, field, what)
 
@@ -165,6 +165,15 @@ def disagreements(results: Results, others: Results) -> tuple[list[Change], list
 def is_unreleased() -> bool:
     """Return whether CHANGELOG.md calls this version unreleased."""
     return f"## {core_version()} (unreleased)" in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
+def _as_wide(field: Field, known: str) -> Field:
+    """Return a field with texts of the width of those of a digest, if these are wider: the width is no content."""
+    if field.values is None or field.values.dtype.kind != "U":
+        return field
+    dtype = np.dtype(known.split(" ")[1])
+    wider = dtype.kind == "U" and dtype.itemsize > field.values.dtype.itemsize
+    return Field(field.kind, field.values.astype(dtype)) if wider else field
 
 
 def _in_order(results: Results) -> Iterator[Field]:

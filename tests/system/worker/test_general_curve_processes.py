@@ -53,7 +53,7 @@ def test_requests_of_equal_stops_have_the_simplest_text() -> None:
         ({"clearance": {"right": 1.5, "left": 1.2}}, ("clearance",)),
         ({"clearance": {"right": CLEARANCE, "left": -1.0}}, ("clearance",)),
         ({"clearance": {"right": {"start": 2.0, "stop": 1.0}}}, ("clearance", "right")),
-        ({"clearance": {"right": {"start": -2.0, "stop": 1.0}}}, ("clearance", "right", "start")),
+        ({"clearance": {"start": -2.0, "stop": 1.0}}, ("clearance", "start")),
         ({"clearance": {"right": CLEARANCE, "up": 1.0}}, ("clearance", "up")),
         (
             {"clearance": {"right": CLEARANCE}, "motions": [{"period": 1, "stops": [1, -1]}]},

@@ -63,6 +63,16 @@ def changed(**changes: object) -> list[str]:
     return [change.field for change in found]
 
 
+def test_the_width_of_texts_is_no_change(known: Results) -> None:
+    def of(*texts: str, width: int) -> Results:
+        return {"trajectories": {"one": {"kinds": record.Field("array", np.array(texts, f"U{width}"))}}}
+
+    record.write(of("graze", "hit", width=9))
+    assert list(record.changes(record.read(), of("graze", "hit", width=5))) == []
+    assert len(list(record.changes(record.read(), of("graze", "bit", width=5)))) == 1
+    assert len(list(record.changes(record.read(), of("graze", "hit longer", width=10)))) == 1
+
+
 @OF_THE_LEVEL
 def test_bytes_change_only_with_the_version(quick: Results, recorded: record.Record) -> None:
     """With other libraries than those of the record, which round otherwise: labels and flags alone."""

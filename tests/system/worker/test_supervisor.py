@@ -110,7 +110,7 @@ def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
     data = store.results.data(identity)
     assert data is not None
     document, meta = decode_npz(data)
-    expected = grid_values(REQUEST.clearance)[:, None] * grid_values(REQUEST.omega)
+    expected = grid_values(REQUEST.vertical.grid)[:, None] * grid_values(REQUEST.horizontal.grid)
     np.testing.assert_array_equal(document["product"], expected)
     assert meta["numerics"]["fingerprint"] == "planted"
     assert [event.name for event in store.jobs.events(identity)].count("tile") == tiles
