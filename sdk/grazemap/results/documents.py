@@ -69,6 +69,13 @@ def array_units(record: RecordSchema, document: Mapping[str, Any], units: str) -
     return named
 
 
+def meta_of_part(record: RecordSchema, document: Mapping[str, Any], meta: Mapping[str, Any], **own: Any) -> Document:
+    """Return the meta of a result inside another one, `own` and the units of its fields, from the meta of the whole."""
+    if "array_units" in meta:
+        own["array_units"] = array_units(record, document, meta["units"])
+    return {**meta, **own}
+
+
 def _stored(field: Field, value: Any) -> Any:
     """Return the value of a field as documents have it."""
     if isinstance(field.type, RecordSchema) and value is not None:

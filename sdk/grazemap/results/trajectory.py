@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from grazemap.codec import Document
 from grazemap.results.base import Result, counted
 from grazemap.results.common_records import Impacts, Motion, State, Sticking
+from grazemap.results.documents import meta_of_part
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import Observed
 from grazemap.results.pictures import PictureOptions, draw, picture
@@ -62,9 +63,10 @@ class Trajectories(Result, process="trajectories"):
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
         # the meta of each trajectory has the request with its own state
         records, states = document["trajectories"], meta["request"]["initial"]
+        requests = ({**meta["request"], "initial": state} for state in states)
         single = (
-            Trajectory.from_document(record, {**meta, "request": {**meta["request"], "initial": state}})
-            for record, state in zip(records, states, strict=True)
+            Trajectory.from_document(record, meta_of_part(Trajectory.schema, record, meta, request=request))
+            for record, request in zip(records, requests, strict=True)
         )
         return {"trajectories": tuple(single)}
 

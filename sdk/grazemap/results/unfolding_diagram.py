@@ -16,6 +16,7 @@ from grazemap.described import described
 from grazemap.results.base import Result, counted_points, value_of
 from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
+from grazemap.results.documents import meta_of_part
 from grazemap.results.fields import ResultSchema
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.pictures import PictureOptions, draw, picture
@@ -170,8 +171,9 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
                 parts[member.name] = None
                 if member.name in document or not member.optional:
                     request = getattr(diagram_request, _REQUESTS.get(member.name, member.name))
-                    own = {"process": member.type.process, "request": canonical(request)}
-                    parts[member.name] = member.type.kind.from_document(document[member.name], {**meta, **own})
+                    part, own = document[member.name], {"process": member.type.process, "request": canonical(request)}
+                    its_meta = meta_of_part(member.type, part, meta, **own)
+                    parts[member.name] = member.type.kind.from_document(part, its_meta)
         for name in ("grazing_curves", "borders"):
             part = document.get(name)
             parts[name] = None if part is None else value_of(cls.schema[name], part)
