@@ -81,9 +81,7 @@ class Request(BaseModel):
             body, places = cls.long_form(values)
         except PydanticCustomError as error:
             detail = {"type": error.type, "loc": (), "msg": error.message(), "ctx": error.context or {}}
-            raise ValidationError.from_exception_data(
-                cls.__name__, [explained(detail, cls)], hide_input=True
-            ) from None
+            raise ValidationError.from_exception_data(cls.__name__, [explained(detail, cls)], hide_input=True) from None
         try:
             request: Self = handler(body)
         except ValidationError as error:
