@@ -85,12 +85,12 @@ def test_the_list_of_jobs_is_asked_for_once_at_a_time(page: Watched, address: st
 
 
 def test_the_list_of_jobs_has_those_whose_requests_are_too_long_for_lists(page: Watched, address: str) -> None:
-    omega = [1.0 + place / 4096 for place in range(4000)]
-    job = httpx2.post(f"{address}/v1/grazing-curves", json={"omega": omega}).json()["id"]
+    plane = {"omega": [1.0 + place / 4096 for place in range(4000)], "clearance": [1.0, 1.1]}
+    job = httpx2.post(f"{address}/v1/unfolding-maps", json=plane).json()["id"]
     page.page.route("**/v1/jobs?*", lambda route: route.continue_())
     page.page.goto(address)
     page.page.evaluate("document.getElementById('jobs-section').open = true")
-    expect(page.page.locator("#jobs")).to_contain_text(f"{job[:8]} grazing-curves", timeout=30_000)
+    expect(page.page.locator("#jobs")).to_contain_text(f"{job[:8]} unfolding-maps", timeout=30_000)
 
 
 def test_a_machine_of_the_address_with_unknown_stops_is_drawn(page: Watched, address: str) -> None:
