@@ -32,34 +32,43 @@ def short_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
     return short
 
 
-def check(process: str, seed: int) -> None:
-    """Both forms of a random request are the same question, whose text stays the same when it is parsed again."""
-    for size in SIZES:
-        body = drawn(process, seed)(size)
+def is_same_question(process: str, body: dict[str, Any]) -> bool:
+    """Whether a body is a request. Its forms are then one question, whose text stays when it is parsed again."""
+    try:
         asked = canonical(parse_request(process, body))
-        identity = canonical_id(process, asked, "0")
-        for written in (one_form(process, body), asked, short_form(process, asked)):
-            again = canonical(parse_request(process, written))
-            assert again == asked, (process, seed, size)
-            assert canonical_id(process, again, "0") == identity
-        assert not asked.keys() & {"vary", "range"}
-        varied = [asked[axis]["vary"] for axis in LONG if axis in asked]
-        # a branch also has the values at its orbit
-        assert process == "orbit-branches" or not {*varied} & asked.keys()
+    except ValidationError:
+        with pytest.raises(ValidationError):
+            parse_request(process, one_form(process, body))
+        return False
+    identity = canonical_id(process, asked, "0")
+    for written in (one_form(process, body), asked, short_form(process, asked)):
+        again = canonical(parse_request(process, written))
+        assert again == asked, body
+        assert canonical_id(process, again, "0") == identity
+    assert not asked.keys() & {"vary", "range"}
+    varied = [asked[axis]["vary"] for axis in LONG if axis in asked]
+    # a branch also has the values at its orbit
+    assert process == "orbit-branches" or not {*varied} & asked.keys()
+    return True
+
+
+def check(process: str, seeds: range) -> None:
+    """Random requests are the same questions in all forms; nearly all of them are requests."""
+    bodies = [drawn(process, seed)(size) for seed in seeds for size in SIZES]
+    asked = [is_same_question(process, body) for body in bodies]
+    assert sum(asked) > 0.9 * len(asked)
 
 
 @pytest.mark.parametrize("process", KINDS)
 def test_both_forms_are_the_same_question(process: str) -> None:
-    for seed in range(25):
-        check(process, seed)
+    check(process, range(25))
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("process", KINDS)
 def test_both_forms_of_many_requests_are_the_same_question(process: str) -> None:
     """Some ten thousand requests in all."""
-    for seed in range(360):
-        check(process, 1000 + seed)
+    check(process, range(1000, 1370))
 
 
 RANGE = {"start": 0.2, "stop": 0.3, "points": 4}
