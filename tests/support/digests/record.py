@@ -169,9 +169,10 @@ def is_unreleased() -> bool:
 
 def _as_wide(field: Field, known: str) -> Field:
     """Return a field with texts of the width of those of a digest, if these are wider: the width is no content."""
-    if field.values is None or field.values.dtype.kind != "U":
+    _, _, rest = known.partition(" ")
+    if not rest or field.values is None or field.values.dtype.kind != "U":
         return field
-    dtype = np.dtype(known.split(" ")[1])
+    dtype = np.dtype(rest.partition(" ")[0])
     wider = dtype.kind == "U" and dtype.itemsize > field.values.dtype.itemsize
     return Field(field.kind, field.values.astype(dtype)) if wider else field
 

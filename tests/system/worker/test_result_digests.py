@@ -65,7 +65,7 @@ def changed(**changes: object) -> list[str]:
 
 def test_the_width_of_texts_is_no_change(known: Results) -> None:
     def of(*texts: str, width: int) -> Results:
-        return {"trajectories": {"one": {"kinds": record.Field("array", np.array(texts, f"U{width}"))}}}
+        return {"trajectories": {"one": result() | {"kinds": record.Field("array", np.array(texts, f"U{width}"))}}}
 
     record.write(of("graze", "hit", width=9))
     assert list(record.changes(record.read(), of("graze", "hit", width=5))) == []
