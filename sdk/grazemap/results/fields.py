@@ -93,7 +93,7 @@ class Field:
     """Prefix of the names of a record's fields in a Dataset."""
     coordinate: bool = False
     """Whether it is a coordinate in a Dataset. A field named like its dimension always is one."""
-    texts: bool = False
+    is_tuple: bool = False
     """Whether the values are a tuple in the result, not an array."""
     stored_only: bool = False
     """Whether it is in documents only, and no attribute of the class."""
