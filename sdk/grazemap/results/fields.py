@@ -112,6 +112,11 @@ class Field:
         """Return its unit in results of an oscillator in SI, or in a nondimensional one; empty: it has none."""
         return self.unit if not self.unit or units == "SI" or self.unit in _ALWAYS else "nondimensional"
 
+    @property
+    def unit_sentence(self) -> str:
+        """Its unit, after a blank, as in " Unit: m in SI."; empty if it has none."""
+        return f" Unit: {self.unit}{'' if self.unit in _ALWAYS else ' in SI'}." if self.unit else ""
+
     def varied(self, **changes: object) -> Field:
         """Return the field with some of its attributes changed."""
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -310,8 +310,6 @@ def _type(declared: Field, roles: Mapping[str, str]) -> str:
 
 
 def _text(declared: Field) -> str:
-    always = declared.unit_in("nondimensional") == declared.unit
-    unit = f" Unit: {declared.unit}{'' if always else ' in SI'}." if declared.unit else ""
     when = f" Only {declared.when}." if declared.when else ""
     index = f" Position in `{declared.index_of}`." if declared.index_of else ""
-    return declared.description + index + unit + when
+    return declared.description + index + declared.unit_sentence + when
