@@ -59,7 +59,7 @@ class BifurcationCurve(PlaneCurve):
     """A piece of a curve inside the window."""
 
     admissible: bool = field(
-        Common, description="Whether the orbits are admissible; otherwise it is no border of a motion."
+        Common, description="Whether the orbits are admissible; otherwise the piece borders no region of a motion."
     )
     stop: int = field("Stop of a graze: +1 A, -1 C; 0 for other types.")
     # fields of the base are declared again for their order
