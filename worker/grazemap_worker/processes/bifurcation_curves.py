@@ -16,7 +16,7 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
-from grazemap_worker.planning.costs import branch_point_seconds, longest_period, period_cost
+from grazemap_worker.planning.costs import branch_point_seconds, longest_period_cost, period_cost
 from grazemap_worker.planning.rates import (
     CURVE_POINT_BRANCHES,
     CURVE_POINT_MASS_SECONDS,
@@ -84,8 +84,8 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     return len(gaps) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
 
 
-def _longest_period(request: BifurcationCurvesRequest) -> float | None:
-    return None if request.is_explicit else longest_period(request.plane)
+def _longest_period_cost(request: BifurcationCurvesRequest) -> float | None:
+    return None if request.is_explicit else longest_period_cost(request.plane)
 
 
 NOTHING_FOUND = (
@@ -247,6 +247,6 @@ PROCESS = Process(
     whole=compute,
     periods=_periods,
     seconds=expected_seconds,
-    longest_period=_longest_period,
+    longest_period_cost=_longest_period_cost,
     kernels="orbits",
 )

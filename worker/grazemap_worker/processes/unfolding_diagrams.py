@@ -12,7 +12,7 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.planning.costs import longest_period
+from grazemap_worker.planning.costs import longest_period_cost
 from grazemap_worker.planning.limits import Count, RequestLimits, Step
 from grazemap_worker.planning.rates import (
     BORDERS_POINT_SECONDS,
@@ -165,7 +165,7 @@ PROCESS = Process(
     assembled=assemble,
     tiling=_tiling,
     counts=_counts,
-    longest_period=lambda request: longest_period(request.plane),
+    longest_period_cost=lambda request: longest_period_cost(request.plane),
     after=_after,
     kernels="diagrams",
     own_tables=lambda request: unfolding_maps.own_tables(request.unfolding_map),
