@@ -73,12 +73,12 @@ class BifurcationProblem(ContinuationProblem):
         self,
         family: OrbitFamily,
         point: SpecialPoint,
-        stops: Integers,
+        sides: Integers,
         impact: int | None,
         plane: tuple[Parameter, Parameter] = ("omega", "clearance"),
     ) -> None:
         """Take the type of the condition and, for a GR, the index of the impact whose speed is 0."""
-        super().__init__(family, stops, (plane[1], plane[0]), point.values)
+        super().__init__(family, sides, (plane[1], plane[0]), point.values)
         self.kind, self.impact = point.type, impact
 
     def condition(self, unknowns: Floats) -> float:
@@ -180,8 +180,8 @@ class BifurcationProblem(ContinuationProblem):
         family = OrbitFamily.of(
             self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
         )
-        stops = np.concatenate([self.stops, self._mirror * self.stops]).astype(np.int64)
-        return ContinuationProblem(family, stops, self.parameters, self.fixed)
+        sides = np.concatenate([self.sides, self._mirror * self.sides]).astype(np.int64)
+        return ContinuationProblem(family, sides, self.parameters, self.fixed)
 
 
 @in_own_period
@@ -289,7 +289,7 @@ def _curve(
         vertical=up,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.stops.astype(np.int64),
+        stops=path.sides.astype(np.int64),
         impact=impact,
         period=path.family.pattern.multiple,
         symmetric=path.family.pattern.symmetric,
@@ -303,5 +303,5 @@ def _curve(
 def _admissible(path: BifurcationProblem, impact: int | None, found: ContinuationPoint) -> bool:
     if impact is None:
         return found.contact == CLEAR
-    towards = found.unknowns[path.count : 2 * path.count] * path.stops
+    towards = found.unknowns[path.count : 2 * path.count] * path.sides
     return bool(np.all(np.delete(towards, impact) > 0.0)) and found.excess <= ORBIT_RESIDUAL

@@ -233,7 +233,7 @@ def _branch(
         points=values,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.stops.astype(np.int64),
+        stops=path.sides.astype(np.int64),
         period=period,
         symmetric=path.family.pattern.symmetric,
         multipliers=multipliers,

@@ -228,7 +228,7 @@ class Segment:
         count = self.path.count
         found: list[Located] = []
         for low, high in self._between(grazes):
-            speeds = [self.at(place).unknowns[count : 2 * count] * self.path.stops for place in (low, high)]
+            speeds = [self.at(place).unknowns[count : 2 * count] * self.path.sides for place in (low, high)]
             if not any(np.all(one > 0.0) for one in speeds):
                 continue  # virtual impacts: no orbit on either side is admissible
             where = self.zero(_excess, low, high)

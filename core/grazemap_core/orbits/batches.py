@@ -37,21 +37,21 @@ CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not s
 def solve_sequences(
     problem: OrbitProblem,
     guess: ImpactSequence,
-    gaps: Sequence[Stops],
+    stops: Sequence[Stops],
     phases: Floats,
     velocities: Floats,
     floor: float = -math.inf,
 ) -> tuple[Floats, Floats, OrbitResults]:
     """Return phases and speeds, (m, k) each, and all other results for orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `gaps` are the stops of each orbit, all with the same restitutions; `floor` is
+    Speeds are in the problem's units; `stops` are the stops of each orbit, all with the same restitutions; `floor` is
     that of `admissibility.further_contact`.
     """
     count, blocks = len(guess.stops), len(problem.decay)
-    results, scratch = orbit_results(len(gaps), count, blocks), orbit_scratch(count, blocks)
+    results, scratch = orbit_results(len(stops), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
-    places = np.array([[one.right, one.left] for one in gaps])
-    impacts = Impacts(gaps[0], guess.stops.astype(np.float64), phases, speeds)
-    solve_orbits(problem, impacts, places, floor, results, scratch)
+    gaps = np.array([[one.right, one.left] for one in stops])
+    impacts = Impacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
+    solve_orbits(problem, impacts, gaps, floor, results, scratch)
     return phases, speeds, results

@@ -109,7 +109,7 @@ class StopMotions:
         self.problem = of.family.problem(omega, steady_size(steady), steady)
         self._restitution = restitution
         self._scratch = MotionScratch(
-            stops=np.zeros(1),
+            sides=np.zeros(1),
             phases=np.zeros(1),
             speeds=np.zeros(1),
             flow_between=np.zeros((1, len(self.problem.decay), 4)),

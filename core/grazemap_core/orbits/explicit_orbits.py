@@ -186,21 +186,21 @@ class OneImpactOrbits:
         return ImpactSequence.create(pattern.multiple, [self.stop], [phase], [velocity], pattern.symmetric)
 
 
-def one_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, stop: int) -> list[ImpactSequence]:
+def one_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, stop: int) -> list[ImpactSequence]:
     """Return the impacts of all orbits with one impact on a stop in the family's period, by decreasing speed."""
-    orbits = OneImpactOrbits.of(family, omega, stop, rebound_of(gaps, stop))
-    phases = orbits.phases(gap_of(gaps, stop))
+    orbits = OneImpactOrbits.of(family, omega, stop, rebound_of(stops, stop))
+    phases = orbits.phases(gap_of(stops, stop))
     return [orbits.impacts(phase) for phase in sorted(phases, key=orbits.speed, reverse=True)]
 
 
-def two_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, first: int) -> list[ImpactSequence]:
+def two_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, first: int) -> list[ImpactSequence]:
     """Return the impacts of orbits with one impact on each stop in the family's period, the one on `first` first.
 
     At a given lag of the second impact the speeds are linear in the steady motion, so the gap of the first stop is a
     trigonometric polynomial of the phase. The gap of the second stop decides over the lag, which is searched on a grid:
     two orbits whose lags differ by less than its step may be missed, and one where the phase ends within a step.
     """
-    lags = _Lags(family, gaps, omega, first)
+    lags = _Lags(family, stops, omega, first)
     turn = 2.0 * math.pi * family.pattern.multiple
     grid = np.linspace(0.0, turn, LAG_STEPS * family.pattern.multiple + 1)[1:-1].tolist()
     found: list[ImpactSequence] = []
@@ -218,10 +218,10 @@ def two_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, first: 
 class _Lags:
     """Orbits with two impacts, as functions of the lag of the second one and the phase of the first one."""
 
-    def __init__(self, family: OrbitFamily, gaps: Stops, omega: float, first: int) -> None:
-        self.omega, self.stops = omega, (first, -first)
-        self.gaps = [gap_of(gaps, stop) for stop in self.stops]
-        self.rebounds = [rebound_of(gaps, stop) for stop in self.stops]
+    def __init__(self, family: OrbitFamily, stops: Stops, omega: float, first: int) -> None:
+        self.omega, self.sides = omega, (first, -first)
+        self.gaps = [gap_of(stops, stop) for stop in self.sides]
+        self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
         self.multiple, self.span = family.pattern.multiple, family.pattern.spacing(omega)
         self.steady = _steady(family, omega)
         response = family.response
@@ -262,7 +262,7 @@ class _Lags:
         places = []
         for i in range(2):
             moved = steady[i].plus(-place[i, 0] * self.omega, speeds[0]).plus(-place[i, 1] * self.omega, speeds[1])
-            places.append(Harmonics(moved.orders, moved.amplitudes, -self.stops[i] * self.gaps[i]))
+            places.append(Harmonics(moved.orders, moved.amplitudes, -self.sides[i] * self.gaps[i]))
         return speeds, places
 
     def phases(self, lag: float) -> list[float]:
@@ -293,8 +293,8 @@ class _Lags:
         except _PhaseEnds:
             return
         speeds = [self.omega * one.at(first) for one in self._polynomials(lag)[0]]
-        if all(stop * speed > 0.0 for stop, speed in zip(self.stops, speeds, strict=True)):
-            yield ImpactSequence.create(self.multiple, self.stops, [first, first + lag], speeds)
+        if all(stop * speed > 0.0 for stop, speed in zip(self.sides, speeds, strict=True)):
+            yield ImpactSequence.create(self.multiple, self.sides, [first, first + lag], speeds)
 
 
 class _PhaseEnds(Exception):

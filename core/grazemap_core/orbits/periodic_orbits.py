@@ -162,12 +162,12 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: Clearance, g
     ConditioningError
         The modal model is ill-conditioned.
     """
-    family, steady, gaps = at_point(oscillator, omega, clearance, guess)
-    if guess.symmetric and not gaps.symmetric:
+    family, steady, stops = at_point(oscillator, omega, clearance, guess)
+    if guess.symmetric and not stops.symmetric:
         guess = guess.whole
         family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
-    problem = family.problem(omega, max(steady_size(steady), gaps.unit), steady)
-    return solved_orbit(family, problem, steady, clearance, gaps, guess)
+    problem = family.problem(omega, max(steady_size(steady), stops.unit), steady)
+    return solved_orbit(family, problem, steady, clearance, stops, guess)
 
 
 def at_point(
@@ -177,10 +177,10 @@ def at_point(
     check_point(omega, 1.0 if isinstance(clearance, tuple) else clearance)
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     steady = family.steady(omega)
-    gaps = stops_between(oscillator, clearance, steady_size(steady))
-    if any(math.isinf(gap_of(gaps, float(stop))) for stop in impacts.whole.stops):
+    stops = stops_between(oscillator, clearance, steady_size(steady))
+    if any(math.isinf(gap_of(stops, float(stop))) for stop in impacts.whole.stops):
         raise ParameterError("stops", "has an impact on a stop that is absent")
-    return family, steady, gaps
+    return family, steady, stops
 
 
 def solved_orbit(
@@ -188,11 +188,11 @@ def solved_orbit(
     problem: OrbitProblem,
     steady: Complexes,
     clearance: Clearance,
-    gaps: Stops,
+    stops: Stops,
     guess: ImpactSequence,
 ) -> PeriodicOrbit:
     """Return the orbit near a guess for equations that have been set up."""
-    phases, speeds, results = solve_sequences(problem, guess, [gaps], guess.phases[None], guess.velocities[None])
+    phases, speeds, results = solve_sequences(problem, guess, [stops], guess.phases[None], guess.velocities[None])
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
     found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
@@ -209,10 +209,10 @@ def solved_orbit(
         x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
         v = family.oscillator.with_contact(v, float(found.velocities[0]))
         state = State(*at_start, 0.0)
-        stops = found.stops.astype(np.float64)
-        of_blocks = multipliers_of(problem, stops, gaps, phases[0], speeds[0], results.before[0])
+        sides = found.stops.astype(np.float64)
+        of_blocks = multipliers_of(problem, sides, stops, phases[0], speeds[0], results.before[0])
         multipliers = with_unseen(family, omega, of_blocks)
-    symmetric = converged and gaps.symmetric and found.mirrors()
+    symmetric = converged and stops.symmetric and found.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
         half, multipliers = multipliers, multipliers * multipliers

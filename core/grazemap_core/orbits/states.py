@@ -73,7 +73,7 @@ def _blocks_at(
 
 
 def multipliers_of(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, before: Floats
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, before: Floats
 ) -> Complexes:
     """Return the Floquet multipliers of the blocks over a span, complex (2N,), in the order of `_by_modulus`.
 
@@ -100,7 +100,7 @@ def multipliers_of(
     for i in range(count):
         rows[i] = problem.omega * (place @ change)
         rows[i, size + i] = -speeds[i]
-        rebound = 1.0 + (gaps.restitution_right if stops[i] > 0 else gaps.restitution_left)
+        rebound = 1.0 + (stops.restitution_right if sides[i] > 0 else stops.restitution_left)
         change = change - rebound * (unit_impulse[:, None] * (rate @ change) + drift[:, None] * (place @ change))
         change[:, size + i] += rebound * before[i, 2] * unit_impulse
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]

@@ -147,8 +147,8 @@ class Region:
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
-        gaps = [self.equations.stops(point) for point in points]
-        found, speeds, results = solve_sequences(problem, first, gaps, phases, velocities, floor=-ORBIT_FLOOR)
+        stops = [self.equations.stops(point) for point in points]
+        found, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
         found_velocities = speeds * (problem.omega * problem.length)
         fine = (results.status == CONVERGED) & (results.contact == CLEAR)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)

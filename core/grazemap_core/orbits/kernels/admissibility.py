@@ -47,7 +47,7 @@ _TOO_MANY: Final = -1
 
 @kernel
 def _state_after_first_impact(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, state: Floats
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, state: Floats
 ) -> None:
     """Write each block's part in displacement and velocity of q just after the first impact into state (N, 2)."""
     for j in range(state.shape[0]):
@@ -57,10 +57,10 @@ def _state_after_first_impact(
             e11, e12, e21, e22 = block_flow(
                 problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
             )
-            strength = -problem.sign * rebound_of(gaps, stops[m]) * problem.omega * speeds[m]
+            strength = -problem.sign * rebound_of(stops, sides[m]) * problem.omega * speeds[m]
             state[j, 0] += strength * (e11 * problem.periodic_impulse[j, 0] + e12 * problem.periodic_impulse[j, 1])
             state[j, 1] += strength * (e21 * problem.periodic_impulse[j, 0] + e22 * problem.periodic_impulse[j, 1])
-        strength = -rebound_of(gaps, stops[0]) * problem.omega * speeds[0]
+        strength = -rebound_of(stops, sides[0]) * problem.omega * speeds[0]
         state[j, 0] += strength * problem.unit_impulse[j, 0]
         state[j, 1] += strength * problem.unit_impulse[j, 1]
 
@@ -400,8 +400,8 @@ def _search_interval(
 @kernel
 def further_contact_from(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -430,34 +430,34 @@ def further_contact_from(
     stop : int
         Stop of that maximum; 0 when there is none.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     best = Maximum(floor, math.nan, plain(0), 0.0)
     cells = plain(0)
     state = scratch.states[0]
     size = Sizes(
         steady_bound(problem, 0),
         steady_bound(problem, 3),
-        gaps.right / problem.length,
-        gaps.left / problem.length,
+        stops.right / problem.length,
+        stops.left / problem.length,
     )
     for i in range(count):
         last = i == count - 1
         length = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
-        next_stop = problem.sign * stops[0] if last else stops[i + 1]
-        interval = Interval(phases[i], length, stops[i], next_stop)
+        next_stop = problem.sign * sides[0] if last else sides[i + 1]
+        interval = Interval(phases[i], length, sides[i], next_stop)
         cells, best = _search_interval(problem, interval, size, best, cells, scratch)
         if cells == _TOO_MANY:
             return GIVEN_UP, math.inf, math.nan, 0
         if not last:
             apply_flow(flow_between[i], state, state)
-            impulse = -rebound_of(gaps, stops[i + 1]) * problem.omega * speeds[i + 1]
+            impulse = -rebound_of(stops, sides[i + 1]) * problem.omega * speeds[i + 1]
             for j in range(state.shape[0]):
                 state[j, 0] += impulse * problem.unit_impulse[j, 0]
                 state[j, 1] += impulse * problem.unit_impulse[j, 1]
     excess = best.excess if best.stop != 0 else -math.inf
     status = CLEAR
     for i in range(count):
-        if not stops[i] * speeds[i] > 0.0:
+        if not sides[i] * speeds[i] > 0.0:
             status = MEETS
     if status == CLEAR and best.stop != 0 and excess > -best.noise:
         status = MEETS if excess > best.noise else TOUCHES
@@ -467,8 +467,8 @@ def further_contact_from(
 @kernel
 def further_contact(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -478,5 +478,5 @@ def further_contact(
     """Return the same as `further_contact_from`, from phases and speeds alone; flow_between is overwritten."""
     structure, work = reference(problem), reference(scratch)
     _flows_between_impacts(structure, phases, flow_between)
-    _state_after_first_impact(structure, stops, gaps, phases, speeds, work.states[0])
-    return further_contact_from(structure, stops, gaps, phases, speeds, floor, flow_between, work)
+    _state_after_first_impact(structure, sides, stops, phases, speeds, work.states[0])
+    return further_contact_from(structure, sides, stops, phases, speeds, floor, flow_between, work)

@@ -40,7 +40,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, ma
     Block j has the coordinates (frequency y, y')/scale.
     """
     blocks = problem.decay.shape[0]
-    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = phases.shape[0]
     size = 2 * blocks
     for row in range(size):
@@ -49,7 +49,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, ma
     for i in range(count):
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
         time = (end - phases[i]) / problem.omega
-        rebound, pull = rebound_of(gaps, stops[i]), problem.omega * before[i, 2] / speeds[i]
+        rebound, pull = rebound_of(stops, sides[i]), problem.omega * before[i, 2] / speeds[i]
         for column in range(size):
             place, rate = 0.0, 0.0
             for j in range(blocks):

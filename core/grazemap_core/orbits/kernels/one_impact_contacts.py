@@ -45,7 +45,7 @@ class OneImpactMotions(NamedTuple):
 class MotionScratch(NamedTuple):
     """Scratch for orbits with one impact and N blocks."""
 
-    stops: Floats
+    sides: Floats
     """(1,) Stop of the impact."""
     phases: Floats
     """(1,) Its phase."""
@@ -79,11 +79,11 @@ def _contact_at(
     own, other = motions.own + motions.own_by_gap * gap, motions.other + motions.other_by_gap * gap
     stop, restitution = motions.stop, motions.restitution
     right, left = (own, other) if stop > 0.0 else (other, own)
-    gaps = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
-    stops, phases, speeds = scratch.stops, scratch.phases, scratch.speeds
-    stops[0], phases[0], speeds[0] = stop, phase, stop * speed
+    stops = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
+    sides, phases, speeds = scratch.sides, scratch.phases, scratch.speeds
+    sides[0], phases[0], speeds[0] = stop, phase, stop * speed
     status, excess, _, touched = further_contact(
-        problem, stops, gaps, phases, speeds, floor, scratch.flow_between, scratch.contact
+        problem, sides, stops, phases, speeds, floor, scratch.flow_between, scratch.contact
     )
     return status, excess, touched
 
