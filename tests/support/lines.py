@@ -11,7 +11,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.planes import Axis, Line
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import named_arrays
 from grazemap_core.model.oscillator import Oscillator
@@ -27,9 +27,9 @@ def line(oscillator: Oscillator, vary: str, values: ArrayLike, fixed: Clearance)
 
 def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods: int) -> dict[str, NDArray[Any]]:
     """Return the map (n, 1) at one frequency, of clearances (n,) of both stops or (n, 2) of each, side by side."""
-    task = Settling(max_periods, 32)
-    settler = Settler(oscillator, task)
-    steady = settler.steady(np.array([omega]))[0]
-    found = settler.run(omega, steady, clearances, AtRest())
+    task = RunSettings(max_periods, 32)
+    runner = Runner(oscillator, task)
+    steady = runner.steady(np.array([omega]))[0]
+    found = runner.run(omega, steady, clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in found)
     return named_arrays(codes, figures, ensemble=False, preview=False)

@@ -26,10 +26,10 @@ import numpy as np
 
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.grazing.one_stop import VariedStop
 from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion

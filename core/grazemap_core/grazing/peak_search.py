@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.peaks import (
     Coefficients,
     Peaks,

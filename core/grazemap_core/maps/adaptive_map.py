@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.inferred_points import InferredWrong, check_sample
-from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
     LARGEST_INFERRED_SAMPLE,
@@ -155,7 +155,7 @@ class _Points:
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
         self._ensemble, self._preview = policy == "ensemble", preview
         starts = random_starts(plane.oscillator, initial_conditions, seed) if self._ensemble else None
-        self._settler = PlaneSettler(plane, Settling(max_periods, max_period, linearised=not preview, starts=starts))
+        self._runner = PlaneRunner(plane, RunSettings(max_periods, max_period, linearised=not preview, starts=starts))
         periods = max_periods * (1 if starts is None else len(starts))
         self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
         self._numbers: dict[tuple[int, ...], int] = {}
@@ -170,7 +170,7 @@ class _Points:
         """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
         order = np.lexsort([rows, columns])
         rows, columns = rows[order], columns[order]
-        found = self._settler.points(rows, columns)
+        found = self._runner.points(rows, columns)
         codes, figures = np.moveaxis(found[0], 2, 0)[:, :, None], np.moveaxis(found[1], 2, 0)[:, :, None]
         named = named_arrays(codes, figures, self._ensemble, self._preview)
         arrays = {name: array[:, 0] for name, array in named.items()}

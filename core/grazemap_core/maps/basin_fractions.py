@@ -34,7 +34,7 @@ from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
 from grazemap_core.maps.planes import Line
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -177,10 +177,10 @@ def fraction_tile(
         Those of `basins.basin_tile`.
     """
     check_limits(phase, max_periods, max_period)
-    found, settlers = [], Settlers(Settling(max_periods, max_period))
+    found, runners = [], Runners(RunSettings(max_periods, max_period))
     for point in points:
         forced = forced_oscillator(*point)
-        found.append(motions_from(settlers.of(point.oscillator), forced, *from_rest(forced, states), phase))
+        found.append(motions_from(runners.of(point.oscillator), forced, *from_rest(forced, states), phase))
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
@@ -190,18 +190,18 @@ def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]
     return rest, states - rest
 
 
-class Settlers:
-    """The `Settler` of the oscillator that was asked for last."""
+class Runners:
+    """The `Runner` of the oscillator that was asked for last."""
 
-    def __init__(self, task: Settling) -> None:
-        self._task = task
-        self._last: tuple[Oscillator, Settler] | None = None
+    def __init__(self, settings: RunSettings) -> None:
+        self._settings = settings
+        self._last: tuple[Oscillator, Runner] | None = None
 
-    def of(self, oscillator: Oscillator) -> Settler:
-        """Return the settler of an oscillator, the same one for the same object."""
+    def of(self, oscillator: Oscillator) -> Runner:
+        """Return the runner of an oscillator, the same one for the same object."""
         if self._last is None or self._last[0] is not oscillator:
             before = None if self._last is None else self._last[1]
-            self._last = oscillator, Settler(oscillator, self._task, before)
+            self._last = oscillator, Runner(oscillator, self._settings, before)
         return self._last[1]
 
 

@@ -20,7 +20,7 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
@@ -125,7 +125,7 @@ def basin_tile(
     forced = forced_oscillator(oscillator, float(omega), clearance)
     check_limits(phase, max_periods, max_period)
     state, added = initial_states(forced, horizontal, vertical, displacement, velocity)
-    return motions_from(Settler(oscillator, Settling(max_periods, max_period)), forced, state, added, float(phase))
+    return motions_from(Runner(oscillator, RunSettings(max_periods, max_period)), forced, state, added, float(phase))
 
 
 def check_limits(phase: float, max_periods: int, max_period: int) -> None:
@@ -137,14 +137,14 @@ def check_limits(phase: float, max_periods: int, max_period: int) -> None:
 
 
 def motions_from(
-    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+    runner: Runner, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
 ) -> dict[str, NDArray[Any]]:
     """Return the motions that trajectories settle to from states ``state + added``, as arrays of `basin_tile`.
 
     Arguments are those of `run_states`. The arrays have the shape of `added` without its last two axes.
     """
     shape = added.shape[:-2]
-    codes, figures = run_states(settler, forced, state, added, phase)
+    codes, figures = run_states(runner, forced, state, added, phase)
     codes, figures = codes.T.reshape(-1, *shape), figures.T.reshape(-1, *shape)
     return arrays_of(codes, figures) | {
         "mean_position": figures[MEAN_POSITION].copy(),
@@ -153,16 +153,16 @@ def motions_from(
 
 
 def run_states(
-    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+    runner: Runner, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
 ) -> tuple[Integers, Floats]:
     """Return codes (s, CODES) and figures (s, FIGURES) of trajectories from states ``state + added``.
 
-    `settler` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
+    `runner` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
     """
-    steady = settler.steady(np.array([forced.omega]))[0]
+    steady = runner.steady(np.array([forced.omega]))[0]
     scaled = (added / forced.stops.unit).reshape(-1, *state.shape)
     start = BetweenStops(state, scaled)
-    codes, figures = settler.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
+    codes, figures = runner.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
     return codes[0], figures[0]
 
 

@@ -8,7 +8,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import CoreError
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import Conditions
+from grazemap_core.maps.runner import Conditions
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple

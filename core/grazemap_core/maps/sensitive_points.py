@@ -17,7 +17,7 @@ from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane, start_at
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
@@ -75,18 +75,18 @@ class Resolver:
     def __init__(self, oscillator: Oscillator, omega: float, max_periods: int = 1000, max_period: int = 32) -> None:
         """Allocate scratch; limits as in `unfolding.unfolding_map_tile`."""
         self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
-        self._settler = Settler(
-            oscillator, Settling(AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
+        self._runner = Runner(
+            oscillator, RunSettings(AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
         )
-        self._steady = self._settler.steady(np.array([omega]))[0]
+        self._steady = self._runner.steady(np.array([omega]))[0]
 
     def random_states(self, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return random initial states (s, 2, N)."""
-        return self._settler.random_states(self._omega, self._steady, clearance, start)
+        return self._runner.random_states(self._omega, self._steady, clearance, start)
 
     def resolve(self, clearance: Clearance, state: Floats | None = None, phase: float = 0.0) -> Resolution:
         """Decide the motion from displacements and velocities (2, N), or from rest, at a phase of the forcing."""
-        unit = self._settler.unit(self._omega, self._steady, clearance)
+        unit = self._runner.unit(self._omega, self._steady, clearance)
 
         def start(bits: int) -> MultiprecisionRun:
             return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
@@ -99,7 +99,7 @@ class Resolver:
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
                 start = BetweenStops(np.zeros(states.shape[1:]), states[free] / unit)
-                found = self._settler.run(self._omega, self._steady, np.array([both]), start, phase)
+                found = self._runner.run(self._omega, self._steady, np.array([both]), start, phase)
                 codes[free], figures[free] = found[0][0], found[1][0]
             return codes, figures
 
@@ -154,7 +154,7 @@ def _at_once(codes: Integers) -> Booleans:
 
 def resolve_grid(
     plane: Plane,
-    task: Settling,
+    settings: RunSettings,
     sensitive: Booleans,
     codes: Integers,
     figures: Floats,
@@ -164,18 +164,18 @@ def resolve_grid(
     Parameters
     ----------
     plane : Plane
-    task : Settling
+    settings : RunSettings
         Not of a sweep.
     sensitive : (n, m, s)
     codes, figures : (CODES, n, m, s), (FIGURES, n, m, s)
-        The results of `planes.PlaneSettler.grid`, changed in place.
+        The results of `planes.PlaneRunner.grid`, changed in place.
     """
     resolved = np.zeros(sensitive.shape, dtype=np.bool_)
     for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
         for row, start in np.argwhere(sensitive[:, i]).tolist():
             oscillator, w, clearance = plane.at_point(row, i)
-            resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
-            begun = start_at(task, w)
+            resolver = Resolver(oscillator, w, settings.max_periods, settings.max_period)
+            begun = start_at(settings, w)
             states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
             found = resolver.resolve(clearance, states[start])
             if not found.reason:

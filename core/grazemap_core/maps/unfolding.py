@@ -13,8 +13,8 @@ from grazemap_core.checks import checked_order
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
@@ -97,7 +97,7 @@ def unfolding_map_tile(
     """
     check_map(plane, max_periods, max_period, policy, initial_conditions)
     resolve_grid = _resolution(policy, observed) if resolve_sensitive else None
-    task = Settling(
+    settings = RunSettings(
         max_periods=max_periods,
         max_period=max_period,
         follow=policy.startswith("sweep"),
@@ -105,12 +105,12 @@ def unfolding_map_tile(
         linearised=not preview,
         observed=observed,
     )
-    settler = PlaneSettler(plane, task)
-    codes, figures = settler.grid(down=policy == "sweep-down")
+    runner = PlaneRunner(plane, settings)
+    codes, figures = runner.grid(down=policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(settler.plane, task, sensitive, codes, figures)
+        resolved = resolve_grid(runner.plane, settings, sensitive, codes, figures)
     return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
 
 
@@ -170,7 +170,7 @@ def named_arrays(
 
 
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
-    """Return uniform random displacements and velocities in (-1, 1) for `Settling.starts`, shape (count, 2, N).
+    """Return uniform random displacements and velocities in (-1, 1) for `RunSettings.starts`, shape (count, 2, N).
 
     So is the contact coordinate.
     """

@@ -19,11 +19,12 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.orbits.curve_parameter import Gaps, Varied, VariedFactor, varied_gaps
 from grazemap_core.orbits.explicit_curves import ABSENT, OneImpactCurve, SecondStop, StopFamily, explicit_curves
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.fixed_stop_curves import (
@@ -35,7 +36,6 @@ from grazemap_core.orbits.fixed_stop_curves import (
     varied_graze,
 )
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
-from grazemap_core.orbits.varied_gaps import Gaps, Varied, VariedFactor, varied_gaps
 from grazemap_core.records import dataclass
 
 NEXT_STEP = 1.2

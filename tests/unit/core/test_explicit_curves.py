@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from flint import arb
 
+from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
 from grazemap_core.grazing.kernels.kicked_motion import UNDECIDED
-from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator

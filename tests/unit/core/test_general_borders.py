@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.borders.motion_grid import Grid, Name
 from grazemap_core.maps.margins import grazing_margins

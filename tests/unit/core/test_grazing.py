@@ -7,7 +7,7 @@ import pytest
 from flint import arb
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.chain import Chain as ModelChain
 from grazemap_core.model.kernels import tridiagonal
 from grazemap_core.model.modal import modal_model

@@ -15,7 +15,7 @@ from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size

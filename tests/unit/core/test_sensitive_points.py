@@ -15,9 +15,9 @@ from grazemap_core.contact.cell_problem import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
-from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
@@ -287,8 +287,8 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
 )
 def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplier):
     omega, clearance = np.array([0.5, 1.0]) * point.omega, np.array([1.0, 1.1]) * point.clearance
-    task = Settling(1000, 32)
-    before = PlaneSettler(Plane.of(point.oscillator, omega, clearance), task).grid()
+    task = RunSettings(1000, 32)
+    before = PlaneRunner(Plane.of(point.oscillator, omega, clearance), task).grid()
     codes, figures = (part.copy() for part in before)
     sensitive = np.zeros((2, 2, 1), dtype=bool)
     sensitive[0, 1, 0] = True
@@ -307,13 +307,13 @@ def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplie
 def all_sensitive(monkeypatch):
     """Planted: every trajectory of a map counts as sensitive."""
 
-    class Planted(PlaneSettler):
+    class Planted(PlaneRunner):
         def grid(self, down=False):
             codes, figures = super().grid(down)
             codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
             return codes, figures
 
-    monkeypatch.setattr(unfolding, "PlaneSettler", Planted)
+    monkeypatch.setattr(unfolding, "PlaneRunner", Planted)
 
 
 CRITICAL = Point(

@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
-from grazemap_core.maps.kernels.own_tables import SHARED_TABLES
+from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import impulse_blocks, shared_model
+from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.maps.tolerances import ERROR_SAFETY
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.simulation.start import forced_oscillator, initial_state
 from grazemap_core.simulation.start import start as begin
 from tests.oracles.fifty_digits import digits

@@ -70,8 +70,8 @@ from grazemap_core.maps.tolerances import (
     HALF_PERIOD_EVENTS,
     SETTLING_IMPACTS,
 )
-from grazemap_core.numerics.jit.by_lane import record_of
-from grazemap_core.numerics.jit.compiled import apart_kernel, copy_vector, kernel, plain
+from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain, pointer_kernel
+from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.kernels.verification import (
     Verification,
     apparent_length,
@@ -118,7 +118,7 @@ def start_growth(column: Column, k: int, used: int) -> None:
             begin_growth_of(record_of(column.models, lane).problem, column.tangents, lane)
 
 
-@apart_kernel
+@pointer_kernel
 def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int) -> int:
     """Classify a lane after k half periods. Returns whether its trajectory is finished, 1 or 0.
 

@@ -45,7 +45,7 @@ from grazemap_core.maps.kernels.lane_errors import (
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
-from grazemap_core.maps.kernels.own_tables import LaneModels, OwnTables
+from grazemap_core.maps.kernels.separate_tables import LaneModels, TablesPerLane
 from grazemap_core.maps.kernels.tangent_batches import (
     REST,
     SHARPEST,
@@ -57,8 +57,8 @@ from grazemap_core.maps.kernels.tangent_batches import (
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
-from grazemap_core.numerics.jit.by_lane import record_of
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels import lyapunov
@@ -335,7 +335,13 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None
 
 @kernel
 def carry_changes(
-    models: LaneModels, own: OwnTables, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int
+    models: LaneModels,
+    separate: TablesPerLane,
+    group: Lanes,
+    tangents: LaneTangents,
+    half: int,
+    skipped: int,
+    used: int,
 ) -> None:
     """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
@@ -367,16 +373,16 @@ def carry_changes(
         else:
             wanted[lane] = 0
     if pairs > 0:
-        _carry_lanes((0, 0), models, own, group, tangents, half, skipped, used)
+        _carry_lanes((0, 0), models, separate, group, tangents, half, skipped, used)
     if singles > 0:
-        _carry_lanes((0,), models, own, group, tangents, half, skipped, used)
+        _carry_lanes((0,), models, separate, group, tangents, half, skipped, used)
 
 
 @kernel
 def _carry_lanes(
     columns: tuple[int, ...],
     models: LaneModels,
-    own: OwnTables,
+    separate: TablesPerLane,
     group: Lanes,
     tangents: LaneTangents,
     half: int,
@@ -393,7 +399,7 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, own)
+        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, separate)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             problem = record_of(models, lane).problem

@@ -15,8 +15,8 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lane_state import stops_in_row
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.observed_motion import (
     ObservedOutputs,

@@ -1,6 +1,6 @@
 """Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
 
-As in `multi_impact_cell`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
+As in `second_pass`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
 arithmetic over whole vectors. The number of lanes is not a constant to the compiler: it would unroll short loops
 instead of vectorising them. In each step all lanes advance to their next impact; a lane without a further one stays at
 its last, and a lane without any advances to the end of the half period. A lane has one change, or two.
@@ -18,12 +18,12 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
+from grazemap_core.maps.kernels.first_pass import VECTOR, four_lane_rows
 from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
-from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
-from grazemap_core.maps.kernels.own_tables import OF_CHANGES, LaneModels, OwnTables, put_in_changes
-from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
+from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, TablesPerLane, put_in_changes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
 from grazemap_core.simulation.tolerances import RANK_ROUNDING
@@ -92,13 +92,13 @@ def tangent_batch(masses: int) -> TangentBatch:
 def _series(s: Floats, row: int, k: int, t: float) -> float:
     """Return the polynomial of degree 6 with the coefficients in a row of `LaneTables.change_series`."""
     n = FLOW_DEGREE * row
-    value: float = at(of_lanes(s, n + 6, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 5, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 4, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 3, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 2, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 1, WIDTH), k)
-    value = value * t + at(of_lanes(s, n, WIDTH), k)
+    value: float = lane_value(lane_row(s, n + 6, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n + 5, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n + 4, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n + 3, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n + 2, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n + 1, WIDTH), k)
+    value = value * t + lane_value(lane_row(s, n, WIDTH), k)
     return value
 
 
@@ -115,7 +115,7 @@ def _set_targets(
 ) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
     rows, flow = batch.rows, batch.flow
-    steps, viscous = of_lanes(scalars, lane_tables.STEP, WIDTH), of_lanes(scalars, lane_tables.VISCOUS_TERM, WIDTH)
+    steps, viscous = lane_row(scalars, lane_tables.STEP, WIDTH), lane_row(scalars, lane_tables.VISCOUS_TERM, WIDTH)
     for k in range(filled):
         time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
@@ -126,13 +126,13 @@ def _set_targets(
             time = rows[END * WIDTH + k]
         rows[TARGET * WIDTH + k] = time
         rows[FACTOR * WIDTH + k] = jump
-        rows[DRAG * WIDTH + k] = at(viscous, k) * jump
+        rows[DRAG * WIDTH + k] = lane_value(viscous, k) * jump
         rows[VELOCITY_AT * WIDTH + k] = velocity
         rows[ACCELERATION_AT * WIDTH + k] = acceleration
     for k in range(width):
         time, speed = rows[TARGET * WIDTH + k], abs(rows[VELOCITY_AT * WIDTH + k])
         ratio, away = rows[ACCELERATION_AT * WIDTH + k] / speed, time - rows[PASSED * WIDTH + k]
-        part = at(steps, k) / RESPONSE_PARTS
+        part = lane_value(steps, k) / RESPONSE_PARTS
         parts = np.floor(away * (1.0 / part) + 0.5)
         rows[PART * WIDTH + k] = parts
         rows[SHORT * WIDTH + k] = away - parts * part
@@ -168,18 +168,18 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
         if count == 2:
             rows[(POSITION + 1) * WIDTH + k], rows[(SPEED + 1) * WIDTH + k] = 0.0, 0.0
     for j in range(blocks):
-        decays, squares = of_lanes(tables.block, BLOCK * j, WIDTH), of_lanes(tables.block, BLOCK * j + 1, WIDTH)
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, WIDTH)
+        decays, squares = lane_row(tables.block, BLOCK * j, WIDTH), lane_row(tables.block, BLOCK * j + 1, WIDTH)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, WIDTH)
         over = flow[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
             short = rows[SHORT * WIDTH + k]
-            square, twice = at(squares, k), 2.0 * at(decays, k)
+            square, twice = lane_value(squares, k), 2.0 * lane_value(decays, k)
             y, rate = _series(series, j, k, short) * short, _series(series, blocks + j, k, short)
             whole, whole_rate = over[k], over[WIDTH + k]
             y, rate = (rate + twice * y) * whole + y * whole_rate, rate * whole_rate - square * y * whole
             to_impact = (rate + twice * y, y, -square * y, rate)
-            output = (at(r0, k), at(r1, k), at(r2, k), at(r3, k))
+            output = (lane_value(r0, k), lane_value(r1, k), lane_value(r2, k), lane_value(r3, k))
             _flow_change(rows, block, (k, 0, count), to_impact, output)
             if count == 2:
                 _flow_change(rows, block, (k, 1, count), to_impact, output)
@@ -212,11 +212,11 @@ def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: L
             rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
             rows[(POSITION + 1) * WIDTH + k] = -factor * y
     for j in range(blocks):
-        decay, square, first, second = four_of_lanes(tables.block, j, WIDTH)
+        decay, square, first, second = four_lane_rows(tables.block, j, WIDTH)
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
-            displacement, velocity = at(first, k), at(second, k)
-            curvature = at(square, k) * displacement + 2.0 * at(decay, k) * velocity
+            displacement, velocity = lane_value(first, k), lane_value(second, k)
+            curvature = lane_value(square, k) * displacement + 2.0 * lane_value(decay, k) * velocity
             impulse = (displacement, velocity, curvature, 0.0)
             _strike_change(rows, block, (k, 0, count), impulse)
             if count == 2:
@@ -230,10 +230,10 @@ def _products(columns: Columns, batch: TangentBatch, width: int, tables: LaneTab
     for k in range(width):
         rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k], rows[WHOLE * WIDTH + k] = 0.0, 0.0, 0.0
     for j in range(blocks):
-        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
+        frequency = lane_row(tables.bound, 3 * j, WIDTH)
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
-            stiffness = at(frequency, k) * at(frequency, k)
+            stiffness = lane_value(frequency, k) * lane_value(frequency, k)
             u, du = block[k], block[count * WIDTH + k]
             rows[SQUARE * WIDTH + k] += stiffness * (u * u) + du * du
             if count == 2:
@@ -250,10 +250,10 @@ def _subtract_first(batch: TangentBatch, width: int, tables: LaneTables, blocks:
         rows[REST * WIDTH + k] = 0.0
         rows[SCALE * WIDTH + k] = rows[OVERLAP * WIDTH + k] / rows[SQUARE * WIDTH + k]
     for j in range(blocks):
-        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
+        frequency = lane_row(tables.bound, 3 * j, WIDTH)
         block = changes[4 * j * WIDTH : 4 * (j + 1) * WIDTH]
         for k in range(width):
-            stiffness = at(frequency, k) * at(frequency, k)
+            stiffness = lane_value(frequency, k) * lane_value(frequency, k)
             share = rows[SCALE * WIDTH + k]
             w = block[WIDTH + k] - share * block[k]
             dw = block[3 * WIDTH + k] - share * block[2 * WIDTH + k]
@@ -317,7 +317,7 @@ def carry_batch(
     changes: Floats,
     elapsed: Floats,
     models: LaneModels,
-    own: OwnTables,
+    separate: TablesPerLane,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
@@ -336,11 +336,11 @@ def carry_batch(
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
     models : LaneModels
         Whose block_response is not empty.
-    own : OwnTables
+    separate : OwnTables
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
     events, restitution = group.events, group.restitution
-    tables, blocks = table_of(own, OF_CHANGES, models), models.shared.problem.decay.shape[0]
+    tables, blocks = table_of(separate, OF_CHANGES, models), models.shared.problem.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
     for k in range(width):
         rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0

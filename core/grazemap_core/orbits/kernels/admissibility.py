@@ -19,8 +19,8 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.equations import (
     OrbitProblem,
     highest_order,

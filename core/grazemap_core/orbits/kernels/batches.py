@@ -8,8 +8,8 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
 from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers

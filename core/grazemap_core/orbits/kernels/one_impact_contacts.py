@@ -10,8 +10,8 @@ import math
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE

@@ -32,8 +32,8 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import (
