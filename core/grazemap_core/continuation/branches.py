@@ -27,7 +27,7 @@ from grazemap_core.continuation.parameters import (
     keeps_symmetry,
 )
 from grazemap_core.continuation.pseudo_arclength import follow_path
-from grazemap_core.continuation.special_points import Segment, SpecialPoint, special_point_at
+from grazemap_core.continuation.special_points import BranchSegment, SpecialPoint, special_point_at
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -193,7 +193,7 @@ def _follow(
 
     def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
         point = path.evaluate(unknowns)
-        within = Segment(path, points[-1], point, along).special_points(turned)
+        within = BranchSegment(path, points[-1], point, along).special_points(turned)
         special.extend(replace(item, segment=len(points) - 1) for item in within)
         points.append(point)
         return "special" if to_special and within else None

@@ -96,7 +96,7 @@ Located = tuple[float, SpecialPoint]
 """Distance along the tangent of a segment, and the special point there."""
 
 
-class Segment:
+class BranchSegment:
     """A segment of a branch between two neighbouring orbits, and the orbits on it."""
 
     def __init__(
@@ -196,7 +196,7 @@ class Segment:
             sides = [other.correct(guess + side * reach * self.end * normal, normal) for side in (-1.0, 1.0)]
             if sides[0] is None or sides[1] is None:
                 continue
-            across = Segment(other, other.evaluate(sides[0][0]), other.evaluate(sides[1][0]), normal)
+            across = BranchSegment(other, other.evaluate(sides[0][0]), other.evaluate(sides[1][0]), normal)
             there = across.zero(_doubling_test, 0.0, across.end)
             if there is not None:
                 unknowns = halves.doubled(across.at(there).unknowns)

@@ -33,7 +33,7 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
-from grazemap_core.maps.planes import Line
+from grazemap_core.maps.planes import ParameterLine
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
@@ -58,7 +58,7 @@ class Point(NamedTuple):
     """Clearances of the stops."""
 
 
-class Ranges(NamedTuple):
+class StateRanges(NamedTuple):
     """The ranges of initial states."""
 
     displacement: Floats
@@ -97,13 +97,13 @@ class BasinFractions:
     """(n,) Share of the states that are sensitive."""
 
 
-def points_along(line: Line) -> list[Point]:
+def points_along(line: ParameterLine) -> list[Point]:
     """Return what is simulated at each value of a line."""
     return [Point(*line.point(index)) for index in range(len(line.axis.values))]
 
 
 @in_own_period
-def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> Ranges:
+def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> StateRanges:
     """Return the ranges of initial states, with those that are left out.
 
     Parameters
@@ -125,10 +125,10 @@ def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity:
     half = 0.0 if all(value is not None for _, value in given) else _half_range(points)
     omega, at_rest = min(point.omega for point in points), equilibrium(first)[:, None]
     others = (at_rest + np.array([-half, half]), np.tile(omega * np.array([-half, half]), (first.size, 1)))
-    return Ranges(*(_range(*one, first.size, other) for one, other in zip(given, others, strict=True)))
+    return StateRanges(*(_range(*one, first.size, other) for one, other in zip(given, others, strict=True)))
 
 
-def random_states(points: Sequence[Point], ranges: Ranges, count: int, seed: int) -> Floats:
+def random_states(points: Sequence[Point], ranges: StateRanges, count: int, seed: int) -> Floats:
     """Return initial states (count, 2, N), displacements and velocities, uniform in the ranges.
 
     Of those only such states whose contact is between the stops, and not on them, at every point.

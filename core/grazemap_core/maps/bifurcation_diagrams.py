@@ -21,7 +21,7 @@ from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
-from grazemap_core.maps.planes import Line
+from grazemap_core.maps.planes import ParameterLine
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
@@ -71,7 +71,7 @@ class Section:
 
 @in_own_period
 def sections(
-    line: Line,
+    line: ParameterLine,
     policy: str = "rest",
     periods: int = 64,
     transient_periods: int = 300,

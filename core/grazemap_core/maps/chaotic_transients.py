@@ -28,7 +28,7 @@ from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
-from grazemap_core.maps.planes import Line, Plane, PlaneRunner, SweepEnd
+from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, SweepEnd
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import random_starts
@@ -193,7 +193,7 @@ def chance_in_fractions(
 
 @in_own_period
 def chance_in_diagram(
-    line: Line,
+    line: ParameterLine,
     sections: Sequence[Section],
     watched: int,
     max_period: int,

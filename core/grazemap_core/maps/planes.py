@@ -60,7 +60,7 @@ class Axis(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class ParameterLine:
     """The values of one parameter, at fixed values of the others."""
 
     oscillator: Oscillator

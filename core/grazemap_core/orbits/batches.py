@@ -16,7 +16,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, TOUCHES
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 
 REASONS = {
@@ -52,6 +52,6 @@ def solve_sequences(
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
     gaps = np.array([[one.right, one.left] for one in stops])
-    impacts = Impacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
+    impacts = OrbitImpacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
     solve_orbits(problem, impacts, gaps, floor, results, scratch)
     return phases, speeds, results

@@ -44,7 +44,7 @@ class FixedStop:
 
 
 @dataclass(frozen=True)
-class Line:
+class FrequencyLine:
     """A line of constant frequency."""
 
     type: str
@@ -60,12 +60,12 @@ class Line:
     reach: float
     """Clearance of the other stop above which it is not touched."""
 
-    def moved(self, offset: float) -> Line:
+    def moved(self, offset: float) -> FrequencyLine:
         """Return the line with `reach` changed from a gap to a clearance."""
         return replace(self, reach=self.reach + offset)
 
 
-def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Line]:
+def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[FrequencyLine]:
     """Yield the lines of motions with one impact on the fixed stop; `reach` is a gap.
 
     Parameters
@@ -93,7 +93,7 @@ def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Line]:
                 if found is not None:
                     here, one = found
                     reach = float(here.reach(np.array([one.phase]))[0])
-                    yield Line(kind, here.orbits.omega, one.speed, one.admissible, one.stop, reach)
+                    yield FrequencyLine(kind, here.orbits.omega, one.speed, one.admissible, one.stop, reach)
 
 
 def _between(
@@ -142,7 +142,7 @@ def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> O
     return OneImpactCurve(grazes.clearance, np.zeros(size), ~grazes.virtual, np.full(size, varied.stop))
 
 
-def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[Line]:
+def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[FrequencyLine]:
     """Yield the lines on which the steady motion touches the fixed stop; `reach` is a clearance."""
     assert varied.other is not None
     other, gap = VariedStop(-varied.stop), varied.other
@@ -157,4 +157,4 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
         place = float(brentq(lambda one: apart(np.array([one]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
-        yield Line("GR", place, 0.0, True, -varied.stop, float(reach))
+        yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))

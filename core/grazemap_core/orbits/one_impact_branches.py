@@ -210,7 +210,7 @@ def _branch(
 
 
 @dataclass(frozen=True)
-class _Contact:
+class _BranchContact:
     """A further contact of an orbit."""
 
     sine: float
@@ -229,9 +229,9 @@ class _Contact:
 
 def _first_contact(
     response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float, alone: bool
-) -> tuple[_Contact, Admissibility]:
+) -> tuple[_BranchContact, Admissibility]:
     """Return the first further contact on the branch, by decreasing angle from the graze at which the branch begins."""
-    contacts: list[tuple[bool, _Contact]] = []
+    contacts: list[tuple[bool, _BranchContact]] = []
     undecided = False
     blocks = (response.decay, response.discriminant, response.frequency_squared)
     motion = KickedMotion(*blocks, sums.state, sums.displacement, factor, omega)
@@ -241,7 +241,7 @@ def _first_contact(
         if status == TOO_MANY_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
         undecided |= status not in (FOUND, NEVER)
-        contacts.append((status == NEVER, _Contact(sine, cosine, stop, time)))
+        contacts.append((status == NEVER, _BranchContact(sine, cosine, stop, time)))
     never, first = max(contacts, key=lambda found: (found[0], found[1].angle))
     return first, "undecided" if undecided and not never else "decided"
 
@@ -254,7 +254,7 @@ def _special_points(
     d: float,
     sums: PeriodicSums,
     rebound: float,
-    contact: _Contact,
+    contact: _BranchContact,
 ) -> tuple[BranchPoint, ...]:
     """Return the special points with a clearance above 0, by decreasing angle."""
     lowest = math.atan2(c, d)

@@ -14,9 +14,9 @@ from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.system import Inputs, System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals, exact_inputs, inputs
+from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, decimals, exact_inputs, inputs
 from grazemap_core.proofs.orbits import as_admitted, orbit_theorem
-from grazemap_core.proofs.simulation import Impact, Simulation
+from grazemap_core.proofs.simulation import ProvenImpact, Simulation
 
 MAX_PERIOD = 32
 """Largest period of an orbit that is looked for."""
@@ -36,7 +36,7 @@ SQUARINGS = 60
 """Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
 
 
-def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the orbit that attracts the trajectory from the given state.
 
     It proves the statement, or, if that has another label, disproves it.
@@ -61,7 +61,7 @@ def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
         periods += periods // 2
 
 
-def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[ImpactSequence]:
+def repeated(impacts: list[ProvenImpact], turn: float, omega: float) -> Iterator[ImpactSequence]:
     """Yield the impacts of the last n periods of the forces if they are those of the n periods before."""
     times = np.array([float(impact.time) for impact in impacts])
     speeds = np.array([float(impact.velocity) for impact in impacts])
@@ -79,7 +79,7 @@ def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[Impac
             return
 
 
-def _arrival(search: Search, given: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
+def _arrival(search: ProofSearch, given: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
     """Return the theorem if the trajectory has entered a ball that contracts, else None."""
     try:
         if impacts.mirrors(2.0 * REPEATED):

@@ -19,7 +19,7 @@ from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.proofs.certificates import (
     Attempt,
     Document,
-    Search,
+    ProofSearch,
     Undecided,
     core_clearance,
     decimals,
@@ -30,7 +30,7 @@ from grazemap_core.proofs.certificates import (
 from grazemap_core.proofs.orbits import as_admitted, refined, sequence_theorem, starting_sequence
 
 
-def prove_bifurcation(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_bifurcation(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the bifurcation nearest to an orbit, along its branch over the parameter.
 
     The statement names the orbit at the bifurcation by its contacts, not the branch.
@@ -38,7 +38,7 @@ def prove_bifurcation(search: Search, request: Document) -> Iterator[Attempt]:
     yield bifurcation(search, request, nearest_point(search, request))
 
 
-def nearest_point(search: Search, request: Document) -> SpecialPoint:
+def nearest_point(search: ProofSearch, request: Document) -> SpecialPoint:
     """Return the bifurcation of the requested type that lies nearest to the given orbit, in double precision."""
     parameter, place = request["parameter"], (float(request["omega"]), core_clearance(request["clearance"]))
     orbit = periodic_orbit(search.oscillator, *place, starting_sequence(search, request))
@@ -53,7 +53,7 @@ def nearest_point(search: Search, request: Document) -> SpecialPoint:
     return min(points, key=lambda point: abs(point.values.value(parameter) - here))
 
 
-def bifurcation(search: Search, request: Document, point: SpecialPoint) -> Attempt:
+def bifurcation(search: ProofSearch, request: Document, point: SpecialPoint) -> Attempt:
     """Return the statement and the theorem on a special point that is known in double precision."""
     kind, parameter = request["type"], request["parameter"]
     statement = inputs(search, request) | {"type": kind, "parameter": parameter, "range": request["range"]}
@@ -82,7 +82,7 @@ def bifurcation(search: Search, request: Document, point: SpecialPoint) -> Attem
     return Attempt(statement | {"period": problem.period, "stops": stops, **box}, "proven", theorem)
 
 
-def _perturbation(search: Search, given: Inputs, theorem: Document, kind: str) -> Floats:
+def _perturbation(search: ProofSearch, given: Inputs, theorem: Document, kind: str) -> Floats:
     """Return the perturbation that returns times the critical multiplier, to double precision."""
     problem = BoundaryProblem(search.machine, given, theorem, kind)
     rows = problem.run(problem.centre, checked=False).derivative.tolist()

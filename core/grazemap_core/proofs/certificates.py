@@ -25,7 +25,7 @@ class Undecided(Exception):
 
 
 @dataclass(frozen=True)
-class Search:
+class ProofSearch:
     """Inputs of a search."""
 
     oscillator: Oscillator
@@ -134,7 +134,7 @@ def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in rows]
 
 
-def inputs(search: Search, request: Document) -> Document:
+def inputs(search: ProofSearch, request: Document) -> Document:
     """Return frequency, clearances and restitutions of a statement; "varied" for the parameter of a bifurcation."""
     clearance, parameter = request["clearance"], request.get("parameter", "")
     sides = {"right": 1, "left": -1}

@@ -8,14 +8,14 @@ from flint import arb
 
 from grazemap.checker.arithmetic import exact
 from grazemap.checker.theorems import impulse
-from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals
+from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, decimals
 from grazemap_core.proofs.refinement import refine
 
 SAMPLES = 64
 """Parts of the range of frequencies in which a change of sign is looked for."""
 
 
-def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_codimension_two(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the first zero that is found in the range of frequencies.
 
     Where the maxima of the steady motion are not distinguished, the second statement is on the zero alone.

@@ -20,7 +20,7 @@ from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
 from grazemap_core.proofs.certificates import (
     Attempt,
     Document,
-    Search,
+    ProofSearch,
     Undecided,
     core_clearance,
     decimals,
@@ -33,7 +33,7 @@ WIDER = 1.01
 """Size of the box in which an orbit is shown to be the only one, over that of the states that a statement admits."""
 
 
-def starting_sequence(search: Search, request: Document) -> ImpactSequence:
+def starting_sequence(search: ProofSearch, request: Document) -> ImpactSequence:
     """Return the impacts from which the search starts: those given, or those of an orbit that is found."""
     period, stops = request["period"], request["stops"]
     if "phases" in request:
@@ -49,7 +49,7 @@ def _place(request: Document) -> tuple[float, Any]:
     return float(request["omega"]), core_clearance(request["clearance"])
 
 
-def _converged(search: Search, request: Document, guess: ImpactSequence) -> ImpactSequence:
+def _converged(search: ProofSearch, request: Document, guess: ImpactSequence) -> ImpactSequence:
     """Return the impacts of the orbit near a guess, half of them where the orbit is symmetric."""
     orbit = periodic_orbit(search.oscillator, *_place(request), guess)
     if not orbit.converged:
@@ -57,7 +57,7 @@ def _converged(search: Search, request: Document, guess: ImpactSequence) -> Impa
     return orbit.impacts.half() if orbit.symmetric else orbit.impacts
 
 
-def as_admitted(search: Search, given: Inputs, impacts: ImpactSequence) -> ImpactSequence:
+def as_admitted(search: ProofSearch, given: Inputs, impacts: ImpactSequence) -> ImpactSequence:
     """Return the impacts of a symmetric orbit as half of them, if the oscillator is exactly symmetric, else all."""
     try:
         given.require_symmetric(search.machine)
@@ -67,7 +67,7 @@ def as_admitted(search: Search, given: Inputs, impacts: ImpactSequence) -> Impac
 
 
 def sequence_theorem(
-    search: Search,
+    search: ProofSearch,
     given: Inputs,
     omega: float,
     impacts: ImpactSequence,
@@ -109,7 +109,7 @@ def sequence_theorem(
     return theorem | {"state": decimals(state.entries(), 20)} | ({} if value is None else {"value": value})
 
 
-def refined(search: Search, given: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
+def refined(search: ProofSearch, given: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
     """Return a theorem with the state, the impacts' times and the other unknowns in many digits."""
 
     def equations(now: Document) -> Equations:
@@ -130,13 +130,13 @@ def refined(search: Search, given: Inputs, theorem: Document, bifurcation: str |
 
 
 def orbit_theorem(
-    search: Search, given: Inputs, omega: float, impacts: ImpactSequence, first: int | None = None
+    search: ProofSearch, given: Inputs, omega: float, impacts: ImpactSequence, first: int | None = None
 ) -> Document:
     """Return the centre and the radius of the box of an orbit."""
     return refined(search, given, sequence_theorem(search, given, omega, impacts, first=first))
 
 
-def prove_orbit(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_orbit(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield theorems on the orbits near the given impacts, or with the given stops, and then what contradicts it."""
     names = ("period", "stops", "stable", "phases", "velocities", "radius")
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}
@@ -154,7 +154,7 @@ def prove_orbit(search: Search, request: Document) -> Iterator[Attempt]:
             continue
 
 
-def _only_orbit(search: Search, given: Inputs, statement: Document, impacts: ImpactSequence) -> Document:
+def _only_orbit(search: ProofSearch, given: Inputs, statement: Document, impacts: ImpactSequence) -> Document:
     """Return the theorem on an orbit in a box of states that holds all motions of a statement's box."""
     omega = float(statement["omega"])
     turn = 2.0 * np.pi / search.machine.divisor

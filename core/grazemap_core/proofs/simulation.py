@@ -29,7 +29,7 @@ BISECTIONS = 40
 """Halvings of the interval between two samples, to about the rounding of the series."""
 
 
-class Impact(NamedTuple):
+class ProvenImpact(NamedTuple):
     """An impact."""
 
     stop: int
@@ -48,7 +48,7 @@ class Simulation:
     def __init__(self, system: System, state: arb_mat, time: arb, bits: int):
         """Take the state at a time, both exact up to the precision."""
         self.system, self.bits = system, bits
-        self.impacts: list[Impact] = []
+        self.impacts: list[ProvenImpact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
             self.length = (STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
@@ -117,7 +117,7 @@ class Simulation:
         if self.impacts and self.time - self.impacts[-1].time < SHORTEST_FLIGHT * system.turn:
             raise Undecided("rests")
         self.state, self.left = after.mid(), stop
-        self.impacts.append(Impact(stop, self.time, speed, self.state))
+        self.impacts.append(ProvenImpact(stop, self.time, speed, self.state))
 
 
 def _first_bracket(series: Floats) -> tuple[float, float] | None:

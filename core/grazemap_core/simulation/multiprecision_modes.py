@@ -40,7 +40,7 @@ class RunError(Exception):
     """A run cannot be started or continued; says why."""
 
 
-class Equations:
+class MotionEquations:
     """``M x'' + C x' + K x = forces + bias``, at the precision of the context.
 
     Attributes

@@ -80,7 +80,7 @@ class _Angle(NamedTuple):
     """Its cosine."""
 
 
-class _Cell(NamedTuple):
+class _TimeInterval(NamedTuple):
     """An interval of time."""
 
     left: float
@@ -187,7 +187,7 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
 
 
 @kernel
-def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats) -> float:
+def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _TimeInterval, here: Floats) -> float:
     """Return where the distance is largest on a cell on which it is concave; `here` is the distance at the middle."""
     sine, cosine = angle
     point = 0.5 * (cell.left + cell.right)
@@ -213,7 +213,7 @@ def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: 
 
 @kernel
 def _search_cell(
-    motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats, other: Floats
+    motion: KickedMotion, stop: int, angle: _Angle, cell: _TimeInterval, here: Floats, other: Floats
 ) -> tuple[int, float]:
     """Return whether the distance at an angle may be positive on a cell, and a point to test.
 
@@ -305,7 +305,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
             top -= 1
             left, right = stack[top, 0], stack[top, 1]
             at_end = right >= last * (1.0 - 4.0 * EPSILON) and stop == meets
-            cell = _Cell(left, right, left == 0.0 and stop > 0, at_end, last)
+            cell = _TimeInterval(left, right, left == 0.0 and stop > 0, at_end, last)
             what, point = _search_cell(motion, stop, _Angle(sine, cosine), cell, here, other)
             if what == _HALVE:
                 if top + 2 > _STACK:

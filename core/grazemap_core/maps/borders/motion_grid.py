@@ -56,7 +56,7 @@ class Name(NamedTuple):
         return not (self.free or self.sticking or INFINITE in (self.right, self.left))
 
 
-class Grid(NamedTuple):
+class MotionGrid(NamedTuple):
     """The part of a map on which its borders depend."""
 
     plane: Plane
@@ -71,7 +71,7 @@ class Grid(NamedTuple):
     """(n, m) Forcing periods after which the motion was known, as in a map."""
 
     @classmethod
-    def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> Grid:
+    def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> MotionGrid:
         """Take a plane and the arrays of `unfolding.unfolding_map_tile`.
 
         Raises

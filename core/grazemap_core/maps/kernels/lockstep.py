@@ -157,7 +157,7 @@ class CellStep(NamedTuple):
     """((2 N + 2) * LANES,) States of all lanes at its end."""
 
 
-class Impact(NamedTuple):
+class LaneImpact(NamedTuple):
     """One impact."""
 
     time: float
@@ -319,7 +319,7 @@ def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
 
 
 @inlined
-def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: Impact) -> None:
+def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: LaneImpact) -> None:
     """Enter an impact into a lane's tally and, up to their capacity, into its events."""
     side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
     tally[workspace.RIGHT if side > 0.0 else workspace.LEFT, lane] += 1.0
@@ -440,7 +440,7 @@ def _enter_impacts_of_round(
             speed = rows[second_pass.SPEED * WIDTH + k]
             contact_acceleration = rows[second_pass.CONTACT_ACCELERATION * WIDTH + k]
             after, side = half_cell * (1.0 + rows[second_pass.ORIGIN * WIDTH + k]), rows[second_pass.SIDE * WIDTH + k]
-            impact = Impact(cell_start + after, side, speed, contact_acceleration)
+            impact = LaneImpact(cell_start + after, side, speed, contact_acceleration)
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
             restitution = rows[second_pass.RESTITUTION * WIDTH + k]
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
@@ -601,9 +601,9 @@ def _solve_free(
 
 
 @inlined
-def _impact(rows: Floats, i: int, cell_start: float, half_cell: float) -> Impact:
+def _impact(rows: Floats, i: int, cell_start: float, half_cell: float) -> LaneImpact:
     """Return the impact of lane i of the first pass."""
-    return Impact(
+    return LaneImpact(
         cell_start + half_cell * (1.0 + rows[first_pass.IMPACT_Z * PITCH + i]),
         rows[first_pass.SIDE * PITCH + i],
         rows[first_pass.SPEED * PITCH + i],

@@ -194,7 +194,7 @@ class Sizes(NamedTuple):
     """Distance of the left stop, likewise."""
 
 
-class Cell(NamedTuple):
+class IntervalPart(NamedTuple):
     """A part of an interval, and the motion toward one stop in its middle."""
 
     left: float
@@ -237,7 +237,7 @@ def _locate_maximum(
     interval: Interval,
     size: float,
     stop: float,
-    cell: Cell,
+    cell: IntervalPart,
     concave: bool,
     scratch: ContactScratch,
 ) -> float:
@@ -323,7 +323,7 @@ def _search_cell(
         if not (concave or right - left <= MIN_CONTACT_CELL * interval.length):
             halve = True
             continue
-        cell = Cell(left, right, slope, second_derivative, noise)
+        cell = IntervalPart(left, right, slope, second_derivative, noise)
         point = _locate_maximum(problem, interval, size.steady, stop, cell, concave, scratch)
         if math.isnan(point):
             continue

@@ -11,7 +11,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
 from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
 from grazemap_core.records import NamedTuple
@@ -99,7 +99,7 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
 @kernel
 def solve_orbits(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     gaps: Floats,
     floor: float,
     results: OrbitResults,
@@ -144,7 +144,7 @@ def solve_orbits(
         )
         orbit_multipliers(
             structure,
-            Impacts(between, sides, phases[i], speeds[i]),
+            OrbitImpacts(between, sides, phases[i], speeds[i]),
             work.before,
             scratch.matrix,
             found.real[i],

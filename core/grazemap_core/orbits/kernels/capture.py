@@ -30,7 +30,7 @@ from grazemap_core.numerics.kernels.dense import add_transposed_product, cholesk
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import third_derivative_bound
 from grazemap_core.orbits.kernels.equations import (
-    Impacts,
+    OrbitImpacts,
     OrbitProblem,
     highest_order,
     rebound_of,
@@ -316,7 +316,7 @@ def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
 @fused_kernel
 def _add_second_order(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     i: int,
     toward: float,
     jerk: float,
@@ -424,7 +424,7 @@ def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: C
 @fused_kernel
 def _pass_return(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     columns: Floats,
     shooting: Shooting,
     scratch: CaptureScratch,
@@ -483,7 +483,7 @@ def _pass_return(
 def capture_ratio(
     problem: CellProblem,
     orbit: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     uncertainty: float,
     matrix: Floats,
     multiplier: float,

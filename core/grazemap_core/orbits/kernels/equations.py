@@ -61,7 +61,7 @@ class OrbitProblem(NamedTuple):
     """1 if the impacts repeat on the same stop, -1 if on the other one: for symmetric stops only."""
 
 
-class Impacts(NamedTuple):
+class OrbitImpacts(NamedTuple):
     """The impacts of an orbit."""
 
     stops: Stops

@@ -16,7 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import OK, eigenvalues
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem, rebound_of
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
 
 
 @kernel
@@ -34,7 +34,7 @@ def block_scales(problem: OrbitProblem, scales: Floats) -> None:
 
 
 @kernel
-def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, matrix: Floats) -> None:
+def monodromy_matrix(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats, matrix: Floats) -> None:
     """Write the Floquet matrix over a span from before the first impact, mirrored for `sign` -1, into matrix (2N, 2N).
 
     Block j has the coordinates (frequency y, y')/scale.
@@ -72,7 +72,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, ma
 @kernel
 def orbit_multipliers(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     before: Floats,
     matrix: Floats,
     real: Floats,

@@ -45,7 +45,7 @@ from grazemap_core.orbits.kernels.admissibility import (
 )
 from grazemap_core.orbits.kernels.capture import CaptureScratch, capture_ratio, capture_scratch
 from grazemap_core.orbits.kernels.equations import (
-    Impacts,
+    OrbitImpacts,
     OrbitProblem,
     largest_rebound,
     rebound_of,
@@ -544,7 +544,7 @@ def _impacts_by_stop(sides: Floats, count: int) -> tuple[int, int]:
 def _capture(
     problem: CellProblem,
     orbit: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     uncertainty: float,
     multiplier: float,
     scratch: VerificationScratch,
@@ -605,7 +605,7 @@ def verify(
     multiplier = spectral_radius(scratch.matrix, scratch.real, scratch.imaginary)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
     uncertainty = _reach(orbit, sides, stops, speeds, radius)
-    impacts = Impacts(stops, sides, phases, speeds)
+    impacts = OrbitImpacts(stops, sides, phases, speeds)
     ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
     gap = _smallest_gap(orbit, sides, stops, phases, speeds, radius, floor, scratch)

@@ -28,9 +28,9 @@ from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
     INTEGRAL,
     LOWEST,
+    MotionPart,
     OutputRows,
     OutputScratch,
-    Segment,
     observe_segment,
 )
 from grazemap_core.simulation.tolerances import CLOSED, CLOSING_FLOOR
@@ -139,12 +139,12 @@ def observe_rows(
         if _rests(row[workspace.KIND]):
             stop = row[workspace.STOP]
             before = totals.outputs[0, INTEGRAL]
-            segment = Segment(row, stop * gap_of(stops, stop), length)
+            segment = MotionPart(row, stop * gap_of(stops, stop), length)
             observe_segment(problem, observed.held, segment, 0, totals.outputs, scratch)
             force = stop * observed.effective_mass * (totals.outputs[0, INTEGRAL] - before)
             totals.contacts[IMPULSE, 0 if stop > 0 else 1] += force
         elif totals.outputs.shape[0] > 1:
-            observe_segment(problem, observed.free, Segment(row, 0.0, length), 1, totals.outputs, scratch)
+            observe_segment(problem, observed.free, MotionPart(row, 0.0, length), 1, totals.outputs, scratch)
 
 
 @kernel

@@ -70,7 +70,7 @@ class OutputScratch(NamedTuple):
     """(PEAK_DEPTH, 6) Parts of a panel in which a peak is still sought."""
 
 
-class Segment(NamedTuple):
+class MotionPart(NamedTuple):
     """A part of a motion between two events."""
 
     row: Floats
@@ -210,7 +210,7 @@ def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> f
 
 @kernel
 def observe_segment(
-    problem: CellProblem, outputs: OutputRows, segment: Segment, first: int, totals: Floats, scratch: OutputScratch
+    problem: CellProblem, outputs: OutputRows, segment: MotionPart, first: int, totals: Floats, scratch: OutputScratch
 ) -> None:
     """Add a part of a motion between two events to the totals (R, 4) of the outputs from `first` on.
 

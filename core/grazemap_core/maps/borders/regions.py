@@ -18,9 +18,9 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
+from grazemap_core.maps.borders.motion_grid import MotionGrid, Name, Point
 from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
-from grazemap_core.maps.borders.region import Equations, Region
+from grazemap_core.maps.borders.region import PointEquations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import BetweenStops
@@ -52,7 +52,7 @@ class Regions:
     found : list of Region
     """
 
-    def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
+    def __init__(self, grid: MotionGrid, progress: BorderProgress | None = None) -> None:
         """Find all regions, and report progress.
 
         Raises
@@ -63,7 +63,7 @@ class Regions:
         self.grid = grid
         self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)
         self.found: list[Region] = []
-        self._equations = Equations(grid)
+        self._equations = PointEquations(grid)
         self._progress = progress or BorderProgress(None)
         self._searched = 0
         self._last_runner: tuple[ParameterPoint, Runner] | None = None
