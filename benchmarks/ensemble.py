@@ -18,11 +18,11 @@ from grazemap_core.contact.cell_problem import (
 )
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import (
+    EVENT_COUNT,
     FOLLOWED,
     HALF,
     KIND,
     OK,
-    ROWS,
     STOP,
     TIME,
     VELOCITY,
@@ -158,7 +158,7 @@ def first_impacts(
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         _run_halves(masses, shared_model(model), SHARED_TABLES, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
-        seen[low : low + count] = group.cursor[:count, ROWS]
+        seen[low : low + count] = group.cursor[:count, EVENT_COUNT]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]
         status[low : low + count] = group.status[:count]
     beyond = np.arange(first) >= seen[:, None]

@@ -21,7 +21,7 @@ import numpy as np
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import both_clearances, free_state
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
@@ -82,7 +82,7 @@ class Capture:
         """The orbit at the phase of the arrival; None where the approach is too slow."""
         u, work = self.arrival.copy(), workspace(self.arrival.shape[0], 4096)
         for half in range(1, LONGEST + 1):
-            work.cursor[ROWS] = 0
+            work.cursor[EVENT_COUNT] = 0
             if half_period.run_half(self.problem, self.held, self.forced.stops, u, half - 1, work) != OK:
                 return None
             if half % (16 * self.length) == 0 and self.distance(u) < CENTRE:

@@ -36,7 +36,7 @@ At the maximum a period of one trajectory takes about 10 ms, a point of a map wi
 MAX_TABLED_CELLS = 64
 """Maximum number of cells of a tabulated flow; longer flows are composed of several."""
 
-UNIT = Stops._fields.index("unit")
+STOPS_UNIT = Stops._fields.index("unit")
 """Column of `stops_table`."""
 
 

@@ -22,7 +22,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 from grazemap_core.records import dataclass
 
@@ -302,6 +302,6 @@ def _curve(
 
 def _admissible(path: BifurcationProblem, impact: int | None, found: ContinuationPoint) -> bool:
     if impact is None:
-        return found.contact == CLEAR
+        return found.contact == NO_FURTHER_CONTACT
     towards = found.unknowns[path.count : 2 * path.count] * path.sides
     return bool(np.all(np.delete(towards, impact) > 0.0)) and found.excess <= ORBIT_RESIDUAL

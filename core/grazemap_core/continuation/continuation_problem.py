@@ -21,7 +21,7 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR, further_contact
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
@@ -65,7 +65,7 @@ class ContinuationPoint:
     @property
     def admissible(self) -> bool:
         """Whether every impact velocity points at its stop, and the contact has no other contact with a stop."""
-        return self.contact == CLEAR
+        return self.contact == NO_FURTHER_CONTACT
 
 
 class ContinuationProblem:

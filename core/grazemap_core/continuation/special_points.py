@@ -29,7 +29,9 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
-NOT_SOLVED: Final = "a test function changes its sign between orbits of the branch, but not all of them are solved for"
+ORBITS_NOT_SOLVED: Final = (
+    "a test function changes its sign between orbits of the branch, but not all of them are solved for"
+)
 NOT_ZERO: Final = "a test function changes its sign, but does not vanish to round-off"
 
 LARGEST_MULTIPLIER = 1e100
@@ -258,7 +260,7 @@ class BranchSegment:
     def _doubt(self, test: Test, where: float) -> str:
         """Return the `reason` of a special point at which a test function changes its sign."""
         if not self.complete:
-            return NOT_SOLVED
+            return ORBITS_NOT_SOLVED
         size = max(abs(test(self.first)), abs(test(self.second)))
         left = abs(test(self.at(where))) / size if size > 0.0 else 0.0
         return "" if left <= SPECIAL_POINT_RESIDUAL else NOT_ZERO

@@ -17,7 +17,7 @@ from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.inferred_points import InferredWrong, check_sample
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
@@ -78,7 +78,9 @@ def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
     """
     shape = plane.shape
     points = _Points(plane, **settings)
-    grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
+    grid = Refinement(
+        np.full(shape, UNKNOWN_LABEL, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points
+    )
     grid.refine(COARSEST_SPACING)
     arrays = points.inferred(grid.label) | {"computed": grid.computed}
     _write(arrays, points)
@@ -161,7 +163,7 @@ class _Points:
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []
-        # the first numbers are UNRESOLVED and SENSITIVE
+        # the first numbers are UNRESOLVED and SENSITIVE_LABEL
         unknown = (KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0)
         self._number((*unknown, False))
         self._labels.append(unknown)
@@ -216,7 +218,7 @@ class _Points:
     def _number(self, label: tuple[int, ...]) -> int:
         kind, _, period, right, left, symmetric, sticking, sensitive = label
         if sensitive:
-            return SENSITIVE
+            return SENSITIVE_LABEL
         if self._ensemble:
             right, left = min(right, left), max(right, left)
         key = (kind, period, right, left, symmetric, sticking)

@@ -33,7 +33,7 @@ from grazemap_core.simulation.start import State, forced_oscillator, initial_sta
 from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
-POLICIES: Final = ("rest", "sweep-up", "sweep-down")
+DIAGRAM_POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
 """Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
 measured in the last GROWTH_SHARE of all periods."""
@@ -85,7 +85,7 @@ def sections(
     ----------
     line : Line
         The parameter and its values.
-    policy : one of POLICIES
+    policy : one of DIAGRAM_POLICIES
         Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from
         the last value down. If the contact is then beyond a stop, it is put on the stop with its velocity; this is an
         impact if it moves into the stop. After a trajectory that ended early the next one starts from rest.
@@ -110,8 +110,8 @@ def sections(
     RecordSizeError
         There are too many impacts. Raised while the sections are read.
     """
-    if policy not in POLICIES:
-        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    if policy not in DIAGRAM_POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(DIAGRAM_POLICIES)}")
     line.check()
     for name, count, least in (
         ("periods", periods, 1),

@@ -87,8 +87,13 @@ def _tasks(codes: Integers) -> tuple[Integers, Integers]:
     apart = (right == -1) & (left == -1)
     kinds = np.select(
         [kind == KINDS.index("unresolved"), ~periodic, known & apart, known],
-        [observed_column.UNKNOWN, observed_column.AVERAGED, observed_column.STEADY, observed_column.OF_ORBIT],
+        [
+            observed_column.NOT_OBSERVED,
+            observed_column.AVERAGED,
+            observed_column.STEADY_MOTION,
+            observed_column.OF_ORBIT,
+        ],
         observed_column.CLOSING,
     )
-    periods = np.select([kinds == observed_column.UNKNOWN, periodic], [0, period], AVERAGED_PERIODS)
+    periods = np.select([kinds == observed_column.NOT_OBSERVED, periodic], [0, period], AVERAGED_PERIODS)
     return kinds.astype(np.int64), periods.astype(np.int64)

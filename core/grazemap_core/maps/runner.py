@@ -11,7 +11,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
 from grazemap_core.contact.cell_problem import (
-    UNIT,
+    STOPS_UNIT,
     Clearance,
     both_clearances,
     cell_problem,
@@ -42,7 +42,7 @@ from grazemap_core.maps.kernels.separate_tables import (
     TablesPerLane,
     separate_tables,
 )
-from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
+from grazemap_core.maps.kernels.tangent_batches import BATCH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops, FromState, Start
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
@@ -301,7 +301,7 @@ class Runner:
             state = self._from_equilibrium(conditions, start.origin)
         else:
             state = self._from_equilibrium(conditions, np.zeros(self._shape))
-            offset = middle_of_stops(conditions, stops[:, UNIT])
+            offset = middle_of_stops(conditions, stops[:, STOPS_UNIT])
         base = free_state(free, steady, problem.orders, omega, state[0], state[1], phase)
         return _Starts(
             model,
@@ -523,7 +523,7 @@ def _named(starts: _Starts, codes: Integers, figures: Floats) -> tuple[Integers,
     codes = codes.reshape(len(starts.stops), -1, codes.shape[1])
     figures = figures.reshape(len(starts.stops), -1, figures.shape[1])
     figures[:, :, lane_state.LEAST_VELOCITY] *= starts.forcing[:, None]
-    hidden = hidden_by_rounding(starts.steady_bound, starts.stops[:, UNIT])
+    hidden = hidden_by_rounding(starts.steady_bound, starts.stops[:, STOPS_UNIT])
     if np.any(hidden):
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1

@@ -31,11 +31,11 @@ FIRST_PERIODS: Final = 16
 LONGER: Final = 64
 """How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
 ones."""
-AT_ONCE: Final = 4
+PERIODS_AT_ONCE: Final = 4
 """Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
 SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
-RESTING: Final = 1e-12
+RESTING_DISTANCE: Final = 1e-12
 """Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""
 MOST_WORK: Final = 300_000_000
 """Limit of the work for a point, in impacts times bits: some two minutes."""
@@ -76,7 +76,7 @@ class Resolver:
         """Allocate scratch; limits as in `unfolding.unfolding_map_tile`."""
         self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
         self._runner = Runner(
-            oscillator, RunSettings(AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
+            oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
         )
         self._steady = self._runner.steady(np.array([omega]))[0]
 
@@ -94,7 +94,7 @@ class Resolver:
         def restart(states: Floats) -> tuple[Integers, Floats]:
             both = both_clearances(clearance)
             places = states[:, 0] @ self._oscillator.contact
-            free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING * unit
+            free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING_DISTANCE * unit
             codes = np.full((len(states), lane_state.CODES), ROUNDING_DECIDES)
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
@@ -148,7 +148,7 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
 def _at_once(codes: Integers) -> Booleans:
     """Return which trajectories a verified orbit captures at once."""
     verified = (codes[:, lane_state.REASON] == RESOLVED) & (codes[:, lane_state.UNVERIFIED] == RESOLVED)
-    early = codes[:, lane_state.HALVES_RUN] <= 2 * (AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
+    early = codes[:, lane_state.HALVES_RUN] <= 2 * (PERIODS_AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
     return np.asarray(verified & early)
 
 

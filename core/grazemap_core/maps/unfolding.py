@@ -19,7 +19,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
 
-POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
+MAP_POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
 """Initial states of a point: at rest; the final state at the next lower, or higher, value of the vertical parameter; or
 several random states, of which the most frequent motion counts."""
 
@@ -52,7 +52,7 @@ def unfolding_map_tile(
         quasi-periodic motions.
     max_period : int
         Maximum period n of a motion, in forcing periods.
-    policy : one of POLICIES
+    policy : one of MAP_POLICIES
         A sweep goes along the vertical parameter. It starts from rest at the first value, and after a trajectory that
         ended early. If the final state is beyond a stop of the next point, the contact is put on that stop with its
         velocity; this is an impact if it moves into the stop.
@@ -139,8 +139,8 @@ def check_map(plane: Plane, max_periods: int, max_period: int, policy: str, init
         ("initial_conditions", initial_conditions),
     ):
         checked_order(name, limit, 1)
-    if policy not in POLICIES:
-        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    if policy not in MAP_POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(MAP_POLICIES)}")
 
 
 def named_arrays(

@@ -19,7 +19,7 @@ from grazemap_core.model.structure import Response
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
-AT_ONCE = 2**16
+FREQUENCIES_AT_ONCE = 2**16
 """Frequencies at which the response is computed together."""
 
 
@@ -66,11 +66,11 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     require_damped(oscillator)
     found = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
     for h, one in enumerate(oscillator.drive):
-        for first in range(0, len(values), AT_ONCE):  # the amplitudes of all masses take memory
-            some = values[first : first + AT_ONCE]
+        for first in range(0, len(values), FREQUENCIES_AT_ONCE):  # the amplitudes of all masses take memory
+            some = values[first : first + FREQUENCIES_AT_ONCE]
             response = oscillator.structure.response(one.order * some, one.amplitudes(some), oscillator.contact)
             _require_steady(bool(np.all(response.exists)))
-            found[first : first + AT_ONCE, h] = response.coordinate
+            found[first : first + FREQUENCIES_AT_ONCE, h] = response.coordinate
     return found
 
 

@@ -14,12 +14,12 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, TOUCHES
+from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 
-REASONS = {
+ORBIT_REASONS = {
     CONVERGED: "",
     NOT_CONVERGED: "Newton's method does not converge from this guess. "
     "Remedy: a guess with phases and velocities, as from a trajectory near the motion.",
@@ -30,7 +30,7 @@ REASONS = {
 }
 """Why an orbit is not found, and what to do, by status."""
 
-CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
+CONTACTS = {NO_FURTHER_CONTACT: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
 """Contacts of an orbit with a stop other than its impacts, by the code of `admissibility`."""
 
 

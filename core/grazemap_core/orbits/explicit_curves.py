@@ -18,7 +18,7 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily, steady_size
-from grazemap_core.orbits.kernels.admissibility import CLEAR, contact_scratch
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, contact_scratch
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
     MotionScratch,
@@ -148,7 +148,7 @@ class StopMotions:
     def orbits_at(self, phases: Sequence[float]) -> list[SpecialOrbit]:
         """Return the orbits at phases."""
         places = np.array(phases, dtype=np.float64)
-        clear = self.contacts(places).status == CLEAR
+        clear = self.contacts(places).status == NO_FURTHER_CONTACT
         return [self._orbit(phase, bool(fine), 0) for phase, fine in zip(phases, clear, strict=True)]
 
     def special(self, kind: str) -> list[SpecialOrbit]:
@@ -165,7 +165,7 @@ class StopMotions:
             shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.orbits.toward.orders) + 1)
             shares[0], shares[-1] = FROM_THE_GRAZE, 1.0 - FROM_THE_GRAZE
             phases = start + (end - start) * shares
-            fine = self.contacts(phases).status == CLEAR
+            fine = self.contacts(phases).status == NO_FURTHER_CONTACT
             for i in np.flatnonzero(fine[1:] != fine[:-1]).tolist():
                 clear.append(float(phases[i if fine[i] else i + 1]))
                 met.append(float(phases[i + 1 if fine[i] else i]))

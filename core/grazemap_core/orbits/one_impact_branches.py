@@ -18,7 +18,13 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Complexes
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ConditioningError, ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, KickedMotion, contact_angle
+from grazemap_core.grazing.kernels.kicked_motion import (
+    ANGLE_NEEDS_MORE_CELLS,
+    FOUND,
+    NEVER,
+    KickedMotion,
+    contact_angle,
+)
 from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
@@ -238,7 +244,7 @@ def _first_contact(
     for stop in (1,) if alone else (1, -1):
         meets = -1 if pattern.symmetric else 1
         sine, cosine, time, status = contact_angle(motion, pattern.half_periods, stop, meets)
-        if status == TOO_MANY_CELLS:
+        if status == ANGLE_NEEDS_MORE_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
         undecided |= status not in (FOUND, NEVER)
         contacts.append((status == NEVER, _BranchContact(sine, cosine, stop, time)))

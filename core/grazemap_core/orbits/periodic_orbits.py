@@ -18,7 +18,7 @@ from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.batches import CONTACTS, REASONS, solve_sequences
+from grazemap_core.orbits.batches import CONTACTS, ORBIT_REASONS, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
@@ -221,7 +221,7 @@ def solved_orbit(
         clearance=clearance,
         impacts=found,
         converged=converged,
-        reason=REASONS[int(results.status[0])],
+        reason=ORBIT_REASONS[int(results.status[0])],
         residual=float(results.residual[0]),
         steps=int(results.steps[0]),
         kantorovich=float(results.kantorovich[0]),

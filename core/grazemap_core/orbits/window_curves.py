@@ -41,7 +41,7 @@ from grazemap_core.records import dataclass
 NEXT_STEP = 1.2
 """Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
 
-BOTH = VariedStop(1, together=True)
+BOTH_STOPS = VariedStop(1, together=True)
 """The clearance of both stops varies."""
 
 
@@ -113,7 +113,7 @@ def window_curves(
     values: tuple[float, float],
     max_multiple: int = 2,
     points: int = 400,
-    varied: CurveParameter = BOTH,
+    varied: CurveParameter = BOTH_STOPS,
 ) -> list[CurvePiece]:
     """Return the curves of motions with one impact in up to `max_multiple` periods, or one on each stop.
 

@@ -24,7 +24,7 @@ REPEATED = 1e-3
 """Relative difference up to which impacts count as repeated."""
 FIRST_PERIODS = 16
 """Periods of the forces after which an orbit is first looked for; then after 1.5 times as many, again and again."""
-SIZES = range(2, 17)
+SIZE_EXPONENTS = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
 BITS_PER_IMPACT = 2
 """Bits of precision for each impact of the transient; about one is lost."""
@@ -110,7 +110,7 @@ def _ball(problem: BoundaryProblem) -> tuple[str, arb_mat]:
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
     gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
     clearance = math.floor(math.log10(max(gaps)))
-    for exponent in SIZES:
+    for exponent in SIZE_EXPONENTS:
         size = f"1e{clearance - exponent}"
         try:
             if contracts(problem, problem.centre, norm, exact(size)):

@@ -19,7 +19,7 @@ from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
 from grazemap_core.records import NamedTuple
 
-KINDS: dict[str, Callable[[ProofSearch, Document], Iterator[Attempt]]] = {
+PROOF_ATTEMPTS: dict[str, Callable[[ProofSearch, Document], Iterator[Attempt]]] = {
     "orbit": prove_orbit,
     "attraction": prove_attraction,
     "bifurcation": prove_bifurcation,
@@ -85,7 +85,7 @@ def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator
 def _decided(search: ProofSearch, undecided: Document, request: Document) -> Proof:
     """Return the first proof that the checker accepts; raise Undecided with why it does not accept the first one."""
     reasons = []
-    for attempt in KINDS[request["kind"]](search, request):
+    for attempt in PROOF_ATTEMPTS[request["kind"]](search, request):
         certificate = undecided | {
             "statement": {"kind": request["kind"], **attempt.statement},
             "verdict": attempt.verdict,

@@ -18,11 +18,11 @@ from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Undecided
 from grazemap_core.records import NamedTuple
 
-TERMS = 30
-STEP = 2.0
+TAYLOR_TERMS = 30
+SERIES_STEP = 2.0
 """Length of a step of the series, in units of the equations' or the forcing's time scale, the shorter."""
-SAMPLES = np.linspace(0.0, 1.0, 65)
-POWERS = np.vander(SAMPLES, TERMS, increasing=True)
+SAMPLE_TIMES = np.linspace(0.0, 1.0, 65)
+POWERS = np.vander(SAMPLE_TIMES, TAYLOR_TERMS, increasing=True)
 SHORTEST_FLIGHT = 1e-6
 """Time between two impacts, in periods of the forces, below which the contact is taken to come to rest by chatter."""
 BISECTIONS = 40
@@ -51,7 +51,7 @@ class Simulation:
         self.impacts: list[ProvenImpact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
-            self.length = (STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
+            self.length = (SERIES_STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
             self.stride = system.flow(self.length)
 
     def run(self, until: float) -> None:
@@ -75,7 +75,7 @@ class Simulation:
     def _derivatives(self) -> Floats:
         """Return the Taylor coefficients of the contact coordinate in units of the step."""
         found, state, factor = [], self.state, arb(1)
-        for m in range(TERMS):
+        for m in range(TAYLOR_TERMS):
             found.append(float((self.system.rows * state)[0, 0] * factor))
             state, factor = (self.system.matrix * state).mid(), (factor * self.length / (m + 1)).mid()
         return np.array(found)
@@ -125,13 +125,13 @@ def _first_bracket(series: Floats) -> tuple[float, float] | None:
     values, slope = POWERS[:, : len(series)] @ series, series[1:] * np.arange(1, len(series))
     slopes = POWERS[:, : len(slope)] @ slope
     beyond = np.flatnonzero(values < 0.0)
-    last = int(beyond[0]) if len(beyond) else len(SAMPLES)
+    last = int(beyond[0]) if len(beyond) else len(SAMPLE_TIMES)
     for k in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))[:last]:
-        low, high = float(SAMPLES[k]), float(SAMPLES[k + 1])
+        low, high = float(SAMPLE_TIMES[k]), float(SAMPLE_TIMES[k + 1])
         lowest = _root(-slope, low, high)
         if k < last and polyval(lowest, series) < 0.0:
             return low, lowest
-    return (float(SAMPLES[max(last - 1, 0)]), float(SAMPLES[last])) if len(beyond) else None
+    return (float(SAMPLE_TIMES[max(last - 1, 0)]), float(SAMPLE_TIMES[last])) if len(beyond) else None
 
 
 def _root(series: Floats, low: float, high: float) -> float:

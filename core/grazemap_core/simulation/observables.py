@@ -29,7 +29,7 @@ from grazemap_core.simulation.kernels.output_rows import (
     INTEGRAL,
     LOWEST,
     PANEL_REACH,
-    SQUARE,
+    SQUARE_INTEGRAL,
     OutputRows,
     OutputScratch,
     output_scratch,
@@ -129,7 +129,7 @@ class Observables:
         sums = outputs[..., 1:, :]
         with np.errstate(invalid="ignore", divide="ignore"):
             values = _of_contacts(contacts, duration, number)
-            rms = np.sqrt(sums[..., SQUARE] / duration[..., None])
+            rms = np.sqrt(sums[..., SQUARE_INTEGRAL] / duration[..., None])
             mean = sums[..., INTEGRAL] / duration[..., None]
             peak = np.maximum(sums[..., HIGHEST], sums[..., LOWEST])
             if self.of_contact:

@@ -29,7 +29,7 @@ from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
 from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
+from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ZERO_ORDER, Workspace, workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -293,7 +293,7 @@ def _start_on_stop(
         if impact_at_stop(problem, stops, u, touch, work):
             return int(rest_after_impact(problem, held, stops, u, 0, 0.0, 0, work))
         return OK
-    work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
+    work.cursor[ANCHOR], work.cursor[ZERO_ORDER] = stop, 1
     work.near[:2] = 0.0, abs(velocity)
     return OK
 

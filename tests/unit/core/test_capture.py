@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
@@ -139,9 +139,9 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
     for half in range(halves):
         if half % arrival.length == 0:
             impacts.append(0)
-        work.cursor[ROWS] = 0
+        work.cursor[EVENT_COUNT] = 0
         assert half_period.run_half(arrival.problem, arrival.held, arrival.stops, u, half, work) == OK
-        impacts[-1] += int(work.cursor[ROWS])
+        impacts[-1] += int(work.cursor[EVENT_COUNT])
     return u, impacts
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, workspace
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneRunner
@@ -44,9 +44,9 @@ def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int
         for half in range(2 * periods):
             status = half_period.run_half(begun.problem, begun.held, forced.stops, u, half, work)
             assert status == OK
-            if work.cursor[ROWS] >= 2 * FIRST:
+            if work.cursor[EVENT_COUNT] >= 2 * FIRST:
                 break
-        found.append(work.events[: min(work.cursor[ROWS], FIRST), :EVENT_COLUMNS])
+        found.append(work.events[: min(work.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
     return found
 
 

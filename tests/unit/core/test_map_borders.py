@@ -12,7 +12,7 @@ import pytest
 from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
-from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, MapBorders, map_borders
+from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.borders.motion_grid import MotionGrid, Name
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
@@ -140,7 +140,7 @@ def test_a_motion_that_is_not_found_leaves_its_borders_unexplained():
     omega, clearance, wrong = without_orbit()
     found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
     assert len(found.row) == count(found, "unexplained") == 4
-    assert {REASONS[reason] for reason in found.reason} == {REASONS[1]}
+    assert {BORDER_REASONS[reason] for reason in found.reason} == {BORDER_REASONS[1]}
     np.testing.assert_array_equal(np.argwhere(found.without_orbit), [[1, 2]])
 
 
@@ -150,7 +150,7 @@ def test_a_motion_with_rests_gives_the_reason_why_it_is_not_followed(values):
     wrong = planted(arrays, (1, 2), impacts_right=1, least_impact_velocity=0.0, **values)
     found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
     assert count(found, "unexplained") == 4
-    assert all("rests" in REASONS[reason] for reason in found.reason)
+    assert all("rests" in BORDER_REASONS[reason] for reason in found.reason)
 
 
 def test_a_map_with_one_motion_has_no_borders_and_a_chaotic_point_in_it_is_counted_separately():
@@ -195,7 +195,7 @@ def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound,
     assert len(found.row) == len(free.row)
     left = found.explanation == EXPLANATIONS.index("unexplained")
     assert np.count_nonzero(left) > 10
-    assert all(words in REASONS[reason] for reason in found.reason[left])
+    assert all(words in BORDER_REASONS[reason] for reason in found.reason[left])
     assert [curve.type for curve in found.curves if curve.orbits is not None] == []
     assert count(found, "curve") > 0  # the grazing curve takes nothing
 

@@ -11,7 +11,7 @@ import pytest
 
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.continuation.special_points import NOT_SOLVED, BranchSegment
+from grazemap_core.continuation.special_points import ORBITS_NOT_SOLVED, BranchSegment
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.model.oscillator import Oscillator
@@ -133,7 +133,7 @@ def test_a_special_point_between_orbits_that_are_not_solved_for_says_so(monkeypa
     assert [(point.status, point.reason) for point in points] == [("converged", "")] * len(points) != []
     monkeypatch.setattr(path, "correct", lambda *_: None)
     points = BranchSegment(path, first, second, along).special_points(turns=False)
-    assert [(point.status, point.reason) for point in points] == [("guess", NOT_SOLVED)] * len(points) != []
+    assert [(point.status, point.reason) for point in points] == [("guess", ORBITS_NOT_SOLVED)] * len(points) != []
 
 
 def test_special_points_are_zeros_of_the_test_functions_in_50_digits():

@@ -20,7 +20,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -252,7 +252,7 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     phases, speeds, many = solve_sequences(problem, orbit.impacts, stops, *guesses, floor=-ORBIT_FLOOR)
     multipliers = many.real + 1j * many.imaginary
     assert np.all(many.status == CONVERGED)
-    assert np.all(many.contact == CLEAR)
+    assert np.all(many.contact == NO_FURTHER_CONTACT)
     assert np.all(np.abs(multipliers) < 1.0)
     assert np.max(many.kantorovich) < 0.5
     for i in (0, 7, 19):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
-from grazemap_core.contact.cell_problem import UNIT, reference_state, trajectory_models
+from grazemap_core.contact.cell_problem import STOPS_UNIT, reference_state, trajectory_models
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state
@@ -262,7 +262,11 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
         row = model.contact_row.ravel()
         for index in range(len(task.stops)):
             for direction in task.directions:
-                u = task.base[index] + task.stops[index, UNIT] * direction + task.offset[index] * task.aside[index]
+                u = (
+                    task.base[index]
+                    + task.stops[index, STOPS_UNIT] * direction
+                    + task.offset[index] * task.aside[index]
+                )
                 place = float(row @ u.ravel()) + steady
                 seen.append(place)
                 assert -task.stops[index, 1] < place < task.stops[index, 0]

@@ -8,7 +8,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
@@ -64,8 +64,8 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0
-        group.tally[LEAST_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
-    return group.events[0, : group.cursor[0, ROWS]].copy(), np.array(widths)
+        group.tally[MIN_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
+    return group.events[0, : group.cursor[0, EVENT_COUNT]].copy(), np.array(widths)
 
 
 @pytest.mark.thorough

@@ -36,11 +36,11 @@ from grazemap_core.tolerances import EPSILON
 
 FOUND = 0
 """The angle is the largest one."""
-UNDECIDED = 1
+ANGLE_UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
 NEVER = 2
 """No orbit of the family is admissible: orbits of arbitrarily small impact speed meet a stop between their impacts."""
-TOO_MANY_CELLS = 3
+ANGLE_NEEDS_MORE_CELLS = 3
 """More than MAX_CELLS are needed."""
 
 _STACK = 512
@@ -157,7 +157,7 @@ def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None
 def _verdict(excess: float, terms: float) -> int:
     """Return what an excess over a stop, and the size of its terms, imply for orbits of vanishing impact speed."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
-        return UNDECIDED
+        return ANGLE_UNDECIDED
     return NEVER if excess > 0.0 else FOUND
 
 
@@ -169,7 +169,7 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
 
     Returns
     -------
-    verdict : FOUND if they do not, UNDECIDED or NEVER.
+    verdict : FOUND if they do not, ANGLE_UNDECIDED or NEVER.
     time : float
         Time of the contact; NaN if there is none.
     """
@@ -275,7 +275,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     time : float
         Time of the contact.
     status : int
-        FOUND, UNDECIDED, NEVER or TOO_MANY_CELLS.
+        FOUND, ANGLE_UNDECIDED, NEVER or ANGLE_NEEDS_MORE_CELLS.
     """
     half = math.pi / motion.omega
     last = half_periods * half
@@ -301,7 +301,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
         while top > 0:
             cells += 1
             if cells > MAX_CELLS:
-                return sine, cosine, time, TOO_MANY_CELLS
+                return sine, cosine, time, ANGLE_NEEDS_MORE_CELLS
             top -= 1
             left, right = stack[top, 0], stack[top, 1]
             at_end = right >= last * (1.0 - 4.0 * EPSILON) and stop == meets
@@ -309,7 +309,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
             what, point = _search_cell(motion, stop, _Angle(sine, cosine), cell, here, other)
             if what == _HALVE:
                 if top + 2 > _STACK:
-                    return sine, cosine, time, TOO_MANY_CELLS
+                    return sine, cosine, time, ANGLE_NEEDS_MORE_CELLS
                 middle = 0.5 * (left + right)
                 stack[top, 0], stack[top, 1] = middle, right
                 stack[top + 1, 0], stack[top + 1, 1] = left, middle
@@ -341,7 +341,7 @@ def contact_margin(
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
     of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even
-    j. The verdict is FOUND if all distances are positive, UNDECIDED or NEVER. The arguments are the fields of a
+    j. The verdict is FOUND if all distances are positive, ANGLE_UNDECIDED or NEVER. The arguments are the fields of a
     `KickedMotion`: numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)

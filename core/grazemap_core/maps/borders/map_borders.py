@@ -45,7 +45,7 @@ a curve that was computed. "coexistence": both motions exist at both points, sta
 of basins of attraction. "goes on": one point is not periodic; the periodic motion of the other point exists there too,
 but the trajectory does not lead to it, or has not yet."""
 
-REASONS: Final = (
+BORDER_REASONS: Final = (
     "",
     "no orbit of the motion was found at one of the points. Remedy: a map with more max_periods.",
     "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed. "
@@ -107,7 +107,7 @@ class MapBorders:
     explanation: Integers
     """(p,) Position in EXPLANATIONS."""
     reason: Integers
-    """(p,) Position in REASONS."""
+    """(p,) Position in BORDER_REASONS."""
     curve: Integers
     """(p,) Position in `curves`; -1 without one."""
     distance: Floats

@@ -20,7 +20,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
@@ -150,7 +150,7 @@ class Region:
         stops = [self.equations.stops(point) for point in points]
         found, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
         found_velocities = speeds * (problem.omega * problem.length)
-        fine = (results.status == CONVERGED) & (results.contact == CLEAR)
+        fine = (results.status == CONVERGED) & (results.contact == NO_FURTHER_CONTACT)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
             one = self._sequence(found[i], found_velocities[i])

@@ -48,7 +48,7 @@ from grazemap_core.codes import (
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
+from grazemap_core.contact.kernels.workspace import ANCHOR, EVENT_COUNT, OK
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_orbit
@@ -101,8 +101,8 @@ def empty_full_events(column: Column, k: int, used: int) -> None:
     if capacity == 0:  # none are kept
         return
     for lane in range(used):
-        if cursor[lane, ROWS] > capacity - HALF_PERIOD_EVENTS:
-            cursor[lane, ROWS] = 0
+        if cursor[lane, EVENT_COUNT] > capacity - HALF_PERIOD_EVENTS:
+            cursor[lane, EVENT_COUNT] = 0
             counts[lane, lane_state.EVENTS_FROM] = k
 
 
@@ -308,7 +308,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     """
     model, scratch, group = record_of(column.models, lane), column.verification, column.group
     problem, blocks = model.problem, model.blocks
-    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, ROWS]
+    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, EVENT_COUNT]
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
         return verify(problem, blocks, scratch, stops, plain(0), length, distance, error)

@@ -223,20 +223,20 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
         for lane in range(min(used, LANES)):
             states[row, c, lane] = sign * even[c * LANES + lane]
     for lane in range(min(used, LANES)):
-        impacts[row, first, lane] = tally[workspace.RIGHT, lane]
-        impacts[row, 1 - first, lane] = tally[workspace.LEFT, lane]
+        impacts[row, first, lane] = tally[workspace.RIGHT_IMPACTS, lane]
+        impacts[row, 1 - first, lane] = tally[workspace.LEFT_IMPACTS, lane]
         held[row, first, lane] = tally[workspace.HELD_RIGHT, lane]
         held[row, 1 - first, lane] = tally[workspace.HELD_LEFT, lane]
         least[row, lane] = tally[workspace.MIN_SPEED, lane]
         unpressed[row, lane] = tally[workspace.MIN_UNPRESSED_SPEED, lane]
-        tally[workspace.RIGHT, lane] = 0.0
-        tally[workspace.LEFT, lane] = 0.0
+        tally[workspace.RIGHT_IMPACTS, lane] = 0.0
+        tally[workspace.LEFT_IMPACTS, lane] = 0.0
         tally[workspace.HELD_RIGHT, lane] = 0.0
         tally[workspace.HELD_LEFT, lane] = 0.0
         tally[workspace.FOLLOWED, lane] = 0.0
         tally[workspace.MIN_SPEED, lane] = np.inf
         tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-        tally[workspace.LEAST_GAP, lane] = np.inf
+        tally[workspace.MIN_GAP, lane] = np.inf
 
 
 @kernel
@@ -339,7 +339,7 @@ def _move_lane(group: Lanes, source: int, target: int) -> None:
     copy_vector(group.near[target], group.near[source])
     copy_matrix(group.resting[target], group.resting[source])
     copy_vector(group.since[target], group.since[source])
-    for row in range(min(group.cursor[source, workspace.ROWS], group.events.shape[1])):
+    for row in range(min(group.cursor[source, workspace.EVENT_COUNT], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
 
 

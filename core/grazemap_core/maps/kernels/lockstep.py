@@ -71,7 +71,7 @@ FREE, NEAR, RESTING = 0, 1, 2
 BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
-CONTACT_ACCELERATION = workspace.KIND + 1
+EVENT_ACCELERATION = workspace.KIND + 1
 """Column of a lane's events after those of `workspace`: acceleration toward the stop after an impact."""
 LANE_EVENT_COLUMNS = workspace.KIND + 2
 
@@ -117,7 +117,7 @@ class Lanes(NamedTuple):
     status: Integers
     """(LANES,) OK, or why the trajectory ended."""
     events: Floats
-    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start
+    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and EVENT_ACCELERATION. Events since the start
     of the trajectory, or since the caller emptied them (`cursor`); those beyond the capacity are counted only."""
     mixed: Integers
     """(LANES,) 1 if the events of the last half period are not all impacts with a speed, or if the contact rested in
@@ -291,7 +291,7 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: F
     group.tally[:, lane] = 0.0
     group.tally[workspace.MIN_SPEED, lane] = np.inf
     group.tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-    group.tally[workspace.LEAST_GAP, lane] = np.inf
+    group.tally[workspace.MIN_GAP, lane] = np.inf
 
 
 @kernel
@@ -303,9 +303,9 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Sto
     _, _, acceleration = reference_at(problem, plain(0), 0.0)
     contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
     group.cursor[lane, workspace.ANCHOR] = stop
-    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
-    group.near[lane, 0] = 0.0
-    group.near[lane, 1] = leaving
+    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, workspace.ANCHOR_GAP] = 0.0
+    group.near[lane, workspace.ANCHOR_RATE] = leaving
     group.regime[lane] = RESTING  # its first cell is computed for this lane alone
     no_limits(group, lane)
     if may_rest(restitution_of(stops, stop), problem.step, contact_acceleration, leaving):
@@ -315,27 +315,27 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Sto
 @inlined
 def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
     """Enter the distance from the stops in a passage without a contact into a lane's tally."""
-    tally[workspace.LEAST_GAP, lane] = min(tally[workspace.LEAST_GAP, lane], gap)
+    tally[workspace.MIN_GAP, lane] = min(tally[workspace.MIN_GAP, lane], gap)
 
 
 @inlined
 def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: LaneImpact) -> None:
     """Enter an impact into a lane's tally and, up to their capacity, into its events."""
     side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
-    tally[workspace.RIGHT if side > 0.0 else workspace.LEFT, lane] += 1.0
+    tally[workspace.RIGHT_IMPACTS if side > 0.0 else workspace.LEFT_IMPACTS, lane] += 1.0
     tally[workspace.FOLLOWED, lane] += 1.0
     tally[workspace.MIN_SPEED, lane] = min(tally[workspace.MIN_SPEED, lane], speed)
     if contact_acceleration <= 0.0:
         tally[workspace.MIN_UNPRESSED_SPEED, lane] = min(tally[workspace.MIN_UNPRESSED_SPEED, lane], speed)
-    row = cursor[lane, workspace.ROWS]
+    row = cursor[lane, workspace.EVENT_COUNT]
     if row < events.shape[1]:
         events[lane, row, workspace.HALF] = half
         events[lane, row, workspace.TIME] = impact.time
         events[lane, row, workspace.STOP] = side
         events[lane, row, workspace.VELOCITY] = side * speed
         events[lane, row, workspace.KIND] = workspace.IMPACT
-        events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
-    cursor[lane, workspace.ROWS] = row + 1
+        events[lane, row, EVENT_ACCELERATION] = contact_acceleration
+    cursor[lane, workspace.EVENT_COUNT] = row + 1
 
 
 @kernel
@@ -366,9 +366,9 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
     leaving = rows[second_pass.RATE * WIDTH + k] / (0.5 * problem.step)
     group.deferred_offset[lane] = problem.step - left
     group.cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
-    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
-    group.near[lane, 0] = 0.0
-    group.near[lane, 1] = leaving
+    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, workspace.ANCHOR_GAP] = 0.0
+    group.near[lane, workspace.ANCHOR_RATE] = leaving
     group.status[lane] = status
     group.deferred[count] = lane
     return count + 1
@@ -467,8 +467,8 @@ def _leave_second_pass(models: LaneModels, group: Lanes, step: CellStep, k: int,
     if on_stop or regime[lane] == NEAR:
         length, half_cell = problem.step, 0.5 * problem.step
         gap, rate = rows[second_pass.END_GAP * WIDTH + k], rows[second_pass.END_RATE * WIDTH + k]
-        near[lane, 0] = gap
-        near[lane, 1] = rate
+        near[lane, workspace.ANCHOR_GAP] = gap
+        near[lane, workspace.ANCHOR_RATE] = rate
         # the contact is close to the stop, and the parabola through both rates returns to it within the next cell
         origin = rows[second_pass.ORIGIN * WIDTH + k]
         second_derivative = 0.5 * (rate - rows[second_pass.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - origin))
@@ -495,7 +495,7 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
             regime[lane] = NEAR
             no_limits(group, lane)
             cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
-            cursor[lane, workspace.ROOTS] = 0
+            cursor[lane, workspace.ZERO_ORDER] = 0
         else:
             regime[lane] = FREE
             set_limits(limit, gap, lane, rows[second_pass.END_LOSS * WIDTH + k] + group.close[lane])
@@ -636,8 +636,8 @@ def _put_near_lane(cursor: Integers, near: Floats, second: Floats, lane: int, k:
     """Write a lane that is NEAR a stop to lane k of the second pass."""
     second[second_pass.SIDE * WIDTH + k] = cursor[lane, workspace.ANCHOR]
     second[second_pass.ORIGIN * WIDTH + k] = -1.0
-    second[second_pass.GAP * WIDTH + k] = near[lane, 0]
-    second[second_pass.RATE * WIDTH + k] = near[lane, 1] * half_cell
+    second[second_pass.GAP * WIDTH + k] = near[lane, workspace.ANCHOR_GAP]
+    second[second_pass.RATE * WIDTH + k] = near[lane, workspace.ANCHOR_RATE] * half_cell
     second[second_pass.SPEED * WIDTH + k] = 0.0
     second[second_pass.JUMP * WIDTH + k] = 0.0
 
@@ -689,21 +689,21 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
         copy_matrix(held.state, group.resting[lane])
         copy_vector(held.since, group.since[lane])
     capacity = group.events.shape[1]
-    before = work.cursor[workspace.ROWS]
+    before = work.cursor[workspace.EVENT_COUNT]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
     if seen < capacity:
         for c in range(workspace.KIND + 1):
             work.events[seen, c] = group.events[lane, seen, c]
     status = workspace.AT_STOP
     if group.status[lane] == workspace.AT_STOP:
-        work.near[2] = offset
+        work.near[workspace.CELL_OFFSET] = offset
     else:
         status = run_cell(problem, stops, u, cell, offset, half, work)
     if status == workspace.AT_STOP:
         status = rest_in_cell(problem, held, stops, u, cell, half, work)
     if work.cursor[workspace.HELD] != 0:
         group.mixed[lane] = 1
-    for row in range(seen, min(work.cursor[workspace.ROWS], capacity)):
+    for row in range(seen, min(work.cursor[workspace.EVENT_COUNT], capacity)):
         for c in range(workspace.KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
         if row < before:
@@ -718,7 +718,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
             contact_acceleration = work.events[row, workspace.STOP] * contact_acceleration_of(
                 problem, after, acceleration
             )
-            group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
+            group.events[lane, row, EVENT_ACCELERATION] = contact_acceleration
     if (
         status == workspace.OK
         and work.cursor[workspace.HELD] != 0

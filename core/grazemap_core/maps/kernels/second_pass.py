@@ -56,7 +56,7 @@ all terms; 1 where a contact with the other stop is impossible; lower bound of t
 to the next contact or the end of the cell."""
 BOTH, RESTITUTION = 21, 22
 """Distance of the stops; restitution of this one."""
-ROWS = 23
+PASS_ROWS = 23
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is certified; there is no contact up to the end of the cell; the next contact was found."""
@@ -71,7 +71,7 @@ other one; the margin is wide because such lanes are rare."""
 
 def second_batch(masses: int) -> LaneBatch:
     """Return an empty second pass for an oscillator."""
-    return lane_batch(masses, WIDTH, ROWS)
+    return lane_batch(masses, WIDTH, PASS_ROWS)
 
 
 @fused_inlined

@@ -31,7 +31,7 @@ from grazemap_core.orbits.kernels.equations import (
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
 from grazemap_core.records import NamedTuple
 
-CLEAR = 0
+NO_FURTHER_CONTACT = 0
 """The contact has no contact with a stop other than its impacts."""
 MEETS = 1
 """It has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
@@ -422,7 +422,7 @@ def further_contact_from(
     Returns
     -------
     status : int
-        CLEAR, MEETS, TOUCHES or GIVEN_UP.
+        NO_FURTHER_CONTACT, MEETS, TOUCHES or GIVEN_UP.
     excess : float
         In units of length, negative where the contact stays inside; minus infinity without a maximum above `floor`.
     phase : float
@@ -455,11 +455,11 @@ def further_contact_from(
                 state[j, 0] += impulse * problem.unit_impulse[j, 0]
                 state[j, 1] += impulse * problem.unit_impulse[j, 1]
     excess = best.excess if best.stop != 0 else -math.inf
-    status = CLEAR
+    status = NO_FURTHER_CONTACT
     for i in range(count):
         if not sides[i] * speeds[i] > 0.0:
             status = MEETS
-    if status == CLEAR and best.stop != 0 and excess > -best.noise:
+    if status == NO_FURTHER_CONTACT and best.stop != 0 and excess > -best.noise:
         status = MEETS if excess > best.noise else TOUCHES
     return status, excess, best.phase, best.stop
 

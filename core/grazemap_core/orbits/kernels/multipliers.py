@@ -15,7 +15,7 @@ import math
 from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.kernels.eigenvalues import OK, eigenvalues
+from grazemap_core.numerics.kernels.eigenvalues import QR_CONVERGED, eigenvalues
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
 
 
@@ -80,7 +80,7 @@ def orbit_multipliers(
 ) -> bool:
     """Write the multipliers into real (2N,) and imaginary (2N,); NaN, and return False, where one overflows."""
     monodromy_matrix(problem, impacts, before, matrix)
-    if eigenvalues(matrix, real, imaginary) == OK:
+    if eigenvalues(matrix, real, imaginary) == QR_CONVERGED:
         return True
     for i in range(real.shape[0]):
         real[i], imaginary[i] = math.nan, math.nan

@@ -12,7 +12,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
-from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, further_contact
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, ContactScratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE
 from grazemap_core.records import NamedTuple
@@ -126,7 +126,7 @@ def contacts_begin(
             if abs(outside - inside) <= MAXIMUM_ANGLE * (1.0 + abs(middle)):
                 break
             here, there, on = _contact_at(structure, family, middle, floor, work)
-            if here == plain(CLEAR):
+            if here == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
                 outside, status, excess, touched = middle, here, there, on

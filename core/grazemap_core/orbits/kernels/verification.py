@@ -37,7 +37,7 @@ from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import (
-    CLEAR,
+    NO_FURTHER_CONTACT,
     ContactScratch,
     apply_flow,
     contact_scratch,
@@ -227,13 +227,13 @@ def guess_from_replay(
     Phases count from there. The number is 0 where an event is no impact, or there are too many.
     """
     work = scratch.replay
-    work.cursor[workspace.ROWS] = 0
+    work.cursor[workspace.EVENT_COUNT] = 0
     for k in range(length):
         if run_half(problem, held, stops, scratch.start, half + k, work) != workspace.OK:
             return 0
-        if work.cursor[workspace.ROWS] > scratch.sides.shape[0]:
+        if work.cursor[workspace.EVENT_COUNT] > scratch.sides.shape[0]:
             return 0
-    return _as_guess(problem, scratch, stops, work.events, plain(0), work.cursor[workspace.ROWS], half, 1.0)
+    return _as_guess(problem, scratch, stops, work.events, plain(0), work.cursor[workspace.EVENT_COUNT], half, 1.0)
 
 
 @kernel
@@ -525,7 +525,7 @@ def _smallest_gap(
     status, excess, _, _ = further_contact_from(
         problem, sides, stops, phases, speeds, -floor, flow_between, scratch.contact
     )
-    return -excess - _reach(problem, sides, stops, speeds, radius) if status == CLEAR else -math.inf
+    return -excess - _reach(problem, sides, stops, speeds, radius) if status == NO_FURTHER_CONTACT else -math.inf
 
 
 @kernel

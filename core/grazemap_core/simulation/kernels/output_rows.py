@@ -30,7 +30,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS
 """Nodes and weights of a panel of length 1. The square of an output turns by 4 in it: ten nodes integrate it with an
 error of 1e-18."""
-INTEGRAL, SQUARE, HIGHEST, LOWEST = 0, 1, 2, 3
+INTEGRAL, SQUARE_INTEGRAL, HIGHEST, LOWEST = 0, 1, 2, 3
 """Columns of the totals of an output: its integral, that of its square, its largest value, that of its negative."""
 
 
@@ -230,7 +230,7 @@ def observe_segment(
                 total += WEIGHTS[node] * y
                 square += WEIGHTS[node] * y * y
             totals[r, INTEGRAL] += step * total
-            totals[r, SQUARE] += step * square
+            totals[r, SQUARE_INTEGRAL] += step * square
             if r > 0:
                 totals[r, HIGHEST] = _raise_peak(series, 1.0, totals[r, HIGHEST], scratch.stack)
                 totals[r, LOWEST] = _raise_peak(series, -1.0, totals[r, LOWEST], scratch.stack)

@@ -73,8 +73,8 @@ def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Works
         ring.states[row, 2 * j + 1, 0] = sign * u[j, 1]
     # in the coordinates z the stops are exchanged every half period
     first = 0 if (k - 1) % 2 == 0 else 1
-    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT]
-    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT]
+    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT_IMPACTS]
+    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT_IMPACTS]
     ring.held[row, first, 0] = work.tally[workspace.HELD_RIGHT]
     ring.held[row, 1 - first, 0] = work.tally[workspace.HELD_LEFT]
     ring.min_speed[row, 0] = work.tally[workspace.MIN_SPEED]
