@@ -33,7 +33,7 @@ _ASKED: tuple[tuple[str, str, bytes | None], ...] = (
     ("GET", "/v1", None),
     ("POST", "/v1/grazing-curves/estimate", b'{"omega": [0.1, 0.2, 0.3]}'),
 )
-_START_SECONDS = 30.0
+_START_SECONDS = 120.0
 
 
 @contextmanager

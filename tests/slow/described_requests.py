@@ -8,6 +8,7 @@ made-up result, and others are dismissed, so that streams of events end. It exit
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import subprocess
 import sys
@@ -73,10 +74,19 @@ def main() -> int:
             line = [str(program), "run", f"http://{address}/openapi.json", "--max-examples", examples, "--seed", "1"]
             line += ["--exclude-checks", _LEFT_OUT, "--continue-on-failure", "--output-truncate", "false"]
             environment = {**os.environ, "SCHEMATHESIS_HOOKS": _CHECKS.stem, "PYTHONPATH": str(_CHECKS.parent)}
-            return subprocess.run(line, cwd=folder, env=environment, check=False).returncode
+            status = subprocess.run(line, cwd=folder, env=environment, check=False).returncode
         finally:
             stop.set()
             played.join()
+        _print_exceptions(Path(log.name))
+        return status
+
+
+def _print_exceptions(log: Path) -> None:
+    """Print the exceptions that a service has logged."""
+    for line in log.read_text("utf-8").splitlines():
+        if line.startswith("{") and (exception := json.loads(line).get("exception")):
+            print(exception)
 
 
 if __name__ == "__main__":

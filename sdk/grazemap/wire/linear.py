@@ -121,7 +121,8 @@ def contact_modes(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
     frequencies = np.sqrt(np.maximum(turning, 0.0))
     decays = rates - np.sqrt(np.maximum(-turning, 0.0))
     shares = (np.array(oscillator.contact_row) @ modes) ** 2
-    return frequencies, decays, shares / np.sqrt(np.maximum(np.abs(turning), _ROUND_OFF * np.abs(turning).max()))
+    least = _ROUND_OFF * max(np.abs(squares).max(), (rates**2).max())  # a mode that is critically damped has 0
+    return frequencies, decays, shares / np.sqrt(np.maximum(np.abs(turning), least))
 
 
 def growing(oscillator: Oscillator) -> str | None:

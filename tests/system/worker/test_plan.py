@@ -39,6 +39,16 @@ def map_request(columns: int, rows: int, max_periods: int = 1000, start: float =
     )
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.05, 0.08])
+@pytest.mark.parametrize("process", ["grazing-curves", "codimension-two-points"])
+def test_the_zeros_of_any_impulse_response_are_estimated(process: str, damping: float) -> None:
+    """At damping 0.05 the mass is critically damped to the last bit."""
+    oscillator = {"masses": [2.0], "stiffnesses": [800.0], "damping": damping, "forcing": [12.0], "restitution": 0.7}
+    omega = {"start": 10.0, "stop": 30.0, **({"points": 4} if process == "grazing-curves" else {})}
+    request = parse_request(process, {"oscillator": {**oscillator, "units": "SI"}, "omega": omega})
+    assert 0.0 < plan(process, request).estimate.seconds < 0.1
+
+
 def test_the_sample_of_chaotic_motions_is_estimated_as_the_core_takes_it() -> None:
     assert tolerances.RUN_ON_SAMPLE == rates.RUN_ON_SAMPLE
     assert tolerances.SIDE_BY_SIDE == rates.RUN_ON_TOGETHER

@@ -132,7 +132,7 @@ class TileWorker(Worker):
         """Take the entry out of the queue, and show it as executed."""
         self.connection.lrem(rq_keys.taken_key(self._target), 1, job.id)
         try:
-            execution = self.prepare_execution(job)
+            self._shown, self._last_shown = (job, self.prepare_execution(job)), monotonic()
             with self.connection.pipeline(transaction=False) as pipeline:
                 job.prepare_for_execution(self.name, pipeline)
                 pipeline.expire(job.key, self.get_heartbeat_ttl(job))
@@ -140,8 +140,6 @@ class TileWorker(Worker):
         except RedisError as error:
             if not is_full(error):
                 raise
-            return
-        self._shown, self._last_shown = (job, execution), monotonic()
 
     def _end(self, job: Job) -> None:
         """Remove the entry, and count it."""
