@@ -147,7 +147,7 @@ def reference_motion(
         As in `CellProblem`.
     """
     at, orders = np.array([omega]), harmonic_orders(oscillator)
-    resonant = [resonant_modes(model, at, one.order)[0] & bool(oscillator.drive) for one in oscillator.forces]
+    resonant = [resonant_modes(model, at, harmonic.order)[0] & bool(oscillator.drive) for harmonic in oscillator.forces]
     states = model.size if np.any(resonant) else 0
     if len(orders) == 1 and orders[0] == 1.0 and states == 0:
         amplitude, turn = complex(steady[0, 0, model.size]), complex(np.exp(1j * phase))
@@ -170,9 +170,16 @@ def reference_motion(
         }
     parts = [
         _HarmonicPart.of(
-            oscillator, model, one, steady[h], _CellGrid.of(one, omega, step, cells), phase, output_row, resonant[h]
+            oscillator,
+            model,
+            harmonic,
+            steady[h],
+            _CellGrid.of(harmonic, omega, step, cells),
+            phase,
+            output_row,
+            resonant[h],
         )
-        for h, one in enumerate(oscillator.forces)
+        for h, harmonic in enumerate(oscillator.forces)
     ]
     return {
         "steady_table": np.concatenate([_total(parts, 0, "boundaries"), _total(parts, 1, "boundaries")[1:]]),
@@ -297,8 +304,8 @@ class _HarmonicPart:
 
     def bound(self, derivative: int) -> float:
         """Return a bound of a derivative of the part of q."""
-        s, found = self.grid.s, abs(self.amplitude)
-        return found * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
+        s, amplitude = self.grid.s, abs(self.amplitude)
+        return amplitude * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
 
     @cached_property
     def boundaries(self) -> Floats:
