@@ -253,10 +253,10 @@ def bifurcation_curve(
         points: list[ContinuationPoint] = []
 
         def visit(_: Floats, unknowns: Floats, __: bool, points: list[ContinuationPoint] = points) -> str | None:
-            found = path.evaluate(unknowns)
-            if point.type == "NS" and not on_unit_circle(found.multipliers):
+            orbit = path.evaluate(unknowns)
+            if point.type == "NS" and not on_unit_circle(orbit.multipliers):
                 return "real"
-            points.append(found)
+            points.append(orbit)
             return None
 
         ends.append(follow_path(path, start, side, limits, longest_step, max_points, visit))
@@ -278,9 +278,9 @@ def _curve(
     plane: tuple[Parameter, Parameter],
 ) -> BifurcationCurve:
     count = path.count
-    unknowns = np.array([found.unknowns for found in points])
-    values = tuple(found.values for found in points)
-    omega, across, up = (np.array([one.value(name) for one in values]) for name in ("omega", *plane))
+    unknowns = np.array([point.unknowns for point in points])
+    values = tuple(point.values for point in points)
+    omega, across, up = (np.array([place.value(name) for place in values]) for name in ("omega", *plane))
     return BifurcationCurve(
         type=kind,
         points=values,
@@ -293,15 +293,15 @@ def _curve(
         impact=impact,
         period=path.family.pattern.multiple,
         symmetric=path.family.pattern.symmetric,
-        multipliers=np.array([found.multipliers for found in points]),
-        admissible=np.array([_admissible(path, impact, found) for found in points]),
-        residual=np.array([found.residual for found in points]),
+        multipliers=np.array([point.multipliers for point in points]),
+        admissible=np.array([_admissible(path, impact, point) for point in points]),
+        residual=np.array([point.residual for point in points]),
         ends=ends,
     )
 
 
-def _admissible(path: BifurcationProblem, impact: int | None, found: ContinuationPoint) -> bool:
+def _admissible(path: BifurcationProblem, impact: int | None, point: ContinuationPoint) -> bool:
     if impact is None:
-        return found.contact == NO_FURTHER_CONTACT
-    towards = found.unknowns[path.count : 2 * path.count] * path.sides
-    return bool(np.all(np.delete(towards, impact) > 0.0)) and found.excess <= ORBIT_RESIDUAL
+        return point.contact == NO_FURTHER_CONTACT
+    towards = point.unknowns[path.count : 2 * path.count] * path.sides
+    return bool(np.all(np.delete(towards, impact) > 0.0)) and point.excess <= ORBIT_RESIDUAL

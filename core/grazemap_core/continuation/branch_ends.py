@@ -95,7 +95,7 @@ class Meeting:
         other step of a branch.
         """
         count, turn = path.count, path.family.turn
-        now, then = (np.diff(one[:count], append=one[0] + turn) for one in (here, here + step))
+        now, then = (np.diff(values[:count], append=values[0] + turn) for values in (here, here + step))
         meets = then <= 0.0
         first = np.flatnonzero(meets & ~np.roll(meets, 1))
         if len(first) != 1:
@@ -110,11 +110,11 @@ class Meeting:
         kept = np.delete(np.arange(len(here)), [*others, *(count + others)])
         sides = np.delete(path.sides, others).astype(np.int64)
         alone = ContinuationProblem(path.family, sides, path.parameters, path.fixed)
-        found = alone.correct(guess[kept], normal[kept])
-        if found is None:
+        solution = alone.correct(guess[kept], normal[kept])
+        if solution is None:
             return None
         unknowns = np.zeros(len(here))
-        unknowns[kept] = found[0]
+        unknowns[kept] = solution[0]
         unknowns[others] = unknowns[impact] - np.where(others < impact, turn, 0.0)
         way, along = unknowns - here, step / np.linalg.norm(step)
         if float(way @ along) < MIN_TANGENT_COSINE * float(np.linalg.norm(way)):

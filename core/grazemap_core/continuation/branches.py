@@ -217,7 +217,7 @@ def _branch(
     count = path.count
     unknowns = np.array([point.unknowns for point in points])
     values = tuple(point.values for point in points)
-    omega = np.array([one.omega for one in values])
+    omega = np.array([place.omega for place in values])
     multipliers = np.array([point.multipliers for point in points])
     if path.family.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
@@ -229,7 +229,7 @@ def _branch(
     least_period = np.array([path.impacts(point.unknowns).repeats_after() == period for point in points])
     return OrbitBranch(
         parameter=parameter,
-        values=np.array([one.value(parameter) for one in values]),
+        values=np.array([place.value(parameter) for place in values]),
         points=values,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],

@@ -149,10 +149,10 @@ class ContinuationProblem:
         """Return the values of all parameters, and the stops; the last ones are cached."""
         varying = tuple(unknowns[2 * self.count :].tolist())
         if varying != self._varying:
-            found = self.fixed
+            point = self.fixed
             for name, value in zip(self.parameters, varying, strict=True):
-                found = found.varied(name, value * self.units[name])
-            self._varying, self._point = varying, (found, self._stops_at(found))
+                point = point.varied(name, value * self.units[name])
+            self._varying, self._point = varying, (point, self._stops_at(point))
         return self._point
 
     def problem(self, values: ParameterPoint) -> OrbitProblem:

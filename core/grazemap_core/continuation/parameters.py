@@ -73,7 +73,7 @@ class ParameterPoint(NamedTuple):
         """Of both stops, or of the right and of the left one, as functions of orbits take it."""
         if self.clearance_right == self.clearance_left:
             return self.clearance_right
-        right, left = (None if math.isinf(one) else one for one in (self.clearance_right, self.clearance_left))
+        right, left = (None if math.isinf(gap) else gap for gap in (self.clearance_right, self.clearance_left))
         return right, left
 
     @property
@@ -102,10 +102,10 @@ class ParameterPoint(NamedTuple):
                     "parameter", f"{name} stands for both stops, which differ here: {name}_right or {name}_left varies"
                 )
             return float(right)
-        found = float(getattr(self, name))
-        if math.isinf(found):
+        value = float(getattr(self, name))
+        if math.isinf(value):
             raise ParameterError("parameter", f"{name} is that of a stop that is absent")
-        return found
+        return value
 
     def varied(self, name: Parameter, value: float) -> ParameterPoint:
         """Return the values with one of them changed."""
@@ -125,7 +125,7 @@ class ParameterPoint(NamedTuple):
             restitution=self.restitution_right,
             restitution_left=None if same else self.restitution_left,
             bias=self.bias * oscillator.bias,
-            drive=tuple(_scaled(one, self.forcing) for one in oscillator.drive),
+            drive=tuple(_scaled(harmonic, self.forcing) for harmonic in oscillator.drive),
         )
 
     def stops(self, equilibrium: float, odd: bool) -> Stops:

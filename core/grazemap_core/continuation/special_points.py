@@ -115,11 +115,11 @@ class BranchSegment:
         if distance not in self._known:
             share = distance / self.end
             guess = self.first.unknowns + share * (self.second.unknowns - self.first.unknowns)
-            found = self.path.correct(guess, self.along)
-            self.complete &= found is not None
-            if found is None:
+            solution = self.path.correct(guess, self.along)
+            self.complete &= solution is not None
+            if solution is None:
                 return self.first if share < 0.5 else self.second
-            self._known[distance] = self.path.evaluate(found[0])
+            self._known[distance] = self.path.evaluate(solution[0])
         return self._known[distance]
 
     def zero(self, test: Test, low: float, high: float) -> float | None:
@@ -137,19 +137,19 @@ class BranchSegment:
     def special_points(self, turns: bool) -> list[SpecialPoint]:
         """Return the special points of the segment in order; `turns` says that its parameter has an extremum there."""
         end = self._end_on_another()
-        found = [end] if end is not None else self._folds() if turns else []
+        points = [end] if end is not None else self._folds() if turns else []
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
-            found.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
+            points.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
         vanishing = self._vanishing_impacts()
-        found += vanishing
-        for low, high in self._between([where for where, _ in found]):
+        points += vanishing
+        for low, high in self._between([where for where, _ in points]):
             where = self._pair_on_unit_circle(low, high)
             if where is not None:
-                found.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
-        found += self._further_contacts([where for where, _ in vanishing])
-        return [point for _, point in sorted(found, key=lambda item: item[0])]
+                points.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
+        points += self._further_contacts([where for where, _ in vanishing])
+        return [point for _, point in sorted(points, key=lambda item: item[0])]
 
     def _pair_on_unit_circle(self, low: float, high: float) -> float | None:
         """Return where a complex pair of multipliers passes the unit circle between two distances, or None.
@@ -173,14 +173,14 @@ class BranchSegment:
 
     def _folds(self) -> list[Located]:
         """Return the point at which the parameter turns."""
-        found: list[Located] = []
+        points: list[Located] = []
         for test in (_fold_test, self._rise):  # where branches meet, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                found.append((where, self._point("SN", where, self._doubt(test, where))))
-                if not found[-1][1].reason:
-                    return found[-1:]
-        return found[:1]
+                points.append((where, self._point("SN", where, self._doubt(test, where))))
+                if not points[-1][1].reason:
+                    return points[-1:]
+        return points[:1]
 
     def _end_on_another(self) -> Located | None:
         """Return the point at which the branch ends on another one, solved for there, or None."""
@@ -211,7 +211,7 @@ class BranchSegment:
     def _vanishing_impacts(self) -> list[Located]:
         """Return the grazes at which the velocity of an impact vanishes."""
         count = self.path.count
-        found: list[Located] = []
+        points: list[Located] = []
         for i in range(count):
 
             def speed(point: ContinuationPoint, i: int = i) -> float:
@@ -222,16 +222,16 @@ class BranchSegment:
                 # at the graze itself another contact may begin, and round-off would decide
                 admissible = any(self.at(side).admissible for side in self._beside(where))
                 reason = self._doubt(speed, where)
-                found.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
-        return found
+                points.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
+        return points
 
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
         """Return the grazes at which a further contact begins, between those at which an impact vanishes."""
         count = self.path.count
-        found: list[Located] = []
+        points: list[Located] = []
         for low, high in self._between(grazes):
             speeds = [self.at(place).unknowns[count : 2 * count] * self.path.sides for place in (low, high)]
-            if not any(np.all(one > 0.0) for one in speeds):
+            if not any(np.all(velocities > 0.0) for velocities in speeds):
                 continue  # virtual impacts: no orbit on either side is admissible
             where = self.zero(_excess, low, high)
             if where is not None:
@@ -239,8 +239,8 @@ class BranchSegment:
                 whole = 2.0 * math.pi * self.path.family.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
                 graze = {"admissible": True, "stop": point.excess_stop, "phase": phase}
-                found.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
-        return found
+                points.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
+        return points
 
     def _between(self, places: list[float]) -> list[tuple[float, float]]:
         """Return the parts of the segment between special points, each without what is just beside them."""
