@@ -204,8 +204,8 @@ def codimension_two_points(
     own, times = oscillator.at_own_period
     if times > 1:
         ends = omega_start, omega_stop
-        found = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
-        return [_at_declared_frequency(point, times, *ends) for point in found]
+        points = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
+        return [_at_declared_frequency(point, times, *ends) for point in points]
     response = impulse_response(modal_model(oscillator))
     if omega_stop > MAX_FREQUENCY_RATIO * float(np.sqrt(np.max(response.frequency_squared))):
         raise ParameterError(
@@ -225,7 +225,7 @@ def codimension_two_points(
         return _on_one_stop(oscillator, response, points, varied)
     if differ:
         # motions on the one stop and on the other unfold differently; there are no symmetric ones
-        points = [one for point in points for one in _of_each_stop(point)]
+        points = [of_stop for point in points for of_stop in _of_each_stop(point)]
     maxima = steady_motion(oscillator, np.array([point.omega for point in points])).toward(1)
     each = zip(points, maxima.amplitude.tolist(), maxima.curvature.tolist(), strict=True)
     return [
@@ -295,8 +295,8 @@ def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, sto
     gap = varied.other_gap(oscillator)
     if is_half_wave_symmetric(oscillator.drive) if varied.together else math.isinf(gap):
         return []  # the margin does not depend on omega
-    found = vanishing_margins(oscillator, varied, start, stop)
-    return [_coincidence("double-graze", one, start, stop) for one in found]
+    coincidences = vanishing_margins(oscillator, varied, start, stop)
+    return [_coincidence("double-graze", coincidence, start, stop) for coincidence in coincidences]
 
 
 def _corners(
@@ -309,11 +309,11 @@ def _corners(
 ) -> list[CodimensionTwoPoint]:
     """Return the points at which two maxima toward the grazed stop are equal, without their clearance."""
     alike, points = varied is None, []
-    for one in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
-        point = _coincidence("corner", one, start, stop)
-        if one.simple:
-            before, after = (_recurring(response, one, i, max_order, alike) for i in (0, 1))
-            point = replace(point, corner=Corner(*one.phases, *one.slopes, before, after))
+    for coincidence in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
+        point = _coincidence("corner", coincidence, start, stop)
+        if coincidence.simple:
+            before, after = (_recurring(response, coincidence, i, max_order, alike) for i in (0, 1))
+            point = replace(point, corner=Corner(*coincidence.phases, *coincidence.slopes, before, after))
         points.append(point)
     return points
 
@@ -334,11 +334,11 @@ def _recurring(response: ImpulseResponse, corner: Coincidence, graze: int, max_o
     return int(recurring[0]) + 1 if len(recurring) else 0
 
 
-def _coincidence(kind: Kind, found: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
+def _coincidence(kind: Kind, coincidence: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
     """Return the point of a coincidence, without its clearance."""
-    omega = min(max(found.omega, start), stop)
-    status: Status = "simple" if found.simple else "near-double"
-    return CodimensionTwoPoint(kind, omega, math.nan, found.residual, status, found.error)
+    omega = min(max(coincidence.omega, start), stop)
+    status: Status = "simple" if coincidence.simple else "near-double"
+    return CodimensionTwoPoint(kind, omega, math.nan, coincidence.residual, status, coincidence.error)
 
 
 def _unfolding(
@@ -403,8 +403,9 @@ def _resonances(
             for zero in zeros:
                 omega = _inside(factor / zero.time, start, stop)
                 if omega is not None:
-                    found = {"multiple": multiple, "symmetric": is_symmetric, "bifurcation": names[kind, is_symmetric]}
-                    points.append(_point("resonant", omega, zero, **found))
+                    bifurcation = names[kind, is_symmetric]
+                    resonance = {"multiple": multiple, "symmetric": is_symmetric, "bifurcation": bifurcation}
+                    points.append(_point("resonant", omega, zero, **resonance))
     return points
 
 

@@ -97,13 +97,13 @@ def vanishing_margins(oscillator: Oscillator, varied: VariedStop, start: float, 
 
 def united(intervals: list[tuple[float, float]], apart: float = 4.0 * END_WIDTH) -> list[tuple[float, float]]:
     """Return the union of intervals as disjoint ones, increasing; gaps up to the relative width `apart` are closed."""
-    found: list[tuple[float, float]] = []
+    unions: list[tuple[float, float]] = []
     for left, right in sorted(intervals):
-        if found and left <= found[-1][1] * (1.0 + apart):
-            found[-1] = (found[-1][0], max(right, found[-1][1]))
+        if unions and left <= unions[-1][1] * (1.0 + apart):
+            unions[-1] = (unions[-1][0], max(right, unions[-1][1]))
         else:
-            found.append((left, right))
-    return found
+            unions.append((left, right))
+    return unions
 
 
 class _PeakPairs(NamedTuple):
@@ -153,17 +153,17 @@ class _ZeroSearch(ABC):
     def zeros(self, start: float, end: float) -> list[Coincidence]:
         """Return all zeros, increasing."""
         cells, places, narrow = self._isolated(start * (1.0 - END_WIDTH), end * (1.0 + END_WIDTH))
-        found = [_near_double(*ends) for ends in united(narrow, NEAR_DOUBLE_GAP)]
+        coincidences = [_near_double(*ends) for ends in united(narrow, NEAR_DOUBLE_GAP)]
         for i, ends in enumerate(cells):
             each = places.of(np.array([i]))
             omega = self._zero(ends, each)
-            found += [] if omega is None else [self._coincidence(omega, each)]
+            coincidences += [] if omega is None else [self._coincidence(omega, each)]
         apart: list[Coincidence] = []
-        for one in sorted(found):
-            if apart and one.omega - apart[-1].omega <= one.error + apart[-1].error:
-                apart[-1] = _same(apart[-1], one)
+        for coincidence in sorted(coincidences):
+            if apart and coincidence.omega - apart[-1].omega <= coincidence.error + apart[-1].error:
+                apart[-1] = _same(apart[-1], coincidence)
             else:
-                apart.append(one)
+                apart.append(coincidence)
         return apart
 
     def _isolated(self, start: float, end: float) -> tuple[Floats, _PeakPairs, list[tuple[float, float]]]:
@@ -206,7 +206,7 @@ class _ZeroSearch(ABC):
         """Return the response toward the stop in cells of omega."""
         motion = steady_motion(self.oscillator, middle, slopes=True)
         ends = middle - radius, middle + radius
-        bounds = [second_derivative_bound(self.oscillator, one, *ends) for one in self.oscillator.drive]
+        bounds = [second_derivative_bound(self.oscillator, harmonic, *ends) for harmonic in self.oscillator.drive]
         value, slope = self.stop * motion.response, self.stop * motion.slopes
         return Coefficients(motion.orders, value, slope, np.stack(bounds, axis=1), radius)
 
@@ -279,7 +279,7 @@ class _VanishingMargin(_ZeroSearch):
     def judge(self, cells: Relative) -> tuple[Integers, Floats, Floats]:
         right = cells.coefficients
         left = right._replace(value=-right.value, slope=-right.slope)
-        (amplitude, *rates), (other, *others) = (_highest(highest_peaks(one)) for one in (right, left))
+        (amplitude, *rates), (other, *others) = (_highest(highest_peaks(side)) for side in (right, left))
         margin = self.varied.margin(self.oscillator, amplitude, other)
         # the margin is that of the peaks, and a constant that is scaled with them
         constant = margin - (self._moves * amplitude - other)
@@ -309,16 +309,16 @@ def _near_double(left: float, right: float) -> Coincidence:
     return Coincidence(0.5 * (left + right), 0.5 * (right - left), 0.0)
 
 
-def _same(one: Coincidence, other: Coincidence) -> Coincidence:
+def _same(first: Coincidence, second: Coincidence) -> Coincidence:
     """Return two coincidences that round-off does not separate as one.
 
     A zero at the common end of two cells is found in both. Two zeros at which the difference changes its sign in
     opposite directions, so that the maxima change their places, are near-double.
     """
-    here, there = (np.exp(1j * np.array(each.phases)) for each in (one, other))
+    here, there = (np.exp(1j * np.array(each.phases)) for each in (first, second))
     if abs(here[0] - there[0]) <= abs(here[0] - there[1]):
-        return one
-    ends = [(each.omega - each.error, each.omega + each.error) for each in (one, other)]
+        return first
+    ends = [(each.omega - each.error, each.omega + each.error) for each in (first, second)]
     return _near_double(ends[0][0], max(ends[0][1], ends[1][1]))
 
 

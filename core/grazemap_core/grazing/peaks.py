@@ -157,8 +157,8 @@ def highest_peaks(coefficients: Coefficients) -> Peaks:
     count, chunk = len(coefficients.radius), max(1, _AT_ONCE // many)
     parts = []
     for start in range(0, count, chunk):
-        found = _highest_peaks(coefficients.of(slice(start, start + chunk)))
-        parts.append(found._replace(cell=found.cell + start))
+        peaks = _highest_peaks(coefficients.of(slice(start, start + chunk)))
+        parts.append(peaks._replace(cell=peaks.cell + start))
     return Peaks._make(np.concatenate(arrays) for arrays in zip(*parts, strict=True))
 
 
@@ -225,10 +225,10 @@ class _AngleRanges(NamedTuple):
     largest_rate: Floats
     """As in `Peaks`."""
 
-    def touch(self, one: Integers | slice, other: Integers | slice, turn: float = 0.0) -> Booleans:
+    def touch(self, first: Integers | slice, second: Integers | slice, turn: float = 0.0) -> Booleans:
         """Return whether ranges end where others begin, after a turn."""
-        gap = self.middle[other] + turn - self.middle[one] - 0.5 * (self.width[one] + self.width[other])
-        return np.asarray(gap < 0.25 * np.minimum(self.width[one], self.width[other]))
+        gap = self.middle[second] + turn - self.middle[first] - 0.5 * (self.width[first] + self.width[second])
+        return np.asarray(gap < 0.25 * np.minimum(self.width[first], self.width[second]))
 
     def begins(self) -> Booleans:
         """Return whether a range is the first one of a run of adjacent ranges of a cell."""

@@ -211,7 +211,7 @@ def grazing_point(
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
     theta, phase = _wrapped(phase + later) / times, phase + later
-    responses = [harmonic_amplitudes(own, values, one) for one in own.drive]
+    responses = [harmonic_amplitudes(own, values, harmonic) for harmonic in own.drive]
     if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
         ((response, coordinate, _),) = responses
         contact = np.array([1j * stop * amplitude])
@@ -219,7 +219,7 @@ def grazing_point(
     else:
         turns = np.exp(1j * phase * motion.orders)
         contact = motion.response[0] * turns
-        steady = np.concatenate([one.amplitudes for one in responses]) * turns[:, None]
+        steady = np.concatenate([part.amplitudes for part in responses]) * turns[:, None]
     steady = np.array(
         [
             oscillator.with_contact(row.real, value.real) + 1j * oscillator.with_contact(row.imag, value.imag)
@@ -258,7 +258,7 @@ def interleaved(displacement: Floats, velocity: Floats, theta: float) -> Floats:
 def _point(
     oscillator: Oscillator, omega: float, varied: VariedStop | None, model: ModalModel, graze: _Graze
 ) -> GrazingPoint:
-    orders = np.array([one.order for one in oscillator.drive], dtype=np.float64)
+    orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
     stop, place, contact = graze.stop, contact_equilibrium(oscillator), graze.contact
     clearance = graze.amplitude + stop * place
     rates = orders[:, None] * omega
