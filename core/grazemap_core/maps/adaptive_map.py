@@ -172,8 +172,8 @@ class _Points:
         """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
         order = np.lexsort([rows, columns])
         rows, columns = rows[order], columns[order]
-        found = self._runner.points(rows, columns)
-        codes, figures = np.moveaxis(found[0], 2, 0)[:, :, None], np.moveaxis(found[1], 2, 0)[:, :, None]
+        results = self._runner.points(rows, columns)
+        codes, figures = np.moveaxis(results[0], 2, 0)[:, :, None], np.moveaxis(results[1], 2, 0)[:, :, None]
         named = named_arrays(codes, figures, self._ensemble, self._preview)
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))

@@ -181,16 +181,16 @@ def initial_states(
     state = np.stack([forced.rest, np.zeros(size)])
     for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
         if values is not None:
-            given = np.asarray(values, dtype=np.float64)
-            if given.shape != (size,) or not np.all(np.isfinite(given)):
+            numbers = np.asarray(values, dtype=np.float64)
+            if numbers.shape != (size,) or not np.all(np.isfinite(numbers)):
                 raise ParameterError(name, "must be one finite number per mass")
-            state[row] = given
-    indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
+            state[row] = numbers
+    indices = [_index(role, axis, size) for role, axis in (("horizontal", horizontal), ("vertical", vertical))]
     if indices[0] == indices[1]:
         raise ParameterError("vertical", "must differ from the horizontal coordinate")
     for index in indices:
         state[index] = 0.0
-    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
+    across, up = (np.asarray(axis.values, dtype=np.float64) for axis in (horizontal, vertical))
     added = np.zeros((len(up), len(across), 2, size))
     added[:, :, *indices[0]] = across
     added[:, :, *indices[1]] = up[:, None]
@@ -260,25 +260,26 @@ def _clusters(means: Floats) -> list[Integers]:
     trees = [cKDTree(means[which]) for which in members]
     beside = cKDTree(cells).query_pairs(2.0, p=math.inf, output_type="ndarray")
     linked = [trees[i].count_neighbors(trees[j], tolerance) > 0 for i, j in beside.tolist()]
-    one, other = beside[np.array(linked, dtype=np.bool_)].T
-    graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(cells), len(cells)))
+    first, second = beside[np.array(linked, dtype=np.bool_)].T
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(cells), len(cells)))
     _, cluster = connected_components(graph, directed=False)
     return [np.flatnonzero(cluster[cell] == number) for number in range(int(cluster.max()) + 1)]
 
 
 def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -> Attractor:
     """Return the attractor of the states `members`, out of `total` states."""
-    one = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
-    periodic = one["kind"] == KINDS.index("periodic")
+    figures = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
+    periodic = figures["kind"] == KINDS.index("periodic")
     if not periodic:
         lyapunov = arrays["lyapunov"].ravel()[members]
-        one["lyapunov"] = float(np.mean(lyapunov))
-    named = {name: one[name] if periodic else None for name in (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")}
+        figures["lyapunov"] = float(np.mean(lyapunov))
+    names = (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")
+    named = {name: figures[name] if periodic else None for name in names}
     return Attractor(
-        kind=KINDS[one["kind"]],
+        kind=KINDS[figures["kind"]],
         **named,
-        multiplier=one["multiplier"],
-        lyapunov=one["lyapunov"],
+        multiplier=figures["multiplier"],
+        lyapunov=figures["lyapunov"],
         verified=periodic and bool(np.all(arrays["verified"].ravel()[members])),
         states=len(members),
         share=len(members) / total,

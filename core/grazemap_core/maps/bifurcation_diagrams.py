@@ -122,14 +122,14 @@ def sections(
     order = range(len(line.axis.values))
     points = (line.point(k) for k in (reversed(order) if policy == "sweep-down" else order))
     settings = RunSettings(transient_periods + periods + EXPONENT_PERIODS, max_period, observed=observed)
-    found = _follow(points, policy != "rest", periods, transient_periods, settings, most_bytes)
-    return _bounded(found, most_bytes)
+    diagram = _follow(points, policy != "rest", periods, transient_periods, settings, most_bytes)
+    return _bounded(diagram, most_bytes)
 
 
-def _bounded(found: Iterator[Section], most_bytes: int) -> Iterator[Section]:
+def _bounded(diagram: Iterator[Section], most_bytes: int) -> Iterator[Section]:
     """Yield sections until their impacts take more than a number of bytes; then raise RecordSizeError."""
     impacts, most = 0, most_bytes // IMPACT_BYTES
-    for section in found:
+    for section in diagram:
         impacts += len(section.impact_stop)
         if impacts > most:
             raise RecordSizeError(most, most_bytes)
@@ -218,9 +218,9 @@ def _named_motion(runner: Runner, omega: float, clearance: Clearance, begin: Sta
     return _NamedMotion(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
 
 
-def _are_same(one: Motion, other: Motion) -> bool:
+def _are_same(motion: Motion, other: Motion) -> bool:
     """Return whether two motions have one name."""
-    return all(getattr(one, name) == getattr(other, name) for name in ("kind", *_NAME))
+    return all(getattr(motion, name) == getattr(other, name) for name in ("kind", *_NAME))
 
 
 def _contradicts(motion: Motion, later: Motion) -> bool:

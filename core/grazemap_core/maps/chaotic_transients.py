@@ -97,9 +97,9 @@ def _of_ensemble(
     plane: Plane, starts: Floats, watched: int, longer: RunSettings, rows: Integers, columns: Integers
 ) -> Integers:
     """Return codes (k, 1, CODES) of longer runs at points (k,), from the first of the states that leads to chaos."""
-    found, _ = PlaneRunner(plane, RunSettings(watched, longer.max_period, starts=starts)).points(rows, columns)
+    watched_codes, _ = PlaneRunner(plane, RunSettings(watched, longer.max_period, starts=starts)).points(rows, columns)
     codes = []
-    for of_states, row, column in zip(found, rows[:, None], columns[:, None], strict=True):
+    for of_states, row, column in zip(watched_codes, rows[:, None], columns[:, None], strict=True):
         start = starts[[_first_chaotic(of_states)]]
         codes.append(PlaneRunner(plane, longer._replace(starts=start)).points(row, column)[0])
     return np.concatenate(codes)
@@ -119,8 +119,8 @@ def _of_sweep(plane: Plane, settings: RunSettings, down: bool, rows: Integers, c
         in_column = np.flatnonzero(columns == column)
         for point in in_column[np.argsort(steps[in_column])].tolist():
             end = int(steps[point]) + 1
-            found, _, after = runner.sweep(path[done:end], column, after)
-            codes[point, 0], last = found[-1, 0], after
+            codes_on_way, _, after = runner.sweep(path[done:end], column, after)
+            codes[point, 0], last = codes_on_way[-1, 0], after
             for run in range(1, RUN_ON):
                 longer, _, last = runner.sweep(rows[point : point + 1], column, last)
                 codes[point, run] = longer[0, 0]
@@ -236,11 +236,11 @@ def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
     together = min(SIDE_BY_SIDE, len(evenly))
     group_of = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     chosen, times = np.unique(group_of[_spread(motions, len(evenly) // together)], return_counts=True)
-    found = np.concatenate(
+    of_groups = np.concatenate(
         [groups[k][_spread(len(groups[k]), together * count)] for k, count in zip(chosen, times, strict=True)]
     )
-    enough = len(found) >= together * (len(evenly) // together)  # groups may be small
-    return np.sort(found) if enough and len(evenly) < motions else evenly
+    enough = len(of_groups) >= together * (len(evenly) // together)  # groups may be small
+    return np.sort(of_groups) if enough and len(evenly) < motions else evenly
 
 
 def _spread(length: int, *most: int) -> Integers:

@@ -57,15 +57,15 @@ def figures_of_column(
         amplitudes = whole_steady(models.oscillator, problem.omega)
         whole = observed_outputs(wanted, models, problem, held, amplitudes, whole=True)
     kinds, periods = _tasks(results.codes)
-    found, work = wanted.totals(), workspace(size, EVENTS)
+    totals, work = wanted.totals(), workspace(size, EVENTS)
     column = ObservedColumn(
         kinds=kinds,
         periods=periods,
         stops=stops,
         final=results.final,
-        contacts=np.zeros((count, *found.contacts.shape)),
-        outputs=np.zeros((count, *found.outputs.shape)),
-        totals=found,
+        contacts=np.zeros((count, *totals.contacts.shape)),
+        outputs=np.zeros((count, *totals.outputs.shape)),
+        totals=totals,
         scratch=wanted.scratch(size),
         rows=np.empty((MOST_IMPACTS, EVENT_COLUMNS + 2 * size)),
         u=np.zeros((size, 2)),

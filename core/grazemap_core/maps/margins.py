@@ -27,8 +27,8 @@ class SteadyContact(NamedTuple):
 
     def margins(self) -> Floats:
         """Return the gaps of the right and of the left stop from the steady motion (k, 2); infinite if absent."""
-        found, margins = self.conditions, self.conditions.clearance.copy()
-        place, amplitude = found.bias * self.place, found.forcing[:, None] * self.amplitude
+        conditions, margins = self.conditions, self.conditions.clearance.copy()
+        place, amplitude = conditions.bias * self.place, conditions.forcing[:, None] * self.amplitude
         margins[:, 0] -= place + amplitude[:, 0]
         margins[:, 1] -= amplitude[:, 1] - place
         return margins

@@ -337,8 +337,8 @@ class PlaneRunner:
         else:
             rows = np.arange(n)[:: -1 if down else 1]
             columns = [self.sweep(rows, column) for column in range(m)]
-            codes = np.concatenate([found[rows] for found, _, _ in columns])
-            figures = np.concatenate([found[rows] for _, found, _ in columns])
+            codes = np.concatenate([swept_codes[rows] for swept_codes, _, _ in columns])
+            figures = np.concatenate([swept_figures[rows] for _, swept_figures, _ in columns])
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
@@ -353,15 +353,15 @@ class PlaneRunner:
         structures = []
         for group in groups:
             runner, steady = self._structure(int(rows[group[0]]), int(columns[group[0]]))
-            of_group = np.stack([steady[one] for one in omega[group].tolist()])
+            of_group = np.stack([steady[frequency] for frequency in omega[group].tolist()])
             structures.append(SeparateRuns(runner, omega[group], of_group, conditions.part(group)))
         order, (codes, figures) = np.argsort(np.concatenate(groups)), run_separate(structures)
         return codes[order], figures[order]
 
     def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
         """Return the conditions of points for the runner of their oscillator."""
-        found = self.plane.conditions(rows, columns)
-        return found._replace(**{name: np.ones(len(rows)) for name in self._scaled})
+        conditions = self.plane.conditions(rows, columns)
+        return conditions._replace(**{name: np.ones(len(rows)) for name in self._scaled})
 
     def _oscillator(self, row: int, column: int) -> Oscillator:
         """Return the oscillator of a point, without the parameters that its conditions have."""
@@ -404,7 +404,7 @@ def varied_clearance(clearance: Floats) -> tuple[Parameter, Floats]:
     right, left = clearance.T
     if np.array_equal(right, left):
         return "clearance", right
-    right_varies, left_varies = (bool(np.any(one != one[0])) for one in (right, left))
+    right_varies, left_varies = (bool(np.any(gaps != gaps[0])) for gaps in (right, left))
     if right_varies and left_varies:
         raise ParameterError("clearance", "must be that of both stops, or vary for one of them")
     left_alone = left_varies or np.isinf(right[0])

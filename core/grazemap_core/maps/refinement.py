@@ -178,5 +178,5 @@ def _neighbours(i: Indices, j: Indices, shape: tuple[int, int]) -> tuple[Indices
     flat = [
         np.clip(i + down, 0, shape[0] - 1) * shape[1] + np.clip(j + across, 0, shape[1] - 1) for down, across in _AROUND
     ]
-    found = np.unique(np.concatenate(flat))
-    return found // shape[1], found % shape[1]
+    flat_indices = np.unique(np.concatenate(flat))
+    return flat_indices // shape[1], flat_indices % shape[1]

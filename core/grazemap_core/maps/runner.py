@@ -210,8 +210,8 @@ class Runner:
     @property
     def errors(self) -> LaneErrors:
         """The errors of the lanes: those with which the trajectories of a sweep are handed on."""
-        found: LaneErrors = self._scratch["tangents"].errors
-        return found
+        errors: LaneErrors = self._scratch["tangents"].errors
+        return errors
 
     def steady(self, omega: Floats) -> Complexes:
         """Return the amplitudes of the reference motions at frequencies (m,), shape (m, H, 2, N + 1)."""
@@ -370,7 +370,7 @@ class Runner:
         if self._ended == ENDED_EARLY:
             return None
         free, size = self._models.free, len(self._masses)
-        orders = np.array([one.order for one in self._models.oscillator.forces], dtype=np.float64)
+        orders = np.array([harmonic.order for harmonic in self._models.oscillator.forces], dtype=np.float64)
         moved = free.from_modal @ self._scratch["final_state"].ravel() + reference_state(steady, orders, omega, 0.0)
         state = conditions.forcing[-1] * moved.reshape(2, size)
         state[0] += conditions.bias[-1] * self._equilibrium
@@ -481,12 +481,12 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
             model, base = runner._at_rest(omega, steady)
             models.append(model)
             bases.append(base)
-    aside, gaps, offset, on_stop = (np.concatenate(found) for found in zip(*map(_rest_of, structures), strict=True))
+    aside, gaps, offset, on_stop = (np.concatenate(parts) for parts in zip(*map(_rest_of, structures), strict=True))
     restitution, forcing = (
-        np.concatenate([getattr(one.conditions, name) for one in structures]) for name in ("restitution", "forcing")
+        np.concatenate([getattr(runs.conditions, name) for runs in structures]) for name in ("restitution", "forcing")
     )
-    cells = np.array([one.problem.cells for one in models])
-    amplitude = np.array([one.problem.steady_bound for one in models])
+    cells = np.array([model.problem.cells for model in models])
+    amplitude = np.array([model.problem.steady_bound for model in models])
     first = structures[0].runner
     codes = np.empty((len(models), 1, lane_state.CODES), dtype=np.int64)
     figures = np.empty((len(models), 1, lane_state.FIGURES))
@@ -512,10 +512,10 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
     return codes, figures
 
 
-def _rest_of(one: SeparateRuns) -> tuple[Floats, Floats, Floats, Integers]:
+def _rest_of(runs: SeparateRuns) -> tuple[Floats, Floats, Floats, Integers]:
     """Return `aside`, the gaps, `offset` and `on_stop` of trajectories from rest."""
-    gaps = one.runner._gaps(one.conditions)
-    return np.repeat(one.runner._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
+    gaps = runs.runner._gaps(runs.conditions)
+    return np.repeat(runs.runner._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
 
 
 def _named(starts: _Starts, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
@@ -548,8 +548,8 @@ def middle_of_stops(conditions: Conditions, unit: Floats) -> Floats:
     right, left = (conditions.clearance / conditions.forcing[:, None]).T
     with np.errstate(invalid="ignore"):
         both = 0.5 * (right - left)
-    one = np.minimum(right - unit, 0.0) + np.maximum(unit - left, 0.0)
-    return np.asarray(np.where(np.isfinite(both), both, one))
+    single = np.minimum(right - unit, 0.0) + np.maximum(unit - left, 0.0)
+    return np.asarray(np.where(np.isfinite(both), both, single))
 
 
 def impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:

@@ -99,8 +99,8 @@ class Resolver:
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
                 start = BetweenStops(np.zeros(states.shape[1:]), states[free] / unit)
-                found = self._runner.run(self._omega, self._steady, np.array([both]), start, phase)
-                codes[free], figures[free] = found[0][0], found[1][0]
+                results = self._runner.run(self._omega, self._steady, np.array([both]), start, phase)
+                codes[free], figures[free] = results[0][0], results[1][0]
             return codes, figures
 
         return resolution(start, restart, LONGER * self._max_periods)
@@ -177,10 +177,10 @@ def resolve_grid(
             resolver = Resolver(oscillator, w, settings.max_periods, settings.max_period)
             begun = start_at(settings, w)
             states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
-            found = resolver.resolve(clearance, states[start])
-            if not found.reason:
+            outcome = resolver.resolve(clearance, states[start])
+            if not outcome.reason:
                 which = row, i, start
                 resolved[which] = True
-                codes[(_OF_MOTION, *which)] = found.codes[list(_OF_MOTION)]
-                figures[(_FIGURES_OF_MOTION, *which)] = found.figures[_FIGURES_OF_MOTION]
+                codes[(_OF_MOTION, *which)] = outcome.codes[list(_OF_MOTION)]
+                figures[(_FIGURES_OF_MOTION, *which)] = outcome.figures[_FIGURES_OF_MOTION]
     return resolved

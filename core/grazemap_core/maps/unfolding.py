@@ -229,10 +229,10 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     share = np.zeros(kind.shape[:2])
     motions = np.zeros(kind.shape[:2], dtype=np.int32)
     for pixel in np.ndindex(chosen.shape):
-        found, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
-        known = found[:, 0] != 0
+        distinct_keys, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
+        known = distinct_keys[:, 0] != 0
         # a known motion before an unresolved one
-        best = min(range(len(found)), key=lambda i: (not known[i], -counts[i], first[i]))
+        best = min(range(len(distinct_keys)), key=lambda i: (not known[i], -counts[i], first[i]))
         chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
         motions[pixel] = np.count_nonzero(known)
     return chosen, share, motions

@@ -445,7 +445,7 @@ def _is_one(other: Region | None, place: Point, region: Region, velocities: Floa
     """Return whether the orbit at a point of another region has these impacts, or their mirror images."""
     if other is None or other.name != region.name:
         return False
-    speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]
+    speeds = [np.sort(np.abs(values)) for values in (other.orbits[place][1], velocities)]
     return len(speeds[0]) == len(speeds[1]) and bool(
         np.all(np.abs(speeds[0] - speeds[1]) <= tolerances.SAME_SPEED * float(np.max(speeds[1])))
     )

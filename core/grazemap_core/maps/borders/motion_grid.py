@@ -127,10 +127,10 @@ def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[Na
         symmetric = np.zeros_like(symmetric)
     periodic = arrays["kind"] == KINDS.index("periodic")
     codes = np.stack([arrays["period"], right, left, symmetric, arrays["sticking"]], axis=-1).astype(np.int64)
-    found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
+    rows, places = np.unique(codes[periodic], axis=0, return_inverse=True)
     name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
     name[periodic] = places.ravel()
     names = tuple(
-        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in found.tolist()
+        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in rows.tolist()
     )
     return names, name

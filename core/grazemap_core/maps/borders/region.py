@@ -132,8 +132,8 @@ class Region:
         phases, velocities, fine = np.empty(size), np.empty(size), np.zeros(len(points), dtype=np.bool_)
         for group in self.grid.plane.groups(rows, columns, self._apart):
             members = group.tolist()
-            found = self._solve([points[k] for k in members], [guesses[k] for k in members])
-            phases[group], velocities[group], fine[group] = found
+            orbits = self._solve([points[k] for k in members], [guesses[k] for k in members])
+            phases[group], velocities[group], fine[group] = orbits
         return SolvedOrbits(phases, velocities, fine)
 
     @property
@@ -148,15 +148,15 @@ class Region:
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
         stops = [self.equations.stops(point) for point in points]
-        found, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
-        found_velocities = speeds * (problem.omega * problem.length)
+        solved_phases, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
+        solved_velocities = speeds * (problem.omega * problem.length)
         fine = (results.status == CONVERGED) & (results.contact == NO_FURTHER_CONTACT)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
-            one = self._sequence(found[i], found_velocities[i])
-            apart = self.symmetric or not (self.grid.mirrored and one.mirrors())
-            fine[i] = one.repeats_after() == self.period and apart
-        return SolvedOrbits(found, found_velocities, fine)
+            sequence = self._sequence(solved_phases[i], solved_velocities[i])
+            apart = self.symmetric or not (self.grid.mirrored and sequence.mirrors())
+            fine[i] = sequence.repeats_after() == self.period and apart
+        return SolvedOrbits(solved_phases, solved_velocities, fine)
 
     def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:
         return ImpactSequence(self.period, self.stops, phases, velocities, self.symmetric)

@@ -78,5 +78,5 @@ def keep_orbit(
         sign, shift = 1.0 - 2.0 * part, part * verified.length * math.pi
         for i in range(count):
             impacts[0, part * count + i] = sign * scratch.sides[i]
-            impacts[1, part * count + i] = scratch.found[0, i] + shift
-            impacts[2, part * count + i] = sign * scratch.found[1, i] * unit
+            impacts[1, part * count + i] = scratch.solution[0, i] + shift
+            impacts[2, part * count + i] = sign * scratch.solution[1, i] * unit

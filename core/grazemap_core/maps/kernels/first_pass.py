@@ -466,8 +466,8 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         rows[MAXIMUM_BEFORE * PITCH + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         converged = (abs(change) < tolerances.ROOT_CHANGE) & (abs(e * change) < tolerances.ROOT_SLOPE_CHANGE * abs(d))
         known = rows[OUTCOME * PITCH + k]
-        found = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
-        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else found
+        outcome = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
+        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else outcome
 
 
 @fused_inlined

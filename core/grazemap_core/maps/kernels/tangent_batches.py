@@ -352,11 +352,11 @@ def carry_batch(
         model = record_of(models, batch.lanes[k])
         rows[END * BATCH + k] = model.problem.step * (model.problem.cells // 2)
         put_in_changes(tables, BATCH, k, model.tables)
-        one = changes[batch.lanes[k]]
+        lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                beside[(2 * count * j + c) * BATCH + k] = one[2 * j, c]
-                beside[(2 * count * j + count + c) * BATCH + k] = one[2 * j + 1, c]
+                beside[(2 * count * j + c) * BATCH + k] = lane_changes[2 * j, c]
+                beside[(2 * count * j + count + c) * BATCH + k] = lane_changes[2 * j + 1, c]
     for index in range(max(most, 1)):
         _set_targets(batch, filled, width, index, events, restitution, models, tables.scalars)
         _flow_changes(columns, batch, width, tables, blocks)
@@ -365,8 +365,8 @@ def carry_batch(
     _orthonormalise(columns, batch, filled, width, tables, blocks)
     for k in range(filled):
         elapsed[batch.lanes[k]] = rows[END * BATCH + k] - rows[PASSED * BATCH + k]
-        one = changes[batch.lanes[k]]
+        lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                one[2 * j, c] = beside[(2 * count * j + c) * BATCH + k]
-                one[2 * j + 1, c] = beside[(2 * count * j + count + c) * BATCH + k]
+                lane_changes[2 * j, c] = beside[(2 * count * j + c) * BATCH + k]
+                lane_changes[2 * j + 1, c] = beside[(2 * count * j + count + c) * BATCH + k]
