@@ -51,7 +51,7 @@ def solve_sequences(
     results, scratch = orbit_results(len(stops), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
-    gaps = np.array([[one.right, one.left] for one in stops])
+    gaps = np.array([[pair.right, pair.left] for pair in stops])
     impacts = OrbitImpacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
     solve_orbits(problem, impacts, gaps, floor, results, scratch)
     return phases, speeds, results

@@ -130,20 +130,20 @@ class StopMotions:
 
     def contacts(self, phases: Floats) -> Contacts:
         """Return whether the orbits at phases (m,) have a further contact."""
-        found = _empty(len(phases))
+        contacts = _empty(len(phases))
         motions = self._motions(SecondStop(0.0, 1.0), self.of.other)
-        contacts_at(self.problem, motions, phases, -ORBIT_FLOOR, found, self._scratch)
-        return found
+        contacts_at(self.problem, motions, phases, -ORBIT_FLOOR, contacts, self._scratch)
+        return contacts
 
     def reach(self, phases: Floats) -> Floats:
         """Return how far the orbits at phases (m,) move toward the other stop: the gap at which they touch it.
 
         Minus infinity without a maximum.
         """
-        found = _empty(len(phases))
+        contacts = _empty(len(phases))
         motions = self._motions(ABSENT, SecondStop(0.0))
-        contacts_at(self.problem, motions, phases, -math.inf, found, self._scratch)
-        return found.excess * self.problem.length
+        contacts_at(self.problem, motions, phases, -math.inf, contacts, self._scratch)
+        return contacts.excess * self.problem.length
 
     def orbits_at(self, phases: Sequence[float]) -> list[SpecialOrbit]:
         """Return the orbits at phases."""
@@ -171,11 +171,11 @@ class StopMotions:
                 met.append(float(phases[i + 1 if fine[i] else i]))
         if not clear:
             return []
-        places, found = np.array(clear), _empty(len(clear))
+        places, contacts = np.array(clear), _empty(len(clear))
         motions = self._motions(SecondStop(0.0, 1.0), self.of.other)
-        contacts_begin(self.problem, motions, places, np.array(met), -ORBIT_FLOOR, found, self._scratch)
+        contacts_begin(self.problem, motions, places, np.array(met), -ORBIT_FLOOR, contacts, self._scratch)
         return [
-            self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), found.stop.tolist(), strict=True)
+            self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), contacts.stop.tolist(), strict=True)
         ]
 
     def _phases_of_impacts(self) -> list[tuple[float, float]]:
@@ -199,18 +199,18 @@ def explicit_curves(of: StopFamily, omega: Floats, steady: Complexes) -> dict[st
     steady : (m, H, N + 1)
         From `OrbitFamily.steady_at`.
     """
-    found: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
+    orbits: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
     for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
         here = of.at(frequency, amplitudes)
         for kind in of.types:
-            found[kind].append(here.special(kind))
+            orbits[kind].append(here.special(kind))
     turned = turning_frame(of.family, steady)
-    return {kind: joined(points, turned) for kind, points in found.items()}
+    return {kind: joined(points, turned) for kind, points in orbits.items()}
 
 
 def nearest_special(here: StopMotions, kind: str, gap: float) -> SpecialOrbit:
     """Return the special orbit of a type whose gap is nearest to a given one. Raises ValueError where there is none."""
-    return min(here.special(kind), key=lambda one: abs(one.gap - gap))
+    return min(here.special(kind), key=lambda orbit: abs(orbit.gap - gap))
 
 
 def turning_frame(family: OrbitFamily, steady: Complexes) -> Floats:
@@ -225,20 +225,20 @@ def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCur
     ends: list[int] = []
     for i, here in enumerate(points):
         apart = sorted(
-            (_angle(one.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
+            (_angle(orbit.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
             for k in ends
-            for j, one in enumerate(here)
-            if one.stop == curves[k][i - 1].stop
+            for j, orbit in enumerate(here)
+            if orbit.stop == curves[k][i - 1].stop
         )
         taken: dict[int, int] = {}
         for angle, k, j in apart:
             if angle <= SAME_CURVE_PHASE and j not in taken and k not in taken.values():
                 taken[j] = k
-        for j, one in enumerate(here):
+        for j, orbit in enumerate(here):
             if j not in taken:
                 taken[j] = len(curves)
                 curves.append({})
-            curves[taken[j]][i] = one
+            curves[taken[j]][i] = orbit
         ends = sorted(taken.values())
     return [_curve(curve, len(points)) for curve in curves]
 
@@ -252,10 +252,10 @@ def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
         return whole
 
     admissible: Booleans = np.zeros(size, dtype=np.bool_)
-    admissible[places] = [one.admissible for one in points.values()]
+    admissible[places] = [orbit.admissible for orbit in points.values()]
     stop = np.zeros(size, dtype=np.int64)
-    stop[places] = [one.stop for one in points.values()]
-    gaps, speeds = ([getattr(one, name) for one in points.values()] for name in ("gap", "speed"))
+    stop[places] = [orbit.stop for orbit in points.values()]
+    gaps, speeds = ([getattr(orbit, name) for orbit in points.values()] for name in ("gap", "speed"))
     return OneImpactCurve(filled(gaps), filled(speeds), admissible, stop)
 
 

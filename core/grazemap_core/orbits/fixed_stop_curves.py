@@ -89,11 +89,11 @@ def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Freque
                 begins, ends = (
                     nearest_special(here, kind, float(curve.clearance[k])) for here, k in ((start, i), (end, i + 1))
                 )
-                found = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
-                if found is not None:
-                    here, one = found
-                    reach = float(here.reach(np.array([one.phase]))[0])
-                    yield FrequencyLine(kind, here.orbits.omega, one.speed, one.admissible, one.stop, reach)
+                solution = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
+                if solution is not None:
+                    here, orbit = solution
+                    reach = float(here.reach(np.array([orbit.phase]))[0])
+                    yield FrequencyLine(kind, here.orbits.omega, orbit.speed, orbit.admissible, orbit.stop, reach)
 
 
 def _between(
@@ -112,7 +112,7 @@ def _between(
         return here, nearest_special(here, kind, first.gap + share * (last.gap - first.gap))
 
     try:
-        place = brentq(lambda one: special(one)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
+        place = brentq(lambda frequency: special(frequency)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
     except ValueError:
         return None
     return special(float(place))
@@ -120,14 +120,14 @@ def _between(
 
 def contacts_with_varied(fixed: FixedStop, omega: Floats, steady: Complexes) -> list[OneImpactCurve]:
     """Return the curves on which motions that strike the fixed stop touch the other one; with its gaps."""
-    found: list[list[SpecialOrbit]] = []
+    orbits: list[list[SpecialOrbit]] = []
     for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
         here = fixed.of.at(frequency, amplitudes)
         phases = here.orbits.phases(fixed.gap)
         reach = here.reach(np.array(phases)) if phases else np.zeros(0)
         each = zip(here.orbits_at(phases), reach.tolist(), strict=True)
-        found.append([one._replace(gap=far, stop=-fixed.of.stop) for one, far in each if np.isfinite(far)])
-    return joined(found, turning_frame(fixed.of.family, steady))
+        orbits.append([orbit._replace(gap=far, stop=-fixed.of.stop) for orbit, far in each if np.isfinite(far)])
+    return joined(orbits, turning_frame(fixed.of.family, steady))
 
 
 def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> OneImpactCurve | None:
@@ -154,7 +154,7 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
     for i, (before, after) in enumerate(pairwise(values.tolist())):
         if before * after > 0.0:
             continue
-        place = float(brentq(lambda one: apart(np.array([one]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
+        place = float(brentq(lambda frequency: apart(np.array([frequency]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
         yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))

@@ -117,8 +117,8 @@ class OneImpactBranch:
         if height > 1.0:
             return []
         rise = math.asin(height)
-        found = [lean + math.pi - rise, lean + rise]
-        return [angle for angle in dict.fromkeys(found) if -0.5 * math.pi < angle < 0.5 * math.pi]
+        solutions = [lean + math.pi - rise, lean + rise]
+        return [angle for angle in dict.fromkeys(solutions) if -0.5 * math.pi < angle < 0.5 * math.pi]
 
 
 def one_impact_branch(
@@ -168,7 +168,7 @@ def one_impact_branches(
     pattern = Pattern(multiple, symmetric)
     if symmetric and (alone or oscillator.restitution_of(1) != oscillator.restitution_of(-1)):
         raise ParameterError("symmetric", "motions need two stops of equal restitution")
-    if [one.order for one in oscillator.drive] != [1]:
+    if [harmonic.order for harmonic in oscillator.drive] != [1]:
         raise ParameterError("forcing", "has other harmonics than the first, which these closed forms do not cover")
     values = checked_omega(omega)
     steady = harmonic_amplitudes(oscillator, values, oscillator.drive[0])
@@ -248,7 +248,7 @@ def _first_contact(
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
         undecided |= status not in (FOUND, NEVER)
         contacts.append((status == NEVER, _BranchContact(sine, cosine, stop, time)))
-    never, first = max(contacts, key=lambda found: (found[0], found[1].angle))
+    never, first = max(contacts, key=lambda contact: (contact[0], contact[1].angle))
     return first, "undecided" if undecided and not never else "decided"
 
 

@@ -195,31 +195,31 @@ def solved_orbit(
     phases, speeds, results = solve_sequences(problem, guess, [stops], guess.phases[None], guess.velocities[None])
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
-    found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
+    impacts = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
     converged = int(results.status[0]) == CONVERGED
     count = family.oscillator.size
     x, v = np.full(count, np.nan), np.full(count, np.nan)
     state = State(x, v, 0.0)
     multipliers = np.full(2 * count, np.nan, dtype=np.complex128)
-    phase = math.remainder(float(found.phases[0]), 2.0 * math.pi)
+    phase = math.remainder(float(impacts.phases[0]), 2.0 * math.pi)
     if converged:
-        (x, v), at_start = states_at(family, omega, steady, found, (float(found.phases[0]), 0.0))
+        (x, v), at_start = states_at(family, omega, steady, impacts, (float(impacts.phases[0]), 0.0))
         # the contact is on its stop, and strikes it with that velocity, exactly
-        stop, both = int(found.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
+        stop, both = int(impacts.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
         x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
-        v = family.oscillator.with_contact(v, float(found.velocities[0]))
+        v = family.oscillator.with_contact(v, float(impacts.velocities[0]))
         state = State(*at_start, 0.0)
-        sides = found.stops.astype(np.float64)
+        sides = impacts.stops.astype(np.float64)
         of_blocks = multipliers_of(problem, sides, stops, phases[0], speeds[0], results.before[0])
         multipliers = with_unseen(family, omega, of_blocks)
-    symmetric = converged and stops.symmetric and found.mirrors()
+    symmetric = converged and stops.symmetric and impacts.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
         half, multipliers = multipliers, multipliers * multipliers
     return PeriodicOrbit(
         omega=omega,
         clearance=clearance,
-        impacts=found,
+        impacts=impacts,
         converged=converged,
         reason=ORBIT_REASONS[int(results.status[0])],
         residual=float(results.residual[0]),
@@ -233,11 +233,11 @@ def solved_orbit(
         multipliers=multipliers,
         half_multipliers=half,
         stable=bool(np.all(np.abs(multipliers) < 1.0)),
-        physical=converged and bool(np.all(found.stops * found.velocities > 0.0)),
+        physical=converged and bool(np.all(impacts.stops * impacts.velocities > 0.0)),
         contacts=CONTACTS[int(results.contact[0])],
         excess=float(results.excess[0]) * problem.length,
         excess_phase=float(results.phase[0]) - shift,
         excess_stop=int(results.stop[0]),
-        least_period=found.repeats_after() if converged else found.period,
+        least_period=impacts.repeats_after() if converged else impacts.period,
         symmetric=symmetric,
     )

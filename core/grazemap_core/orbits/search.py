@@ -101,17 +101,17 @@ def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> Impact
     oscillator, omega, stops = forced.oscillator, forced.omega, forced.stops
     first, gap = int(wanted[0]), gap_of(stops, int(wanted[0]))
     alike = wanted.size == 2 and period % 2 == 1 and stops.symmetric
-    lone = [one.order for one in oscillator.forces] == [1]
+    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
     if lone and gap > 0.0 and (wanted.size == 1 or alike):
         branch = one_impact_branch(oscillator, omega, period, alike, first)
         angles = branch.angles(gap)
         if angles:
             return _of_closed_form(branch, angles[-1], first)
-    found = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
-    for sequence in found:
+    sequences = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
+    for sequence in sequences:
         if periodic_orbit(oscillator, omega, forced.clearance, sequence).admissible:
             return sequence
-    return found[0] if found else None
+    return sequences[0] if sequences else None
 
 
 def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactSequence:

@@ -166,7 +166,7 @@ def _are_symmetric(oscillator: Oscillator, varied: CurveParameter) -> bool:
 def _between_symmetric(
     oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
 ) -> Iterator[CurvePiece]:
-    lone = [one.order for one in oscillator.forces] == [1]
+    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
     gaps = moved_gaps(oscillator, varied, 1)
     assert gaps is not None  # both stops move
     for multiple in range(1, max_multiple + 1):
@@ -175,12 +175,12 @@ def _between_symmetric(
             if lone:
                 known = one_impact_curves(oscillator, window.omega, multiple, symmetric)
                 named = {"SN": known.saddle_node, "SB" if symmetric else "PD": known.doubling, "GR": known.contact}
-                found = {kind: [curve] for kind, curve in named.items()}
+                curves_of = {kind: [curve] for kind, curve in named.items()}
             else:
                 family = OrbitFamily.of(oscillator, multiple, symmetric)
                 of = StopFamily(family, 1, SecondStop(0.0, 1.0))
-                found = explicit_curves(of, window.omega, family.steady_at(window.omega))
-            for kind, curves in found.items():
+                curves_of = explicit_curves(of, window.omega, family.steady_at(window.omega))
+            for kind, curves in curves_of.items():
                 for curve in curves:
                     yield from _pieces(kind, _over(curve, gaps), window, motion)
 
@@ -231,8 +231,8 @@ def _grazing(oscillator: Oscillator, window: _Window, varied: CurveParameter) ->
             yield from _pieces("GR", _graze(oscillator, window, varied, stop), window, steady)
         return
     each = [VariedStop(stop, together=True) for stop in (1, -1)] if varied.together else [varied]
-    for one in each:
-        curve = varied_graze(oscillator, window.omega, one)
+    for varied_stop in each:
+        curve = varied_graze(oscillator, window.omega, varied_stop)
         if curve is not None:
             yield from _pieces("GR", curve, window, steady)
     if not varied.together and varied.other is not None:

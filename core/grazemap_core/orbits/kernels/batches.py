@@ -117,7 +117,7 @@ def solve_orbits(
     floor : float
         As in `admissibility.further_contact_from`.
     """
-    structure, found, scratch = reference(problem), reference(results), reference(scratch)
+    structure, solutions, scratch = reference(problem), reference(results), reference(scratch)
     work = scratch.newton
     stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     for i in range(gaps.shape[0]):
@@ -132,14 +132,14 @@ def solve_orbits(
             stops.symmetric,
         )
         status, steps, residual, terms = solve_orbit(structure, sides, between, phases[i], speeds[i], work)
-        found.status[i], found.steps[i], found.residual[i] = status, steps, residual
-        found.contact[i], found.stop[i] = GIVEN_UP, 0
+        solutions.status[i], solutions.steps[i], solutions.residual[i] = status, steps, residual
+        solutions.contact[i], solutions.stop[i] = GIVEN_UP, 0
         if status != CONVERGED:
-            for j in range(found.real.shape[1]):
-                found.real[i, j], found.imaginary[i, j] = math.nan, math.nan
+            for j in range(solutions.real.shape[1]):
+                solutions.real[i, j], solutions.imaginary[i, j] = math.nan, math.nan
             continue
-        found.kantorovich[i], found.radius[i] = newton_kantorovich(structure, sides, between, speeds[i], terms, work)
-        found.contact[i], found.excess[i], found.phase[i], found.stop[i] = further_contact(
+        solutions.kantorovich[i], solutions.radius[i] = newton_kantorovich(structure, sides, between, speeds[i], terms, work)
+        solutions.contact[i], solutions.excess[i], solutions.phase[i], solutions.stop[i] = further_contact(
             structure, sides, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )
         orbit_multipliers(
@@ -147,9 +147,9 @@ def solve_orbits(
             OrbitImpacts(between, sides, phases[i], speeds[i]),
             work.before,
             scratch.matrix,
-            found.real[i],
-            found.imaginary[i],
+            solutions.real[i],
+            solutions.imaginary[i],
         )
         for k in range(sides.shape[0]):
             for column in range(3):
-                found.before[i, k, column] = work.before[k, column]
+                solutions.before[i, k, column] = work.before[k, column]

@@ -94,13 +94,13 @@ def contacts_at(
     motions: OneImpactMotions,
     phases: Floats,
     floor: float,
-    found: Contacts,
+    contacts: Contacts,
     scratch: MotionScratch,
 ) -> None:
-    """Write the contacts of the orbits at phases (m,) into `found`; `floor` is that of `further_contact`."""
+    """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(phases.shape[0]):
-        found.status[i], found.excess[i], found.stop[i] = _contact_at(structure, family, phases[i], floor, work)
+        contacts.status[i], contacts.excess[i], contacts.stop[i] = _contact_at(structure, family, phases[i], floor, work)
 
 
 @kernel
@@ -110,12 +110,12 @@ def contacts_begin(
     clear: Floats,
     met: Floats,
     floor: float,
-    found: Contacts,
+    contacts: Contacts,
     scratch: MotionScratch,
 ) -> None:
     """Move phases `clear` (m,), of admissible orbits, to those at which a contact begins, on the way to `met` (m,).
 
-    The contact itself is written into `found`.
+    The contact itself is written into `contacts`.
     """
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(clear.shape[0]):
@@ -131,4 +131,4 @@ def contacts_begin(
             else:
                 outside, status, excess, touched = middle, here, there, on
         clear[i] = inside
-        found.status[i], found.excess[i], found.stop[i] = status, excess, touched
+        contacts.status[i], contacts.excess[i], contacts.stop[i] = status, excess, touched

@@ -84,7 +84,7 @@ class VerificationScratch(NamedTuple):
     """(impacts,) Stops of the impacts."""
     guess: Floats
     """(2, impacts) Phases and speeds of the guess."""
-    found: Floats
+    solution: Floats
     """(2, impacts) Phases and speeds of the orbit."""
     periodic_impulse: Floats
     """(N, 2) A field of `OrbitProblem`."""
@@ -139,7 +139,7 @@ def verification_scratch(blocks: int) -> VerificationScratch:
         replay=workspace.workspace(blocks, most),
         sides=np.zeros(most),
         guess=np.zeros((2, most)),
-        found=np.zeros((2, most)),
+        solution=np.zeros((2, most)),
         periodic_impulse=np.zeros((blocks, 2)),
         unused=np.zeros((blocks, 2)),
         shooting=shooting(most, blocks),
@@ -591,7 +591,7 @@ def verify(
     _repeated_impulses(problem, blocks, length, scratch)
     record = _orbit_problem(problem, blocks, stops, length, scratch)
     orbit = reference(record)
-    sides, phases, speeds = scratch.sides[:count], scratch.found[0, :count], scratch.found[1, :count]
+    sides, phases, speeds = scratch.sides[:count], scratch.solution[0, :count], scratch.solution[1, :count]
     for i in range(count):
         phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
     kantorovich, radius = _solve(orbit, sides, stops, phases, speeds, scratch)
