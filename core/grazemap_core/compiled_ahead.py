@@ -53,10 +53,10 @@ def made_from() -> dict[str, object]:
 @cache
 def package_folder() -> Path | None:
     """Return where the package's kernels are; None where there is none that fits this process."""
-    found = find_spec(PACKAGE)
-    if found is None or found.origin is None:
+    spec = find_spec(PACKAGE)
+    if spec is None or spec.origin is None:
         return None
-    folder = Path(found.origin).parent
+    folder = Path(spec.origin).parent
     try:
         fits = json.loads((folder / MADE_FROM).read_bytes()) == made_from()
     except (OSError, ValueError):

@@ -43,8 +43,8 @@ def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt
     """
     names = ("displacement", "velocity", "phase", "label")
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}
-    given = exact_inputs(statement)
-    system = System(search.machine, given)
+    numbers = exact_inputs(statement)
+    system = System(search.machine, numbers)
     start = system.from_equilibrium(request["displacement"], request["velocity"])
     time = exact(request["phase"]) / system.omega
     run = Simulation(system, system.with_phase(start, time).mid(), time.mid(), search.bits)
@@ -52,9 +52,9 @@ def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt
     while True:
         run.run(begin + periods * turn)
         for impacts in repeated(run.impacts, turn, float(system.omega)):
-            theorem = _arrival(search, given, run, replace(impacts, divisor=search.machine.divisor))
+            theorem = _arrival(search, numbers, run, replace(impacts, divisor=search.machine.divisor))
             if theorem is not None:
-                name = BoundaryProblem(search.machine, given, theorem).label
+                name = BoundaryProblem(search.machine, numbers, theorem).label
                 verdict = "proven" if request.get("label", name) == name else "disproven"
                 yield Attempt(statement, verdict, theorem, search.bits + BITS_PER_IMPACT * len(run.impacts))
                 return
@@ -79,13 +79,13 @@ def repeated(impacts: list[ProvenImpact], turn: float, omega: float) -> Iterator
             return
 
 
-def _arrival(search: ProofSearch, given: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
+def _arrival(search: ProofSearch, numbers: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
     """Return the theorem if the trajectory has entered a ball that contracts, else None."""
     try:
         if impacts.mirrors(2.0 * REPEATED):
-            impacts = as_admitted(search, given, impacts.half())
-        theorem = orbit_theorem(search, given, float(run.system.omega), impacts)
-        problem = BoundaryProblem(search.machine, given, theorem)
+            impacts = as_admitted(search, numbers, impacts.half())
+        theorem = orbit_theorem(search, numbers, float(run.system.omega), impacts)
+        problem = BoundaryProblem(search.machine, numbers, theorem)
         size, norm = _ball(problem)
     except (Refused, Undecided):
         return None

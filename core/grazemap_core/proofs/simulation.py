@@ -74,11 +74,11 @@ class Simulation:
 
     def _derivatives(self) -> Floats:
         """Return the Taylor coefficients of the contact coordinate in units of the step."""
-        found, state, factor = [], self.state, arb(1)
+        coefficients, state, factor = [], self.state, arb(1)
         for m in range(TAYLOR_TERMS):
-            found.append(float((self.system.rows * state)[0, 0] * factor))
+            coefficients.append(float((self.system.rows * state)[0, 0] * factor))
             state, factor = (self.system.matrix * state).mid(), (factor * self.length / (m + 1)).mid()
-        return np.array(found)
+        return np.array(coefficients)
 
     def _contact(self, coefficients: Floats) -> tuple[int, float] | None:
         """Return the stop and the time, in units of the step, of the first contact in the step."""

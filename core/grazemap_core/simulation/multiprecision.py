@@ -314,8 +314,8 @@ class MultiprecisionRun:
         gaps = np.min([gap - stop * motion[:, 0] for stop, gap in self._distances.items()], axis=0)
         near = gaps <= self._margin(times[1] - times[0])
         for i in np.flatnonzero(near[:-1] | near[1:]):
-            found = [(self._of_stop(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels]
-            contacts = [(time, stop) for time, stop in found if time is not None]
+            times_of_stops = [(self._of_stop(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels]
+            contacts = [(time, stop) for time, stop in times_of_stops if time is not None]
             if contacts:
                 return min(contacts, key=lambda contact: float(contact[0]))
         return None
@@ -417,17 +417,17 @@ def _polynomial(time: Any, parts: list[Any]) -> Any:
     return total
 
 
-def same_impacts(one: MultiprecisionRun, other: MultiprecisionRun) -> bool:
+def same_impacts(run: MultiprecisionRun, other: MultiprecisionRun) -> bool:
     """Return whether two runs have the same impacts, and can or cannot be continued for the same reason."""
-    if len(one.impacts) != len(other.impacts) or one.ended != other.ended:
+    if len(run.impacts) != len(other.impacts) or run.ended != other.ended:
         return False
-    apart, pairs = 2.0**-SAME_BITS * one.period, zip(one.impacts, other.impacts, strict=True)
+    apart, pairs = 2.0**-SAME_BITS * run.period, zip(run.impacts, other.impacts, strict=True)
     return all(a.stop == b.stop and bool(abs(a.time - b.time) < apart) for a, b in pairs)
 
 
-def known_bits(one: MultiprecisionRun, other: MultiprecisionRun) -> float:
+def known_bits(run: MultiprecisionRun, other: MultiprecisionRun) -> float:
     """Return to how many bits of a forcing period the last of the same impacts of two runs agree."""
-    pairs = zip(one.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
+    pairs = zip(run.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
     with ctx.workprec(FIRST_BITS):
-        apart = [abs(a.time - b.time) / one.period for a, b in pairs]
+        apart = [abs(a.time - b.time) / run.period for a, b in pairs]
         return min((-float(x.log()) / math.log(2.0) for x in apart if x != 0), default=math.inf)

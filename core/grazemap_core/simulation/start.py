@@ -199,9 +199,9 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
         raise ParameterError("clearance", "of both stops must be greater than 0")
     models = trajectory_models(oscillator)
     steady = reference_response(oscillator, models.free, values)[0]
-    found = ForcedOscillator(oscillator, omega, clearance, models, steady)
-    _ = found._stops  # checks them
-    return found
+    forced = ForcedOscillator(oscillator, omega, clearance, models, steady)
+    _ = forced._stops  # checks them
+    return forced
 
 
 def initial_state(

@@ -204,9 +204,9 @@ def _followed(forced: ForcedOscillator, states: Sequence[State], plan: Plan) -> 
     """Yield the recorded trajectories from states, which together have at most the events of the plan."""
     events = plan.most_events
     for state in states:
-        found = _follow(forced, state, plan, events)
-        events -= len(found.record.rows) - 1
-        yield found
+        trajectory = _follow(forced, state, plan, events)
+        events -= len(trajectory.record.rows) - 1
+        yield trajectory
 
 
 def _plan(

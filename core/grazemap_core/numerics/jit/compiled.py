@@ -87,7 +87,7 @@ def compile_for(function: Callable[..., object], *args: Any) -> None:
     """Compile a kernel, or load it, for arguments of these types; it is not called."""
     if not INTERPRETED:
         whole: Any = function.whole if isinstance(function, Kernel) else function
-        whole.compile(tuple(typeof(one) for one in args))
+        whole.compile(tuple(typeof(argument) for argument in args))
 
 
 @inlined

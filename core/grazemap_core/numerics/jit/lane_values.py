@@ -165,8 +165,8 @@ def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         array.parent = cgutils.get_null_value(array.parent.type)
         return array._getvalue()
     if isinstance(kind, types.NamedTuple):
-        for i, one in enumerate(kind.types):
-            part = _detached(context, builder, one, builder.extract_value(value, i))
+        for i, part_type in enumerate(kind.types):
+            part = _detached(context, builder, part_type, builder.extract_value(value, i))
             value = builder.insert_value(value, part, i)
     return value
 

@@ -64,9 +64,9 @@ class Totals(NamedTuple):
 
 def totals(outputs: int) -> Totals:
     """Return the totals of nothing."""
-    found = Totals(np.zeros((5, 2)), np.zeros((outputs, 4)))
-    clear_totals(found)
-    return found
+    whole = Totals(np.zeros((5, 2)), np.zeros((outputs, 4)))
+    clear_totals(whole)
+    return whole
 
 
 @kernel
@@ -178,7 +178,7 @@ def observe_periods(
     -------
     status : OK, RECORD_FULL when half a period has more events than the record, or why the trajectory ended.
     """
-    observed, found, scratch = watched
+    observed, totals, scratch = watched
     for half in range(2 * periods):
         begin_record(held, u, half, work)
         status = run_half(problem, held, stops, u, half, work)
@@ -187,7 +187,7 @@ def observe_periods(
             return workspace.RECORD_FULL
         if status != workspace.OK:
             return status
-        observe_rows(problem, observed, stops, work.events[:rows], (half + 1.0, 0.0), found, scratch)
+        observe_rows(problem, observed, stops, work.events[:rows], (half + 1.0, 0.0), totals, scratch)
     return workspace.OK
 
 
