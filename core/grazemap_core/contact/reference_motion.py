@@ -248,7 +248,7 @@ class _HarmonicPart:
     harmonic: Harmonic
     """The harmonic of the forces."""
     amplitude: complex
-    """Of q in the steady motion of the modes that are not resonant, at phase 0."""
+    """Amplitude of q in the steady motion of the modes that are not resonant, at phase 0."""
     turn: complex
     """exp(i order phase)."""
     grid: _CellGrid

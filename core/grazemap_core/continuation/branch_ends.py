@@ -89,7 +89,7 @@ class Meeting:
 
     @classmethod
     def between(cls, path: ContinuationProblem, here: Floats, step: Floats) -> Meeting | None:
-        """Return the one between an orbit of a branch and the end of a step along its tangent, or None.
+        """Return the meeting between an orbit of a branch and the end of a step along its tangent, or None.
 
         The step exchanges the order of these impacts, and its direction is as close to the way there as that of any
         other step of a branch.

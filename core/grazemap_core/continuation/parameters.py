@@ -70,7 +70,7 @@ class ParameterPoint(NamedTuple):
 
     @property
     def clearance(self) -> Clearance:
-        """Of both stops, or of the right and of the left one, as functions of orbits take it."""
+        """Clearance of both stops, or of the right and of the left one, as functions of orbits take it."""
         if self.clearance_right == self.clearance_left:
             return self.clearance_right
         right, left = (None if math.isinf(gap) else gap for gap in (self.clearance_right, self.clearance_left))
@@ -78,7 +78,7 @@ class ParameterPoint(NamedTuple):
 
     @property
     def restitution(self) -> float:
-        """Of both stops, or of the only one; NaN where they differ."""
+        """Restitution of both stops, or of the only stop; NaN where they differ."""
         if self.restitution_right == self.restitution_left or math.isinf(self.clearance_left):
             return self.restitution_right
         return self.restitution_left if math.isinf(self.clearance_right) else math.nan
@@ -89,7 +89,8 @@ class ParameterPoint(NamedTuple):
         Raises
         ------
         ParameterError
-            It is that of both stops, and they differ or one is absent; or that of an absent stop; or it is none.
+            The name stands for both stops, and they differ or one is absent; or for an absent stop; or for no
+            parameter.
         """
         if name not in PARAMETERS:
             if name not in dict(self.structure):
@@ -188,12 +189,12 @@ class ParameterOrbit:
 
     @property
     def clearance(self) -> Clearance:
-        """Of both stops, or of the right and of the left one."""
+        """Clearance of both stops, or of the right and of the left one."""
         return self.values.clearance
 
     @property
     def restitution(self) -> float:
-        """Of both stops, or of the only one; NaN where they differ."""
+        """Restitution of both stops, or of the only stop; NaN where they differ."""
         return self.values.restitution
 
 

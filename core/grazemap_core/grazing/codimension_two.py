@@ -58,9 +58,9 @@ class Family(NamedTuple):
     """One of the paper's four families (42)."""
 
     case: int
-    """Its case, 1-4."""
+    """Case of the family, 1-4."""
     n: int
-    """Its number of periods."""
+    """Number of periods of the family."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Corner:
     phase_before: float
     """omega t in (-pi/p, pi/p] of the maximum that is the larger one below the frequency of the corner."""
     phase_after: float
-    """The same of the maximum that is the larger one above it."""
+    """omega t in (-pi/p, pi/p] of the maximum that is the larger one above the frequency of the corner."""
     slope_before: float
     """d A/d omega of the first maximum, which the grazing curve has below the corner; the smaller slope."""
     slope_after: float
@@ -80,7 +80,7 @@ class Corner:
     within max_order half periods. The contacts are those of the steady motion at the corner, of both stops if they are
     alike, in the order of time."""
     recurrence_after: int
-    """The same after a graze at the second maximum."""
+    """That number after a graze at the second maximum."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class CodimensionTwoPoint:
     omega: float
     """Forcing frequency."""
     clearance: float
-    """Of the stop that varies, on the grazing curve."""
+    """Clearance of the stop that varies, on the grazing curve."""
     residual: float
     """Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless."""
     status: Status
@@ -129,11 +129,11 @@ class _Zero:
     """A zero of g, h or h_s."""
 
     time: float
-    """Its time."""
+    """Time of the zero."""
     uncertainty: float
     """Uncertainty of the time."""
     status: Status
-    """Whether it is near-double."""
+    """Whether the zero is near-double."""
     residual: float
     """Modulus of the function there."""
 

@@ -31,7 +31,7 @@ class ExactMapping:
     impact: Floats
     """(2N + 1,) Deviation just before the impact. Its q is that of the stop, ``-stop depth``."""
     velocity: float
-    """Of the contact just before the impact, signed."""
+    """Velocity of the contact just before the impact, signed."""
 
 
 @dataclass(frozen=True, eq=False)

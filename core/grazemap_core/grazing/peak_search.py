@@ -54,7 +54,7 @@ class Coincidence(NamedTuple):
     omega: float
     """The frequency; of a near-double one, the middle of the undecided interval."""
     error: float
-    """Its error by round-off; of a near-double one, half of the width of the undecided interval."""
+    """Error of the frequency by round-off; of a near-double zero, half of the width of the undecided interval."""
     residual: float
     """The difference there, over the sum of the amplitudes."""
     phases: tuple[float, float] = (math.nan, math.nan)
@@ -63,7 +63,7 @@ class Coincidence(NamedTuple):
     slopes: tuple[float, float] = (math.nan, math.nan)
     """Derivatives of the two maxima with respect to omega. NaN of a near-double one."""
     simple: bool = False
-    """Whether it is not near-double."""
+    """Whether the zero is not near-double."""
 
 
 def equal_maxima(oscillator: Oscillator, stop: int, start: float, end: float) -> list[Coincidence]:

@@ -65,7 +65,7 @@ class GrazingPoint:
     margin: float
     """Gap of the other stop minus the amplitude toward it; infinite if there is none, or if both are grazed at once."""
     clearance: float
-    """Of the stop, on the grazing curve."""
+    """Clearance of the stop, on the grazing curve."""
     state: Floats
     """(2N + 1,) x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t."""
     vector_field: Floats

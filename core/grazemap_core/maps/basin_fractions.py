@@ -80,13 +80,13 @@ class BasinFractions:
     share_error: Floats
     """(a, n) Its binomial standard error, ``sqrt(share (1 - share)/s)``."""
     mean_position: Floats
-    """(a, n) As of an `Attractor`; NaN where it was not found, or where it is not known."""
+    """(a, n) As of an `Attractor`; NaN where the attractor was not found, or where the number is not known."""
     mean_velocity: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     multiplier: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     lyapunov: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     verified: Booleans
     """(a, n) Whether it is verified from every state that leads to it."""
     unresolved: Floats

@@ -55,13 +55,13 @@ class Attractor:
     period: int | None
     """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_right: int | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_left: int | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     symmetric: bool | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     sticking: bool | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     mean_position: float | None
     """Mean of the contact coordinate at the initial phase of the forcing, less the steady motion, in units of the
     clearance. With `mean_velocity` it distinguishes motions of the same name, such as mirror images."""

@@ -42,7 +42,7 @@ _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 _BYTES_OF_SEPARATE_MODELS: Final = 2**26
 """Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
 _BYTES_OF_MASS: Final = 20_000
-"""Of a model, for each mass: what it takes where the flow over a period is tabulated, or less."""
+"""Memory for a model, for each mass, where the flow over a period is tabulated; others take less."""
 _LAST_RUNNERS: Final = 8
 """Number of structures for which scratch is kept."""
 

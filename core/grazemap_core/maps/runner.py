@@ -317,7 +317,7 @@ class Runner:
 
     @property
     def _shape(self) -> tuple[int, int]:
-        """Of a state."""
+        """Shape of a state."""
         return 2, len(self._masses)
 
     def _model(self, omega: float, steady: Complexes, phase: float) -> LaneModel:

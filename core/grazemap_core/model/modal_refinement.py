@@ -26,9 +26,9 @@ class Blocks:
     frequency_squared: Floats
     """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     decay: Floats
-    """(N,) Likewise."""
+    """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     discriminant: Floats
-    """(N,) Likewise."""
+    """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     columns: Floats
     """(2N, 2N) (a_1, b_1, a_2, b_2, ...); rows are the coordinates of the structure."""
     conditioning: float

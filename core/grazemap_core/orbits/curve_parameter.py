@@ -47,7 +47,7 @@ class MovedGaps(NamedTuple):
     value: Callable[[Floats], Floats]
     """Returns the values (m,) of the parameter at gaps (m,) of the stop."""
     forces: bool = False
-    """Whether it is the factor of the forces: speeds are proportional to it."""
+    """Whether the parameter is the factor of the forces: speeds are proportional to it."""
 
 
 def moved_gaps(oscillator: Oscillator, varied: CurveParameter, stop: int) -> MovedGaps | None:

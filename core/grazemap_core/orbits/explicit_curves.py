@@ -62,7 +62,7 @@ class SpecialOrbit(NamedTuple):
     admissible: bool
     """Whether the orbit has no contact with a stop other than its impacts."""
     stop: int
-    """Of the further contact of a GR, +1 or -1; else 0."""
+    """Stop of the further contact of a GR, +1 or -1; else 0."""
 
 
 class SecondStop(NamedTuple):

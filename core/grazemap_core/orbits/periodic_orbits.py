@@ -83,7 +83,7 @@ class PeriodicOrbit:
     least_period: int
     """Forcing periods after which the motion repeats: `impacts.period`, or less if that is a multiple of it."""
     symmetric: bool
-    """It is its own mirror image half a period later."""
+    """The orbit is its own mirror image half a period later."""
 
     @property
     def isolated(self) -> bool:

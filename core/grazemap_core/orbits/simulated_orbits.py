@@ -42,7 +42,7 @@ class SimulatedOrbit:
     clearance: Clearance
     """Clearances of the stops."""
     motion: Motion
-    """Its name; not verified, and `reason` says why."""
+    """Name of the motion; not verified, and `reason` says why."""
     start: State
     """State at forcing phase 0."""
     impacts: Impacts

@@ -31,7 +31,7 @@ class ProofSearch:
     oscillator: Oscillator
     """The oscillator."""
     machine: Machine
-    """The same, exactly."""
+    """The oscillator with exact numbers."""
     digits: int
     """Digits of the enclosures."""
 

@@ -33,7 +33,7 @@ class Proof(NamedTuple):
     """A certificate, or why there is none."""
 
     certificate: Document
-    """Its `verdict` is "proven", "disproven" or "undecided"; its `theorem` is what the checker verifies."""
+    """The `verdict` is "proven", "disproven" or "undecided"; the `theorem` is what the checker verifies."""
     reason: str
     """Why it is undecided; empty if it is not."""
     enclosures: Document

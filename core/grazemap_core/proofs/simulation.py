@@ -33,13 +33,13 @@ class ProvenImpact(NamedTuple):
     """An impact."""
 
     stop: int
-    """Its stop."""
+    """Stop of the impact."""
     time: arb
-    """Its time."""
+    """Time of the impact."""
     velocity: arb
-    """Velocity before it."""
+    """Velocity before the impact."""
     after: arb_mat
-    """State after it."""
+    """State after the impact."""
 
 
 class Simulation:

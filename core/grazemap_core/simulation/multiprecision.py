@@ -24,7 +24,7 @@ from grazemap_core.simulation.multiprecision_modes import ModalMotion, MotionEqu
 SAMPLES = 128
 """Samples of the motion that are taken at once."""
 SAMPLE_ANGLE = 0.1
-"""Time between two of them, times the largest modulus of an exponent."""
+"""Time between two samples, times the largest modulus of an exponent."""
 PARTS = 16
 """Number of parts into which an interval between samples is divided where a contact is possible."""
 FINEST_ANGLE = 1e-6
@@ -68,27 +68,27 @@ class PreciseImpact(NamedTuple):
     """An impact, or the end of a chatter or of a rest."""
 
     stop: int
-    """Its stop."""
+    """Stop of the event."""
     time: arb
-    """Its time."""
+    """Time of the event."""
 
 
 class _PreciseContact(NamedTuple):
     """A contact."""
 
     stop: int
-    """Its stop."""
+    """Stop of the contact."""
     time: arb
-    """Its time since the origin."""
+    """Time of the contact since the origin."""
     exponentials: acb_mat
-    """The exponentials there."""
+    """The exponentials at the contact."""
 
 
 class _Flight(NamedTuple):
     """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held."""
 
     terms: list[Complexes]
-    """Those of `ModalMotion`."""
+    """The terms of `ModalMotion`."""
     bend: float
     """Bound of the second derivative of what is observed."""
     rounding: float

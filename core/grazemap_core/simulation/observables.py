@@ -61,7 +61,7 @@ class Output:
     """A quantity ``displacement x + velocity x'``; displacements as in trajectories."""
 
     name: str
-    """Its name."""
+    """Name of the output."""
     displacement: Floats
     """(N,) As above."""
     velocity: Floats

@@ -68,7 +68,7 @@ class ForcedOscillator:
     clearance: Clearance
     """Clearances of the stops."""
     models: HeldModel
-    """Its modal models, with the contact free and at rest."""
+    """The oscillator's modal models, with the contact free and at rest."""
     steady: Complexes
     """(H, 2, N + 1) From `reference_response`."""
 
@@ -138,7 +138,7 @@ class ForcedOscillator:
 
     @property
     def clearances(self) -> tuple[float, float]:
-        """Of the right and of the left stop from q = 0; infinite for an absent one."""
+        """Clearances of the right and of the left stop from q = 0; infinite for an absent one."""
         return both_clearances(self.clearance)
 
     @cached_property
@@ -175,7 +175,7 @@ class Start:
     u: Floats
     """(N, 2) Free state; the kernels change it in place, as well as `held` and `work`."""
     work: Workspace = field(repr=False)
-    """Its record contains the impact at the start, if there is one."""
+    """Workspace, whose record contains the impact at the start, if there is one."""
     status: int
     """OK, or the status with which the trajectory ends at its start."""
 

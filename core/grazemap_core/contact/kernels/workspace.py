@@ -100,9 +100,9 @@ class Workspace(NamedTuple):
     stack: Floats
     """Scratch of `bernstein.first_negative`."""
     start: Floats
-    """Likewise."""
+    """Scratch of `bernstein.first_negative`: starts of parts."""
     width: Floats
-    """Likewise."""
+    """Scratch of `bernstein.first_negative`: widths of parts."""
     tally: Floats
     """(TALLY_SIZE,) Counts of the current half period."""
     cursor: Integers

@@ -75,22 +75,22 @@ class _Angle(NamedTuple):
     """An angle on the branch."""
 
     sine: float
-    """Its sine."""
+    """Sine of the angle."""
     cosine: float
-    """Its cosine."""
+    """Cosine of the angle."""
 
 
 class _TimeInterval(NamedTuple):
     """An interval of time."""
 
     left: float
-    """Its start."""
+    """Start of the interval."""
     right: float
-    """Its end."""
+    """End of the interval."""
     at_start: bool
-    """Whether an impact is at its start."""
+    """Whether an impact is at the start."""
     at_end: bool
-    """Whether an impact is at its end."""
+    """Whether an impact is at the end."""
     last: float
     """Time of the next impact."""
 

@@ -35,7 +35,7 @@ class Name(NamedTuple):
     left: int
     """Impacts on the left stop, likewise."""
     symmetric: bool
-    """It is its own mirror image; false where the stops are not symmetric."""
+    """The motion is its own mirror image; false where the stops are not symmetric."""
     sticking: bool
     """Whether the contact rests on a stop."""
 
@@ -47,12 +47,12 @@ class Name(NamedTuple):
 
     @property
     def free(self) -> bool:
-        """Whether it is the steady motion, without impacts."""
+        """Whether the motion is the steady one, without impacts."""
         return self.right == self.left == -1
 
     @property
     def solvable(self) -> bool:
-        """Whether it is a finite sequence of impacts."""
+        """Whether the motion is a finite sequence of impacts."""
         return not (self.free or self.sticking or INFINITE in (self.right, self.left))
 
 

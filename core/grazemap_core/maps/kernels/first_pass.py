@@ -47,7 +47,7 @@ REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 10, 11, 12, 1
 """Bounds of |q| and of h^4/384 |q''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
 GAP, RESTITUTION = 17, 18
-"""Of the stop that q is closer to."""
+"""Gap and restitution of the stop that q is closer to."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
 impact; lower bound of the gap where q turns back in the cell and, on either side of an impact, of the gap times the

@@ -109,13 +109,13 @@ class LaneTangents(NamedTuple):
     even: Floats
     """State of every lane at the start of the half period, as in `lockstep.Lanes`."""
     cursor: Integers
-    """Likewise."""
+    """`lockstep.Lanes.cursor` at the start of the half period."""
     near: Floats
-    """Likewise."""
+    """`lockstep.Lanes.near` at the start of the half period."""
     resting: Floats
-    """Likewise."""
+    """`lockstep.Lanes.resting` at the start of the half period."""
     since: Floats
-    """Likewise."""
+    """`lockstep.Lanes.since` at the start of the half period."""
     batch: TangentBatch
     """Scratch of a batch of lanes."""
     state: Floats

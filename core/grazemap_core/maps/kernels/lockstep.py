@@ -109,11 +109,11 @@ class Lanes(NamedTuple):
     cursor: Integers
     """(LANES, 4) Used for a lane that is not FREE, as in `workspace.Workspace`."""
     near: Floats
-    """(LANES, 3) Likewise."""
+    """(LANES, 3) `Workspace.near` of a lane that is not FREE, without a graze."""
     resting: Floats
-    """(LANES, N - 1, 2) Likewise, as `sticking_flow.HeldProblem.state`."""
+    """(LANES, N - 1, 2) `sticking_flow.HeldProblem.state` of a lane that is not FREE."""
     since: Floats
-    """(LANES, 2) Likewise, as in `sticking_flow.HeldProblem`."""
+    """(LANES, 2) `sticking_flow.HeldProblem.since` of a lane that is not FREE."""
     status: Integers
     """(LANES,) OK, or why the trajectory ended."""
     events: Floats

@@ -47,9 +47,9 @@ class Factors(NamedTuple):
     lower: Complexes
     """The matrix's lower diagonal, without the last entry; then the multipliers."""
     diagonal: Complexes
-    """Its diagonal; then that of the upper triangle."""
+    """The matrix's diagonal; then that of the upper triangle."""
     upper: Complexes
-    """Its upper diagonal, without the last entry; then the second diagonal of the upper triangle."""
+    """The matrix's upper diagonal, without the last entry; then the second diagonal of the upper triangle."""
     second: Complexes
     """Third diagonal of the upper triangle."""
     swapped: Booleans

@@ -140,11 +140,11 @@ def table_of(separate: Any, which: int, records: Any) -> Any:
 
 @type_callable(table_of)
 def _type_of_table(_: Any) -> Any:
-    def found(separate: Any, which: Any, records: Any) -> Any:
+    def table_type(separate: Any, which: Any, records: Any) -> Any:
         tables = _field(separate, "tables")
         return Reference(tables[0] if len(tables) else _field(_field(records, "shared"), "tables"))
 
-    return found
+    return table_type
 
 
 @lower_builtin(table_of, Reference, types.Integer, types.Any)

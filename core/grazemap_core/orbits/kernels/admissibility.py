@@ -32,9 +32,9 @@ from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MA
 from grazemap_core.records import NamedTuple
 
 NO_FURTHER_CONTACT = 0
-"""The contact has no contact with a stop other than its impacts."""
+"""The orbit has no contact with a stop other than its impacts."""
 MEETS = 1
-"""It has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
+"""The orbit has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
 TOUCHES = 2
 """Round-off hides whether there is another contact."""
 GIVEN_UP = 3
@@ -198,9 +198,9 @@ class IntervalPart(NamedTuple):
     """A part of an interval, and the motion toward one stop in its middle."""
 
     left: float
-    """Its start, an angle after the impact."""
+    """Start of the part, an angle after the impact."""
     right: float
-    """Its end, likewise."""
+    """End of the part, an angle after the impact."""
     slope: float
     """First derivative of the displacement toward the stop, in the middle."""
     second_derivative: float

@@ -211,13 +211,13 @@ class _Reach(NamedTuple):
     """Bounds of the changes of the contact's motion, over the ball."""
 
     displacement: float
-    """Of the displacement."""
+    """Bound of the change of the displacement."""
     velocity: float
-    """Of the first derivative."""
+    """Bound of the change of the first derivative."""
     acceleration: float
-    """Of the second derivative."""
+    """Bound of the change of the second derivative."""
     jerk: float
-    """Of the third derivative."""
+    """Bound of the change of the third derivative."""
 
 
 @fused_kernel

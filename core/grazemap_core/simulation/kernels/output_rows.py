@@ -38,11 +38,11 @@ class OutputRows(NamedTuple):
     """R outputs in one regime of the contact, with n blocks and H harmonics."""
 
     decay: Floats
-    """(n,) Of the blocks, as in `CellProblem` or `HeldProblem`."""
+    """(n,) Decay of the blocks, as in `CellProblem` or `HeldProblem`."""
     discriminant: Floats
-    """(n,) Likewise."""
+    """(n,) Discriminant of the blocks, as in `CellProblem` or `HeldProblem`."""
     frequency_squared: Floats
-    """(n,) Likewise."""
+    """(n,) Squared frequency of the blocks, as in `CellProblem` or `HeldProblem`."""
     values: Floats
     """(R, 2 n) Parts of the blocks (u, u') in an output."""
     harmonics: Complexes
@@ -74,11 +74,11 @@ class MotionPart(NamedTuple):
     """A part of a motion between two events."""
 
     row: Floats
-    """The event at its start."""
+    """The event at the start."""
     place: float
     """The contact coordinate at rest."""
     length: float
-    """Its length."""
+    """Length of the part."""
 
 
 def output_scratch(outputs: int, blocks: int) -> OutputScratch:
