@@ -69,7 +69,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     ----------
     model : HeldModel
     free_steady : complex, shape (H, 2, N + 1)
-        That of the whole structure, from `reference_response`.
+        Steady motion of the whole structure, from `reference_response`.
     omega, phase : float
         Forcing frequency, and forcing phase at t = 0.
     cells : int

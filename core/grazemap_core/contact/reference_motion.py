@@ -134,7 +134,7 @@ def reference_motion(
     Parameters
     ----------
     model : ModalModel
-        That of the oscillator.
+        The oscillator's modal model.
     steady : complex (H, 2, N + 1)
         From `reference_response`.
     step : float

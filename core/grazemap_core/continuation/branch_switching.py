@@ -121,7 +121,7 @@ def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[Impact
 def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
     """Return the impacts of a point as on its curve, and the number of that which grazes.
 
-    They are with the contact that appears at a graze. Of impacts that come together there is the first one alone.
+    The contact that appears at a graze is one of them. Of impacts that come together only the first one is.
     """
     if point.type != "GR":
         return point.impacts, None

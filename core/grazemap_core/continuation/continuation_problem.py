@@ -223,7 +223,7 @@ class ContinuationProblem:
     def _by_structure(self, index: int, unknowns: Floats) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a parameter of the structure, by differences.
 
-        They only direct Newton's method and the path: what is solved for are the residuals.
+        The differences only direct Newton's method and the path: what is solved for are the residuals.
         """
         residuals, unit = [], self.units[self.parameters[index]]
         for side in (DIFFERENCE, -DIFFERENCE):

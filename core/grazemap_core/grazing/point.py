@@ -236,7 +236,8 @@ def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: boo
     Raises
     ------
     ParameterError
-        It has another shape, is not finite, or does not lie on the Poincare surface, where the velocity of q is 0.
+        The deviation has another shape, is not finite, or does not lie on the Poincare surface, where the velocity of q
+        is 0.
     """
     values = np.array(deviation, dtype=np.float64)
     if values.shape != point.state.shape or not np.all(np.isfinite(values)):

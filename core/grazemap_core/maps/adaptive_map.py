@@ -230,7 +230,7 @@ class _Points:
     def _approach(self, arrays: Arrays) -> Floats:
         """Return the logarithms of the contractions of the transients to periodic motions, NaN where they are unknown.
 
-        They are unknown in an ensemble, which has many transients per point, and in a preview.
+        Contractions are unknown in an ensemble, which has many transients per point, and in a preview.
         """
         if self._ensemble or self._preview:
             return np.full(len(arrays["kind"]), np.nan)

@@ -174,7 +174,7 @@ def fraction_tile(
     Returns
     -------
     dict of arrays of shape (n, s)
-        Those of `basins.basin_tile`.
+        The arrays of `basins.basin_tile`.
     """
     check_limits(phase, max_periods, max_period)
     motions, runners = [], Runners(RunSettings(max_periods, max_period))

@@ -269,7 +269,7 @@ class Runner:
     def compile_lockstep(self, separate: bool = False) -> None:
         """Compile, or load, the kernel that carries lanes, with all that goes before it; no trajectory is run.
 
-        It is that for this number of masses: of lanes that share their tables, or of lanes `separate`.
+        The kernel is for this number of masses: for lanes that share their tables, or for lanes `separate`.
         """
         column, model = self._example()
         tables = self._separate_tables(model.problem.cells) if separate else SHARED_TABLES

@@ -102,7 +102,7 @@ def response_and_slope(
 def response_slope(oscillator: Oscillator, omega: Floats, harmonic: Harmonic, amplitudes: Complexes) -> Complexes:
     """Return the derivatives (n,) of the contact coordinate in one harmonic, from the amplitudes (n, N) there.
 
-    They are NaN where they do not exist.
+    A derivative that does not exist is NaN.
     """
     structure, order = oscillator.structure, harmonic.order
     moved = 2.0 * order * order * omega[:, None] * (amplitudes @ structure.mass_matrix.T)

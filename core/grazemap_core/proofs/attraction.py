@@ -39,7 +39,7 @@ SQUARINGS = 60
 def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the orbit that attracts the trajectory from the given state.
 
-    It proves the statement, or, if that has another label, disproves it.
+    The theorem proves the statement, or, if the statement has another label, disproves it.
     """
     names = ("displacement", "velocity", "phase", "label")
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}

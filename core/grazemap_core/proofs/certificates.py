@@ -67,7 +67,7 @@ def decimals(values: Iterable[arb], digits: int) -> list[str]:
 def exact_oscillator(oscillator: Oscillator) -> Document:
     """Return the matrices, contact row, forcing and bias of an oscillator as rational numbers.
 
-    They are those of the given numbers of a chain, and else of the matrices and amplitudes in double precision.
+    The numbers follow from the given ones of a chain, and else from the matrices and amplitudes in double precision.
     """
     mass, damping, stiffness = _matrices(oscillator)
     exact = {

@@ -183,7 +183,7 @@ def observed_outputs(
         Amplitudes of the motion that states lack, with the phase of the forcing at t = 0: those of the displacements,
         and of the velocities divided by i order omega.
     whole : bool
-        It is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
+        Whether that motion is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
     """
     rows, orders = _rows(wanted, models.oscillator), np.asarray(1j * problem.omega * problem.orders[:, None])
     return ObservedOutputs(

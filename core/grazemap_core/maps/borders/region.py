@@ -33,7 +33,7 @@ _OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
 class PointEquations:
     """The equations at all points of a grid, set up once for each period, frequency, structure and size of the forces.
 
-    Those of symmetric motions are others.
+    Symmetric motions have other equations than the rest.
     """
 
     def __init__(self, grid: MotionGrid) -> None:

@@ -67,7 +67,7 @@ def separate_tables(size: int, pitch: int, cells: int) -> LaneTables:
 class SeparateModels:
     """Models of trajectories, each of which has its own.
 
-    They are where kernels expect them as long as this object exists.
+    The models are where kernels expect them as long as this object exists.
 
     Attributes
     ----------

@@ -516,7 +516,8 @@ def _smallest_gap(
 ) -> float:
     """Return the smallest distance from a stop at an extremum between the impacts of every orbit within `radius`.
 
-    It is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a stop.
+    The distance is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a
+    stop.
     """
     if not _slowest(sides, speeds) > radius:
         return -math.inf

@@ -168,7 +168,7 @@ def _value_and_rate(series: Floats, t: float) -> tuple[float, float]:
 def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> float:
     """Return the largest value of sign times a series on [0, 1], or `highest` if that is larger.
 
-    It is NaN where a bound overflows or is NaN, and where `highest` is NaN.
+    The result is NaN where a bound overflows or is NaN, and where `highest` is NaN.
 
     The stack is never full. On an interval of length l the control points of the interpolant exceed the larger end by
     at most ``l^2 M/6``, with M a bound of the second derivative, and M and the fourth derivative are at most

@@ -76,7 +76,7 @@ def apply_saltation(
     Parameters
     ----------
     velocity, acceleration : float
-        Those of q before the impact; the velocity is not zero.
+        Velocity and acceleration of q before the impact; the velocity is not zero.
     tangent : (2 N, k)
     """
     factor = 1.0 + restitution
