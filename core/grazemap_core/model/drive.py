@@ -60,7 +60,11 @@ def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
     for part in parts:
         of_orders.setdefault(part.order, []).append(part)
     sums = (_sum(of_orders[order]) for order in sorted(of_orders))
-    return tuple(harmonic for harmonic in sums if any(np.any(part) for part in (harmonic.constant, harmonic.rate, harmonic.quadratic)))
+    return tuple(
+        harmonic
+        for harmonic in sums
+        if any(np.any(part) for part in (harmonic.constant, harmonic.rate, harmonic.quadratic))
+    )
 
 
 def _sum(parts: Sequence[Harmonic]) -> Harmonic:

@@ -68,7 +68,9 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     for h, harmonic in enumerate(oscillator.drive):
         for first in range(0, len(values), FREQUENCIES_AT_ONCE):  # the amplitudes of all masses take memory
             some = values[first : first + FREQUENCIES_AT_ONCE]
-            response = oscillator.structure.response(harmonic.order * some, harmonic.amplitudes(some), oscillator.contact)
+            response = oscillator.structure.response(
+                harmonic.order * some, harmonic.amplitudes(some), oscillator.contact
+            )
             _require_steady(bool(np.all(response.exists)))
             coordinates[first : first + FREQUENCIES_AT_ONCE, h] = response.coordinate
     return coordinates
@@ -84,7 +86,9 @@ def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[C
     """
     responses = [response_and_slope(oscillator, omega, harmonic) for harmonic in oscillator.drive]
     _require_steady(all(np.all(exists & np.isfinite(slope)) for _, slope, exists in responses))
-    return np.stack([value for value, _, _ in responses], axis=1), np.stack([slope for _, slope, _ in responses], axis=1)
+    return np.stack([value for value, _, _ in responses], axis=1), np.stack(
+        [slope for _, slope, _ in responses], axis=1
+    )
 
 
 def response_and_slope(

@@ -123,7 +123,9 @@ class _Rescaling:
         if name in _PHASES:
             return self.phase(value)
         if name == "ranges":
-            return {parameter: self.frequency(ends) if parameter == "omega" else ends for parameter, ends in value.items()}
+            return {
+                parameter: self.frequency(ends) if parameter == "omega" else ends for parameter, ends in value.items()
+            }
         if name in _FREQUENCIES or _varies(parts, name) == "omega":
             return self.frequency(value)
         return self.of(value)

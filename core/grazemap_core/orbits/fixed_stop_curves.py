@@ -154,7 +154,9 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
     for i, (before, after) in enumerate(pairwise(values.tolist())):
         if before * after > 0.0:
             continue
-        place = float(brentq(lambda frequency: apart(np.array([frequency]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
+        place = float(
+            brentq(lambda frequency: apart(np.array([frequency]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON)
+        )
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
         yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))

@@ -138,7 +138,9 @@ def solve_orbits(
             for j in range(solutions.real.shape[1]):
                 solutions.real[i, j], solutions.imaginary[i, j] = math.nan, math.nan
             continue
-        solutions.kantorovich[i], solutions.radius[i] = newton_kantorovich(structure, sides, between, speeds[i], terms, work)
+        solutions.kantorovich[i], solutions.radius[i] = newton_kantorovich(
+            structure, sides, between, speeds[i], terms, work
+        )
         solutions.contact[i], solutions.excess[i], solutions.phase[i], solutions.stop[i] = further_contact(
             structure, sides, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )

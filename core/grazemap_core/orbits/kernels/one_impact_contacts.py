@@ -100,7 +100,9 @@ def contacts_at(
     """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(phases.shape[0]):
-        contacts.status[i], contacts.excess[i], contacts.stop[i] = _contact_at(structure, family, phases[i], floor, work)
+        contacts.status[i], contacts.excess[i], contacts.stop[i] = _contact_at(
+            structure, family, phases[i], floor, work
+        )
 
 
 @kernel
