@@ -3,11 +3,10 @@
 `python -m tools.cold_start` (`make cold-start`) installs the wheel with the newest dependencies and starts
 `grazemap up` with a fresh user folder. All questions are asked as soon as it listens, and the seconds from the start to
 each answer are printed beside their limits: for a first start, for one with the kernels that it has compiled, and for a
-first start with `grazemap-kernels`. The limits are for the reference machine, two cores of which each compiles a fixed
-program with plain numba in REFERENCE_SECONDS; on a slower one they are longer in proportion, which is said first. Then
-two stacks are started at once with one fresh folder, one of which is killed
-twice while it compiles: the other one has to answer, and what it has compiled has to be loaded by the next start.
-It exits with 1 when a limit is exceeded.
+first start with `grazemap-kernels`. The limits are for the reference machine of `tools.pace`; on a slower one they are
+longer in proportion, which is said first. Then two stacks are started at once with one fresh folder, one of which is
+killed twice while it compiles: the other one has to answer, and what it has compiled has to be loaded by the next
+start. It exits with 1 when a limit is exceeded.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from typing import Any
 import psutil
 
 from tools.first_start import PYTHONS, ROOT, installed, interpreter, started, user
+from tools.pace import pace
 
 _RANGE = {"start": 0.26, "stop": 0.30, "points": 20}
 _ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
@@ -40,35 +40,6 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "a branch": ("orbit-branches", {**_ORBIT, "range": {"start": 1.8, "stop": 1.9}}),
     "a diagram": ("unfolding-diagrams", {**_WINDOW, "max_periods": 200}),
 }
-# What numba compiles here has nothing to do with the kernels, so its time tells the machine's pace alone.
-_FIXED_WORK = """
-import time
-import numpy as np
-from numba import njit
-
-def made(k):
-    def work(a, b):
-        total = 0.0
-        for i in range(a.shape[0]):
-            for j in range(a.shape[1]):
-                if a[i, j] > b[j]:
-                    total += np.sqrt(a[i, j] * a[i, j] + k) - np.exp(-b[j])
-                elif a[i, j] < -b[j]:
-                    b[j] = max(a[i, j], b[j]) + np.sin(total) / (1.0 + abs(a[i, j]))
-                else:
-                    total *= 1.0 + 1e-3 * np.cos(b[j] * k)
-        return total
-    return njit(work)
-
-functions = [made(float(k)) for k in range(16)]
-functions[0](np.ones((2, 2)), np.ones(2))
-began = time.perf_counter()
-for function in functions[1:]:
-    function(np.ones((2, 2)), np.ones(2))
-print(time.perf_counter() - began)
-"""
-# The pace at which 0.3.4 answered with a first map after 44.8 s, a trajectory after 16.0 s.
-REFERENCE_SECONDS = 1.3
 COLD = {"a curve": 10.0, "codimension-two points": 10.0, "a trajectory": 20.0, "a map": 45.0}
 COLD |= {"a branch": 49.0, "a diagram": 49.0}
 WARM = dict.fromkeys(QUESTIONS, 4.0)
@@ -76,12 +47,6 @@ AHEAD = dict.fromkeys(QUESTIONS, 5.0)
 _ANSWER_SECONDS = 600.0
 # Seconds after which the second stack is killed: it compiles then.
 _KILLED_AFTER = 8.0
-
-
-def pace() -> float:
-    """Return how many times as long as the reference machine this one takes, at least 1: the quickest of three runs."""
-    runs = [subprocess.run([sys.executable, "-c", _FIXED_WORK], capture_output=True, check=True) for _ in range(3)]
-    return max(1.0, min(float(run.stdout) for run in runs) / REFERENCE_SECONDS)
 
 
 def answered(url: str, name: str, began: float) -> float:

@@ -5,7 +5,7 @@ that nobody has asked for before: on one kept connection, on eight, through the 
 the same while two large maps are computed. It prints each figure beside its limit, with the processor time of client,
 service, workers and Redis for each question, and exits with 1 when a limit is exceeded. With `--before FOLDER`, a
 checkout of an earlier version, that version is asked first, in the same run. On a machine slower than the reference of
-`tools.cold_start` the limits are wider in proportion, which is said first.
+`tools.pace` the limits are wider in proportion, which is said first.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ import psutil
 from grazemap import Client
 from grazemap.errors import GrazemapError
 from grazemap.module_command import module_command
-from tools.cold_start import pace
 from tools.first_start import started
+from tools.pace import pace
 
 CONNECTIONS = 8
 QUESTIONS = 400

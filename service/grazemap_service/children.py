@@ -47,6 +47,8 @@ class Child(ABC):
     _process: subprocess.Popen[bytes] | None = None
     _liveness: Liveness | None = None
     _up = False
+    has_answered = False
+    """Whether the process has given a sign of life since its last start."""
 
     def __init__(
         self,
@@ -77,7 +79,7 @@ class Child(ABC):
 
     def start(self) -> None:
         """Start the process, without waiting for it."""
-        self._up = True
+        self._up, self.has_answered = True, False
         self.restarts.started()
         self._process = self._spawned()
         self._liveness = Liveness(
@@ -117,7 +119,9 @@ class Child(ABC):
         """Kill the process if it hangs; its own children end with it."""
         if self._process is None or self._liveness is None or not self.running:
             return
-        if reason := self._liveness.hangs(heard=self.heard()):
+        heard = self.heard()
+        self.has_answered |= heard
+        if reason := self._liveness.hangs(heard=heard):
             structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
             self._process.kill()
 

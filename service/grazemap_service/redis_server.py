@@ -98,14 +98,8 @@ class RedisServer(Child):
         while it reports its own crash.
     max_memory : int
         Bytes of memory above which writes are refused; 0: no limit.
-
-    Attributes
-    ----------
-    has_answered : bool
-        Whether the server has answered since its start.
     """
 
-    has_answered = False
     _next_ping = 0.0
 
     def __init__(
@@ -150,7 +144,6 @@ class RedisServer(Child):
         link = self._data_folder / SOCKET_LINK
         link.unlink(missing_ok=True)
         link.symlink_to(self.socket)
-        self.has_answered = False
         super().start()
 
     @property
@@ -235,7 +228,6 @@ class RedisServer(Child):
         if time.monotonic() < self._next_ping:
             return False
         answered = self.answers(ANSWER_SECONDS)
-        self.has_answered |= answered
         self._next_ping = time.monotonic() + PING_SECONDS
         return answered
 

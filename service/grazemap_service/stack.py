@@ -93,7 +93,6 @@ class ServiceStack:
         self._log = structlog.get_logger("grazemap_service.stack")
         self._ready = False
         self._missing = ""
-        self._answered = False
         self._patient_until = math.inf
 
         # only the service gets the keys of clients
@@ -120,10 +119,12 @@ class ServiceStack:
         if workers is not None:
             environment["GRAZEMAP_WORKERS"] = str(workers)
         self._sockets = TemporaryFolder(max_path_bytes=MAX_SOCKET_PATH - len("/service"))
-        for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
-            inherited, variables = ((listening,), environment | keys) if name == "service" else ((), environment)
-            command, watchdog = module_command(module), WatchdogSocket(self._sockets.path / name)
-            self._children.append(PythonChild(name, command, variables, data / f"{name}.log", watchdog, inherited))
+        self._service = self._python_child("service", "grazemap_service", environment | keys, listening)
+        self._children += [self._service, self._python_child("workers", "grazemap_worker", environment)]
+
+    def _python_child(self, name: str, module: str, environment: Mapping[str, str], *inherited: int) -> PythonChild:
+        watchdog = WatchdogSocket(self._sockets.path / name)
+        return PythonChild(name, module_command(module), environment, self._data / f"{name}.log", watchdog, inherited)
 
     @property
     def missing(self) -> str:
@@ -182,7 +183,8 @@ class ServiceStack:
 
     def ready(self) -> bool:
         """Return whether the stack is ready: the service is healthy, Redis takes writes, and a worker is alive."""
-        if not self._ready and self._answer("/healthz") is not None:
+        # A service that is not up yet would keep a request waiting, and the lines of `_Talk` with it.
+        if not self._ready and self._service.has_answered and self._answer("/healthz") is not None:
             readiness = self._answer("/readyz")
             if readiness is not None:
                 self._ready = readiness["workers"] > 0
@@ -232,12 +234,10 @@ class ServiceStack:
             answer = connection.getresponse()
             content = answer.read()
         except (OSError, http.client.HTTPException) as error:
-            reason = f"the service does not answer: {error or type(error).__name__}"
-            self._missing = reason if self._answered else ""
+            self._missing = f"the service does not answer: {error or type(error).__name__}"
             return None
         finally:
             connection.close()
-        self._answered = True
         try:
             answered: dict[str, Any] = json.loads(content)
             if answer.status == http.HTTPStatus.OK:

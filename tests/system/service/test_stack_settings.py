@@ -68,8 +68,12 @@ def test_it_asks_its_service_for_a_host_that_is_allowed(made: Any, monkeypatch: 
             raise OSError
 
     monkeypatch.setattr(stack_module.http.client, "HTTPConnection", Connection)
-    assert not made().ready()
-    assert asked[0] == {"Host": "lab.example"}
+    stack = made()
+    assert not stack.ready()
+    assert not asked, "a service that is not up yet would keep the request waiting"
+    stack._service.has_answered = True
+    assert not stack.ready()
+    assert asked == [{"Host": "lab.example"}]
 
 
 def test_no_other_thread_runs_while_it_forks(
