@@ -83,7 +83,7 @@ def sections(
 
     Parameters
     ----------
-    line : Line
+    line : ParameterLine
         The parameter and its values.
     policy : one of DIAGRAM_POLICIES
         Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from

@@ -112,7 +112,7 @@ class MultiprecisionRun:
         Impacts times bits so far, a measure of the time that they took.
     period : float
         The forcing period.
-    impacts : list of Impact
+    impacts : list of PreciseImpact
         The impacts so far, without those of a chatter, and where chatters and rests ended.
     states : list of (2, N)
         Displacements and velocities at the starts of the forcing periods so far.

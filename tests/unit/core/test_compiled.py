@@ -145,7 +145,7 @@ def test_outside_kernels_a_reference_is_the_tuple_itself() -> None:
 
 
 def test_a_kernel_that_is_called_by_its_address_is_compiled_when_its_caller_runs() -> None:
-    @compiled.apart_kernel
+    @compiled.pointer_kernel
     def enters(nested: Nested, index: int, number: int) -> int:
         nested.pair.first[index] = number
         return number + 1

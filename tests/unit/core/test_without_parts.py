@@ -61,7 +61,7 @@ def add_nested(nested):
     return total
 add_nested = compiled.kernel(add_nested)
 
-@compiled.apart_kernel
+@compiled.pointer_kernel
 def last(nested, place):
     nested.pair.first[place] += nested.pair.second[place]
     return place + 1

@@ -45,7 +45,7 @@ class Regions:
 
     Attributes
     ----------
-    grid : Grid
+    grid : MotionGrid
     number : int (n, m)
         Index in `found` of a point's region; NO_REGION where the motion is not periodic, has no impacts or rests on a
         stop, and where no orbit was found.

@@ -70,7 +70,7 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
     column : Column
         All but models and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
-    separate : OwnTables
+    separate : TablesPerLane
         If every trajectory has its own; there is one for each stops then.
     classify_lane : callable
         The address of `classification.classify_lane`.

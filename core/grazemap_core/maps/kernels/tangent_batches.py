@@ -336,7 +336,7 @@ def carry_batch(
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
     models : LaneModels
         Whose block_response is not empty.
-    separate : OwnTables
+    separate : TablesPerLane
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
     events, restitution = group.events, group.restitution
