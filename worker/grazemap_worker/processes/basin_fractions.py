@@ -22,7 +22,7 @@ from grazemap_worker.processes.conversion import core_line, join_tiles, label, w
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
-    from grazemap_core.maps.basin_fractions import Point, Ranges
+    from grazemap_core.maps.basin_fractions import Point, StateRanges
     from grazemap_core.maps.basins import Attractor
 
 
@@ -87,7 +87,7 @@ def _points(request: BasinFractionsRequest) -> list[Point]:
     return points_along(core_line(request.line))
 
 
-def _ranges(request: BasinFractionsRequest, points: list[Point]) -> Ranges:
+def _ranges(request: BasinFractionsRequest, points: list[Point]) -> StateRanges:
     from grazemap_core.maps.basin_fractions import ranges_of
 
     return ranges_of(points, *map(_pairs, (request.displacement, request.velocity)))

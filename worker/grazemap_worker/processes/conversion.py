@@ -21,7 +21,7 @@ from grazemap_worker.processes.process import Report
 if TYPE_CHECKING:
     from grazemap_core.continuation.parameters import ParameterPoint
     from grazemap_core.maps.basins import Attractor
-    from grazemap_core.maps.planes import Line as CoreLine
+    from grazemap_core.maps.planes import ParameterLine as CoreLine
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
     from grazemap_core.simulation.motion import Motion
 
@@ -109,7 +109,7 @@ def _general(oscillator: Oscillator) -> CoreOscillator:
 def core_line(line: Line) -> CoreLine:
     """Return the core's line of one parameter. Raises CoreError."""
     from grazemap_core.maps.planes import Axis
-    from grazemap_core.maps.planes import Line as CoreLine
+    from grazemap_core.maps.planes import ParameterLine as CoreLine
 
     oscillator = varying_oscillator(line.parameters.oscillator, line.axis.vary)
     axis = Axis(line.axis.vary, grid_values(line.axis.values))

@@ -130,14 +130,14 @@ def _silent(done: int, total: int) -> None:
 
 def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:
     """Return arrays (p,) of the pairs of neighbouring points on borders, and the curves that explain the borders."""
-    from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
+    from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, map_borders
 
     borders = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
     return document_of(
         results.MapBorders,
         borders,
         explanations=np.array(EXPLANATIONS),
-        reasons=np.array(REASONS),
+        reasons=np.array(BORDER_REASONS),
         curves=[_curve(borders, number, curve, request) for number, curve in enumerate(borders.curves)],
         without_orbit=int(np.count_nonzero(borders.without_orbit)),
     )

@@ -155,11 +155,11 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
-    from grazemap_core.simulation.motion import KINDS, SENSITIVE
+    from grazemap_core.simulation.motion import KINDS, SENSITIVE_REASON
 
     plane, settings = core_plane(request.plane).part(tile.rows, tile.columns), fields(request, *_SETTINGS)
     texts = reasons()
-    texts[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
+    texts[ROUNDING_DECIDES] = f"{SENSITIVE_REASON} {_remedy_of_sensitive(request)}"
     arrays: Document
     if request.adaptive:
         arrays = _adaptive_document(adaptive_map_tile(plane, **settings))
