@@ -29,7 +29,6 @@ from grazemap.wire.base import (
     Range,
     Request,
     grid_tag,
-    grid_values,
     invalid,
 )
 
@@ -348,7 +347,7 @@ class ClearanceGrid(Request):
     @model_validator(mode="after")
     def _at_most_one_varies(self) -> ClearanceGrid:
         lowest = [
-            side if side is None or isinstance(side, float | int) else float(grid_values(side)[0])
+            side[0] if isinstance(side, list) else side.start if isinstance(side, Range) else side
             for side in (self.right, self.left)
         ]
         if all(isinstance(side, Range | list) for side in (self.right, self.left)):

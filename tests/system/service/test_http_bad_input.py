@@ -334,6 +334,8 @@ WORK: list[tuple[str, Any, str, str]] = [
     ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 2**24}, "adaptive": True}, "points", "/omega/points"),
     ("unfolding-maps", LARGE, "points", "/clearance/points"),
     ("unfolding-maps", {"omega": [0.1, 0.2], "clearance": {**RANGE, "points": 10**9}}, "points", "/clearance/points"),
+    ("unfolding-maps", {**MAP, "clearance": {"right": {**RANGE, "points": 10**13}, "left": 1.2}}, "points",
+     "/clearance/right/points"),
     ("unfolding-maps", {**MAP, **LIGHT}, "seconds", "/oscillator"),
     ("unfolding-maps", {"omega": [0.29, 0.3], "clearance": {**RANGE, "points": 2000}, "max_periods": 300_000,
                         "policy": "sweep-up"}, "seconds", ""),

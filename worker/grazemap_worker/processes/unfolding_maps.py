@@ -18,6 +18,7 @@ from grazemap.results.documents import ClassDocument, document_of
 from grazemap.results.unfolding import FiguresAtComputedPoints
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_values
 from grazemap.wire.planes import Plane, is_scalar, is_structural
+from grazemap.wire.structure import ClearanceGrid
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
@@ -136,6 +137,8 @@ def axes(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> tuple[str,
 def counts(request: UnfoldingMapsRequest, limits: RequestLimits) -> list[Count]:
     """Return the count of the points of the map."""
     across, up = (name if request.horizontal is None else f"{name}/values" for name in axes(request))
+    if isinstance(request.clearance, ClearanceGrid) and request.clearance.stop:
+        up = f"clearance/{request.clearance.stop}"
     max_pixels = limits.adaptive_pixels if request.adaptive else limits.pixels
     return [grid_count((across, request.plane.horizontal.values), (up, request.plane.vertical.values), max_pixels)]
 
