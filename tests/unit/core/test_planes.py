@@ -113,7 +113,8 @@ def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     at = ParameterPoint.of(oscillator, 0.29, clearance)
     found = PlaneRunner(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), RunSettings(PERIODS, 8))
     codes, figures = found.grid()
-    for attribute in ("_BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):  # a lane for each trajectory, then one after the other
+    # a lane for each trajectory, then one after the other
+    for attribute in ("_BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):
         monkeypatch.setattr(planes, attribute, 0)
         other_codes, other_figures = found.grid()
         np.testing.assert_array_equal(codes, other_codes)
