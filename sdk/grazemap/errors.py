@@ -26,6 +26,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from grazemap.constants import PROBLEM_PREFIX
+
 if TYPE_CHECKING:
     from grazemap.wire import Job, Problem
 
@@ -189,7 +191,7 @@ class MissingExtra(GrazemapError, ImportError):
         return type(self), (self.purpose, self.extra), self.__dict__
 
 
-_UNFINISHED_JOB = "urn:grazemap:problem:unfinished-job"
+_UNFINISHED_JOB = f"{PROBLEM_PREFIX}unfinished-job"
 _EXCEPTIONS: dict[int, type[ServiceProblem]] = {
     400: ParameterError,
     401: AuthenticationError,

@@ -202,7 +202,7 @@ class Tiles:
     def next_of_flow(self, fingerprint: str, flow: str) -> WaitingJob:
         """Return the job of a flow whose tiles are claimed next; its fields are empty if there is none any more."""
         job_id = b"".join(self._redis.zrange(f"{PREFIX}flow:{fingerprint}:{flow}", 0, 0)).decode("utf-8", "replace")
-        process = self._redis.hget(f"{PREFIX}job:{job_id}", "process") or b""
+        process = self._redis.hget(job_key(job_id), "process") or b""
         return WaitingJob(process.decode("utf-8", "replace"), job_id)
 
     def sweep(self) -> None:
@@ -248,25 +248,25 @@ class Results:
             the budget. -3: the tile was stored, and the job has taken more than its limit of processor time.
         """
         items = []
-        for one in finished:
-            claim = one.claim
+        for work in finished:
+            claim = work.claim
             item = {
                 "id": claim.job_id,
                 "tile": claim.tile,
-                "seconds": one.seconds,
-                "whole": one.whole,
-                "size": len(one.data),
+                "seconds": work.seconds,
+                "whole": work.whole,
+                "size": len(work.data),
             }
-            if one.whole:
-                item["etag"] = hashlib.sha256(one.data).hexdigest()
-                item["lasting"] = one.lasting
+            if work.whole:
+                item["etag"] = hashlib.sha256(work.data).hexdigest()
+                item["lasting"] = work.lasting
             else:
                 item["event"] = json.dumps(claim.plan.place(claim.tile))
             items.append(item)
         answer = self._scripts.run(
             "commit",
             # in one piece: redis-py sends two messages for every large argument
-            b"".join(one.data for one in finished),
+            b"".join(work.data for work in finished),
             fingerprint=finished[0].claim.fingerprint,
             budget=self._budget,
             kept=TILES_KEPT_AFTER_SUCCESS,
