@@ -18,11 +18,11 @@ from grazemap_core.contact.cell_problem import (
 )
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import (
+    EVENT_COUNT,
     FOLLOWED,
     HALF,
     KIND,
     OK,
-    ROWS,
     STOP,
     TIME,
     VELOCITY,
@@ -30,23 +30,30 @@ from grazemap_core.contact.kernels.workspace import (
     workspace,
 )
 from grazemap_core.errors import ParameterError
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
-from grazemap_core.maps.kernels.own_tables import SHARED_TABLES, LaneModels, OwnTables
-from grazemap_core.maps.settling import impulse_blocks, shared_model
+from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES, LaneModels, TablesPerLane
+from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 
 Floats = NDArray[np.float64]
 
 
 @kernel
 def _run_halves(
-    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
+    masses: Masses,
+    models: LaneModels,
+    own: TablesPerLane,
+    group: Lanes,
+    halves: int,
+    used: int,
+    u: Floats,
+    work: Workspace,
 ) -> None:
     """Carry lanes that have just started over several half periods; parameters as `lockstep.run_half`."""
     models, own, group, work = reference(models), reference(own), reference(group), reference(work)
@@ -151,7 +158,7 @@ def first_impacts(
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         _run_halves(masses, shared_model(model), SHARED_TABLES, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
-        seen[low : low + count] = group.cursor[:count, ROWS]
+        seen[low : low + count] = group.cursor[:count, EVENT_COUNT]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]
         status[low : low + count] = group.status[:count]
     beyond = np.arange(first) >= seen[:, None]

@@ -17,8 +17,7 @@ from benchmarks.core_peer import Core
 from benchmarks.result import Spread, Stage
 from benchmarks.work import reference_work
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneTables, lane_tables
-from grazemap_core.maps.kernels.lanes import (
+from grazemap_core.maps.kernels.first_pass import (
     BATCH_ROWS,
     LEFT,
     PITCH,
@@ -35,10 +34,11 @@ from grazemap_core.maps.kernels.lanes import (
     lane_batch,
     solve_impacts,
 )
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneTables, lane_tables
 from grazemap_core.maps.kernels.lockstep import Lanes, lanes
 from grazemap_core.model.resonant_modes import reference_response
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 
 _WHOLE, _CELLS, _IMPACTS = "whole", "cells", "impacts"
 

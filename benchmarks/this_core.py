@@ -15,8 +15,8 @@ from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
@@ -104,8 +104,8 @@ def _map(
     early: bool,
     linearised: bool,
 ) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised)
-    codes, _ = PlaneSettler(Plane.of(oscillator, omegas, clearances), task).grid()
+    task = RunSettings(periods, LONGEST_PERIOD, early, linearised)
+    codes, _ = PlaneRunner(Plane.of(oscillator, omegas, clearances), task).grid()
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))

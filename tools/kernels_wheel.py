@@ -17,7 +17,7 @@ from importlib.metadata import distribution, version
 from pathlib import Path
 
 from grazemap.module_command import module_command
-from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, TARGET, made_from
+from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, PROCESSOR, made_from
 
 _ABOUT = '"""Kernels of grazemap, compiled ahead of time; grazemap_core.compiled_ahead says when they are used."""\n'
 _PROJECT = """[build-system]
@@ -49,7 +49,7 @@ class Tag(BuildHookInterface):
 
 def compiled(folder: Path) -> Path:
     """Compile every step for x86-64-v3 below a folder; return where the kernels are."""
-    environment = os.environ | TARGET | {"NUMBA_CACHE_DIR": str(folder)}
+    environment = os.environ | PROCESSOR | {"NUMBA_CACHE_DIR": str(folder)}
     subprocess.run(module_command("grazemap_core.warmup"), env=environment, check=True)
     (kernels,) = folder.glob("kernels-*")
     return kernels

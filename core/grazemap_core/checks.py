@@ -16,7 +16,7 @@ def checked_omega(omega: ArrayLike) -> Floats:
     Raises
     ------
     ParameterError
-        They are not a list of numbers in the range [SMALLEST_NUMBER, LARGEST_NUMBER].
+        The values are not a list of numbers in the range [SMALLEST_NUMBER, LARGEST_NUMBER].
     """
     values = np.ascontiguousarray(omega, dtype=np.float64)
     if values.ndim != 1:

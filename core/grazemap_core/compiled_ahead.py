@@ -19,7 +19,7 @@ from pathlib import Path
 
 PACKAGE = "grazemap_kernels"
 MADE_FROM = "made_from.json"
-TARGET = {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
+PROCESSOR = {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
 """What numba's settings are where code is generated for x86-64-v3."""
 
 _CORE = Path(__file__).parent
@@ -53,10 +53,10 @@ def made_from() -> dict[str, object]:
 @cache
 def package_folder() -> Path | None:
     """Return where the package's kernels are; None where there is none that fits this process."""
-    found = find_spec(PACKAGE)
-    if found is None or found.origin is None:
+    spec = find_spec(PACKAGE)
+    if spec is None or spec.origin is None:
         return None
-    folder = Path(found.origin).parent
+    folder = Path(spec.origin).parent
     try:
         fits = json.loads((folder / MADE_FROM).read_bytes()) == made_from()
     except (OSError, ValueError):
@@ -71,7 +71,7 @@ def choose_processor() -> None:
     """
     chosen = any(name in os.environ for name in _CHOICES) or os.environ.get("GRAZEMAP_KERNELS") == "native"
     if not chosen and "numba" not in sys.modules and package_folder() is not None:
-        os.environ.update(TARGET)
+        os.environ.update(PROCESSOR)
 
 
 def has_level_3() -> bool:

@@ -22,14 +22,14 @@ from grazemap_core.kernel_folder import record
 from grazemap_core.model.oscillator import Oscillator
 
 if TYPE_CHECKING:
-    from grazemap_core.maps.settling import Settler
+    from grazemap_core.maps.runner import Runner
 
 OMEGA = np.array([0.28, 0.29])
 
 
 def _curves(oscillator: Oscillator) -> None:
     from grazemap_core.grazing.codimension_two import codimension_two_points
-    from grazemap_core.grazing.one_stop import grazing_curve
+    from grazemap_core.grazing.grazing_curve import grazing_curve
 
     grazing_curve(oscillator, OMEGA, max_order=2)
     codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
@@ -42,27 +42,27 @@ def _trajectories(oscillator: Oscillator) -> None:
 
 
 def _classification(oscillator: Oscillator) -> None:
-    _settler(oscillator).compile_classification()
+    _runner(oscillator).compile_classification()
 
 
 def _lockstep(oscillator: Oscillator) -> None:
-    _settler(oscillator).compile_lockstep()
+    _runner(oscillator).compile_lockstep()
 
 
 def _apart(oscillator: Oscillator) -> None:
-    _settler(oscillator).compile_lockstep(apart=True)
+    _runner(oscillator).compile_lockstep(separate=True)
 
 
-def _settler(oscillator: Oscillator) -> Settler:
-    from grazemap_core.maps.settling import Settler, Settling
+def _runner(oscillator: Oscillator) -> Runner:
+    from grazemap_core.maps.runner import Runner, RunSettings
 
-    return Settler(oscillator, Settling(max_periods=4, max_period=2))
+    return Runner(oscillator, RunSettings(max_periods=4, max_period=2))
 
 
 def _orbits(oscillator: Oscillator) -> None:
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.grazing.discontinuity_mapping import mapping_error
-    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.grazing.grazing_curve import VariedStop
     from grazemap_core.grazing.poincare_map import compare_returns
     from grazemap_core.grazing.point import grazing_point
     from grazemap_core.orbits.one_impact_branches import one_impact_branch

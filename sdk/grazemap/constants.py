@@ -7,6 +7,8 @@ from typing import Final
 
 DEFAULT_BASE_URL: Final = "http://127.0.0.1:8000"
 API_PREFIX: Final = "/v1"
+# The types of all problems begin with this.
+PROBLEM_PREFIX: Final = "urn:grazemap:problem:"
 
 # Seconds without data after which a request fails. The service answers within milliseconds and streams results.
 DEFAULT_TIMEOUT: Final = 30.0

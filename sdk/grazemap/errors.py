@@ -1,11 +1,11 @@
-"""Every exception the package raises, and the table from a problem's status to its exception.
+"""The exceptions for callers to handle, and the table from a problem's status to its exception.
 
 GrazemapError
-├── ServiceProblem              the service refused or failed: .problem, .status, .request_id
-│   ├── ParameterError          400, 413, 422; also raised before anything is sent (also a ValueError)
-│   ├── AuthenticationError     401, 403
+├── ServiceProblem              the service refused or failed, any other 4xx: .problem, .status, .request_id
+│   ├── ParameterError          400, 413, 422, or before anything is sent (also a ValueError)
+│   ├── AuthenticationError     401, 403: the key is missing, wrong, or not allowed to do this
 │   ├── NotFound                404, 410
-│   ├── ResultNotReady          409: the job is unfinished
+│   ├── ResultNotReady          409, if the job is unfinished
 │   ├── QueueFull               429 after all retries: .retry_after
 │   ├── ServiceUnavailable      502, 503, 504 after all retries: .retry_after
 │   └── ServerError             any other 5xx
@@ -25,6 +25,8 @@ All of them can be pickled, so that they can be returned from a process pool.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from grazemap.constants import PROBLEM_PREFIX
 
 if TYPE_CHECKING:
     from grazemap.wire import Job, Problem
@@ -59,7 +61,7 @@ class GrazemapError(Exception):
 
 
 class RequestWarning(UserWarning):
-    """A request is allowed, but probably not what was meant. The text and `code` are those of a note of the job."""
+    """A request is allowed, but probably not what was meant. Its text and `code` are those of a note of the job."""
 
     def __init__(self, detail: str = "", code: str = "") -> None:
         super().__init__(detail)
@@ -78,7 +80,7 @@ def problem_text(problem: Problem) -> str:
 
 
 class ServiceProblem(GrazemapError):
-    """A problem after RFC 9457.
+    """The service answered with a problem as in RFC 9457.
 
     Attributes
     ----------
@@ -110,7 +112,7 @@ class ParameterError(ServiceProblem, ValueError):
 
 
 class AuthenticationError(ServiceProblem):
-    """The API key is missing, wrong or insufficient."""
+    """The API key is missing, wrong, or not allowed to do this."""
 
 
 class NotFound(ServiceProblem):
@@ -189,12 +191,12 @@ class MissingExtra(GrazemapError, ImportError):
         return type(self), (self.purpose, self.extra), self.__dict__
 
 
+_UNFINISHED_JOB = f"{PROBLEM_PREFIX}unfinished-job"
 _EXCEPTIONS: dict[int, type[ServiceProblem]] = {
     400: ParameterError,
     401: AuthenticationError,
     403: AuthenticationError,
     404: NotFound,
-    409: ResultNotReady,
     410: NotFound,
     413: ParameterError,
     422: ParameterError,
@@ -210,4 +212,7 @@ def problem_exception(
 ) -> ServiceProblem:
     """Return the exception for a problem."""
     fallback = ServerError if problem.status >= 500 else ServiceProblem
+    # a 409 for a dismissed job, or for one of another version, says that its request is to be posted again
+    if problem.status == 409 and problem.type == _UNFINISHED_JOB:
+        fallback = ResultNotReady
     return _EXCEPTIONS.get(problem.status, fallback)(problem, request_id, retry_after)

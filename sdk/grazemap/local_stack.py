@@ -22,8 +22,8 @@ from grazemap.start_display import StartDisplay, ready_line, start_display
 # What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
-# Settings of a public service that do not fit a private stack: API keys, which its client does not have, host names,
-# and the address to listen on.
+# Settings of a public service that do not fit a private stack: API keys (its client has none), allowed hosts and
+# origins, and the address or the socket to listen on.
 _NOT_INHERITED = frozenset(
     f"GRAZEMAP_{name}" for name in ("API_KEYS", "API_KEYS_FILE", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
 )
@@ -47,19 +47,19 @@ class LocalClient(Client):
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
 
-    After the first start on a machine the kernels are compiled; a job waits until the kernels that it needs are ready.
+    The first start on a machine begins to compile the kernels; a job waits until the kernels that it needs are ready.
     On a terminal, or below a notebook's cell, a line says what the start waits for, and is removed when the stack is
     ready. Elsewhere a start of more than a few seconds writes some lines to stderr.
 
     Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_API_KEYS_FILE, GRAZEMAP_ALLOWED_HOSTS,
-    GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
+    GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT, GRAZEMAP_FD) do not apply; limits and GRAZEMAP_REDIS_URL do.
 
     Parameters
     ----------
     data : path, optional
-        Folder in which jobs and results are kept; left out: a temporary one.
+        Folder in which jobs and results are kept. Default: a temporary folder.
     workers : int, optional
-        Number of worker processes; left out: one per processor.
+        Number of worker processes. Default: one for each processor.
 
     Returns
     -------
@@ -85,12 +85,21 @@ def stack_command(*options: str) -> list[str]:
 def server_command(module: str, *options: str) -> list[str]:
     """Return the command line of a module of the service. Raises MissingExtra where its parts are not installed."""
     if any(importlib.util.find_spec(part) is None for part in _SERVER_PARTS):
-        raise MissingExtra("a stack on this machine", "server")
+        raise MissingExtra("a stack on this machine, or its data folder,", "server")
     return module_command(module, *options)
 
 
 class LocalStack:
     """The stack as a child process; the constructor returns when it is ready.
+
+    Parameters
+    ----------
+    data, workers
+        As for `local`.
+    timeout : float
+        Seconds after which a start has failed.
+    quiet : bool
+        Show nothing of the start.
 
     Attributes
     ----------
@@ -130,25 +139,25 @@ class LocalStack:
             self.stop()
             raise
 
-    def _await_ready(self, timeout: float, shown: StartDisplay) -> str:
+    def _await_ready(self, timeout: float, display: StartDisplay) -> str:
         """Return the address from the one line of JSON that the stack prints when it is ready."""
         assert self._process.stdout is not None
         lines: queue.Queue[bytes] = queue.Queue()
         line = b""
-        threading.Thread(target=_put_ready_line, args=(self._process.stdout, lines, shown), daemon=True).start()
+        threading.Thread(target=_put_ready_line, args=(self._process.stdout, lines, display), daemon=True).start()
         try:
             line = lines.get(timeout=timeout)
         except queue.Empty:
             raise StackError(f"the stack was not ready after {timeout:.0f} s{self._log_tail()}") from None
         finally:
-            shown.close(ready=bool(line))
-        if not line:
-            code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
-            raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
+            display.close(ready=bool(line))
         try:
+            if not line:
+                code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
+                raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
             ready: Any = json.loads(line)
             return str(ready["url"])
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as error:
             raise StackError(f"the stack did not print its address{self._log_tail()}") from error
 
     def _log_tail(self) -> str:
@@ -177,6 +186,6 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
-def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: StartDisplay) -> None:
-    """Put the line with the address into the queue, b"" at the end of the file."""
-    lines.put(ready_line(stream, shown))
+def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], display: StartDisplay) -> None:
+    """Put the line with the address into the queue, or b"" if the stream ends before it."""
+    lines.put(ready_line(stream, display))

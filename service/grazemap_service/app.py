@@ -13,7 +13,7 @@ from grazemap_service import middleware, openapi, problems
 from grazemap_service.context import Context
 from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
-from grazemap_service.representations import Renderings
+from grazemap_service.representations import RepresentationCache
 from grazemap_service.request_log import RequestLog
 from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import ServiceSettings
@@ -40,9 +40,9 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     settings = settings or ServiceSettings()
     connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
-    renderings = Renderings(settings.hot_bytes, settings.sent_bytes)
+    representations = RepresentationCache(settings.hot_bytes, settings.sent_bytes)
     hub = Hub(settings.connect_async)
-    context = Context(settings, core_version(), store, Metrics(store), renderings, hub)
+    context = Context(settings, core_version(), store, Metrics(store), representations, hub)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:

@@ -1,9 +1,9 @@
 """The append-only file of a Redis server: its parts, and the repair of a damaged end.
 
 From Redis 7 on the file has several parts, which a manifest lists; before, it was one file. After a power cut, a part
-may end with zeros, with garbage or with half a command. The server itself repairs only half a command. Its check
-reports how many bytes of a part are intact. The repair cuts off everything that follows, including later parts. The
-data are then those of an earlier moment.
+may end with zeros, with garbage or with an incomplete command, and the server itself repairs only the last of these.
+The program redis-check-aof reports how many bytes of a part are intact. The repair cuts off everything that follows,
+including later parts. The data are then as they were a little earlier.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from typing import NamedTuple
 MANIFEST = "appendonlydir/appendonly.aof.manifest"
 SINGLE_FILE = "appendonly.aof"
 SNAPSHOTS = (b"REDIS", b"VALKEY")
-"""The first bytes of a snapshot. The server's check of an append-only file does not recognise every snapshot."""
-KEPT = "damaged"
-"""The folder, beside the file, for copies of damaged parts."""
-MAX_KEPT = 3
+"""The first bytes of a snapshot. `_intact` looks for them, as the server's check does not recognise every snapshot."""
+COPIES_FOLDER = "damaged"
+"""The folder for copies of damaged parts, in the folder of the server's data."""
+MAX_COPIES = 3
+"""Number of repairs whose copies are kept."""
 
 
 class StorageError(RuntimeError):
@@ -32,11 +33,11 @@ class StorageError(RuntimeError):
 class Repair(NamedTuple):
     """A repair of a damaged append-only file."""
 
-    file: Path
+    first_damaged: Path
     """The first damaged part."""
     lost_bytes: int
     """Number of bytes that were cut off."""
-    original: Path
+    copies: Path
     """The folder with copies of the damaged parts."""
 
 
@@ -61,26 +62,27 @@ def repair(folder: Path, program: Path) -> Repair | None:
     `program` is the server, which also checks the file. Raises StorageError if the file cannot be checked or copied,
     for example on a full disk; then nothing is cut off.
     """
-    intact: dict[Path, int] = {}
+    kept_lengths: dict[Path, int] = {}  # of the damaged parts, and of all parts after the first of them
     for part in parts(folder):
-        length = 0 if intact else _intact(part, program)
+        length = 0 if kept_lengths else _intact(part, program)
         if length < part.stat().st_size:
-            intact[part] = length
-    if not intact:
+            kept_lengths[part] = length
+    if not kept_lengths:
         return None
-    kept = folder / KEPT / f"{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}"
+    copies = folder / COPIES_FOLDER / f"{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}"
     try:
-        kept.mkdir(parents=True)
-        for old in sorted(kept.parent.iterdir())[:-MAX_KEPT]:
+        copies.mkdir(parents=True)
+        for part in kept_lengths:
+            shutil.copy2(part, copies)
+        for old in sorted(copies.parent.iterdir())[:-MAX_COPIES]:
             shutil.rmtree(old)
-        for part in intact:
-            shutil.copy2(part, kept)
     except OSError as error:
-        raise StorageError(f"{kept} cannot have copies of the damaged files: {error.strerror}") from None
-    lost = sum(part.stat().st_size - length for part, length in intact.items())
-    for part, length in intact.items():
+        shutil.rmtree(copies, ignore_errors=True)  # an incomplete copy must not count as one of `MAX_COPIES`
+        raise StorageError(f"the damaged files cannot be copied to {copies}: {error.strerror}") from None
+    lost = sum(part.stat().st_size - length for part, length in kept_lengths.items())
+    for part, length in kept_lengths.items():
         os.truncate(part, length)
-    return Repair(next(iter(intact)), lost, kept)
+    return Repair(next(iter(kept_lengths)), lost, copies)
 
 
 def _intact(part: Path, program: Path) -> int:
@@ -90,11 +92,13 @@ def _intact(part: Path, program: Path) -> int:
         return 0  # as in a new folder; some versions refuse to check an empty file
     with part.open("rb") as stream:
         if stream.read(6).startswith(SNAPSHOTS):
-            raise StorageError(f"{part} is a snapshot, of which no end can be cut off")
-    # the server program, also of Valkey, checks the file if it is called by this name
+            raise StorageError(f"{part} is a snapshot, whose end cannot be cut off: restore a backup")
+    # the program of the server, Redis or Valkey, is redis-check-aof if it is started under this name
     command = ["redis-check-aof", str(part)]
     done = subprocess.run(command, executable=program, capture_output=True, text=True, errors="replace", check=False)
+    if done.returncode == 0:
+        return size
     analyzed = re.search(r"\bok_up_to=(\d+)", done.stdout)
-    if done.returncode != 0 and analyzed is None:
+    if analyzed is None:
         raise StorageError(f"{part} cannot be checked:\n{(done.stdout + done.stderr).strip()}")
-    return int(analyzed[1]) if done.returncode != 0 and analyzed else size
+    return int(analyzed[1])

@@ -12,7 +12,7 @@ import socket
 import uvicorn
 from starlette.types import ASGIApp
 
-# Seconds in which a client must read data that was sent; an answer is sent in small chunks.
+# Seconds in which a client must read data that was sent. They count for each chunk: a long answer may take longer.
 SEND_SECONDS = 30.0
 # Seconds after which an idle connection is closed. Most clients and proxies close it after 5 to 60 seconds. The server
 # waits longer, because a client may lose a request when both sides close the connection at the same time.
@@ -38,7 +38,7 @@ def bounded_server(
     send_seconds : float
         Time after which the kernel closes a connection whose client does not read data that was sent (Linux).
     max_connections : int, optional
-        Number of connections above which requests are answered with 503. Left out: from the limit of file descriptors.
+        Number of connections above which requests are answered with 503. Default: file descriptors, less some.
     """
     if hasattr(socket, "TCP_USER_TIMEOUT") and listener.family != socket.AF_UNIX:
         listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(1000 * send_seconds))

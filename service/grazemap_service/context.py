@@ -1,4 +1,4 @@
-"""The objects of one app, which its routes depend on."""
+"""The objects that the routes of one app share, as dependencies of FastAPI."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fastapi import Depends, Request
 from grazemap_service.hub import Hub
 from grazemap_service.keys import Key
 from grazemap_service.metrics import Metrics
-from grazemap_service.representations import Renderings
+from grazemap_service.representations import RepresentationCache
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 
@@ -23,15 +23,15 @@ class Context:
     """The objects of one app."""
 
     settings: ServiceSettings
-    """The settings."""
+    """Settings of the service, from environment variables."""
     core_version: str
     """Version of the core whose results are served."""
     store: Store
-    """The store."""
+    """Jobs, tiles and results in Redis."""
     metrics: Metrics
     """Metrics for Prometheus."""
-    renderings: Renderings
-    """Results rendered as JSON or npz."""
+    representations: RepresentationCache
+    """Results as JSON or npz."""
     hub: Hub
     """Distributes the events of jobs to the requests that follow them."""
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
@@ -49,7 +49,7 @@ CurrentContext = Annotated[Context, Depends(get_context)]
 
 
 async def get_key(request: Request) -> Key | None:
-    """Return the key of a request; None if the service needs no keys."""
+    """Return the API key of a request; None if the service needs no keys."""
     key: Key | None = getattr(request.state, "key", None)
     return key
 

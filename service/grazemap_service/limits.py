@@ -38,7 +38,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: ServiceSetting
         if count.number > count.limit:
             raise _too_much(request.pointer_as_written(count.pointer), *count[1:])
     with np.errstate(all="ignore"):
-        cost = implementation.longest_period(request)
+        cost = implementation.longest_period_cost(request)
     # the oscillator may be so stiff that a single period exceeds the limit
     if cost is not None and not cost / PERIODS_PER_SECOND <= settings.max_seconds:
         raise _too_much("/oscillator", "seconds", cost / PERIODS_PER_SECOND, settings.max_seconds)

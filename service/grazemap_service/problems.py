@@ -21,10 +21,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match
 
+from grazemap.constants import PROBLEM_PREFIX
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
 from grazemap_worker.store import BacklogFull, QuotaExceeded, is_away, is_full, trouble
-from grazemap_worker.store.problems import TYPE_PREFIX
 
 MEDIA_TYPE = "application/problem+json"
 STORE_RETRY_SECONDS = 2
@@ -124,7 +124,11 @@ def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = (
     """Return the problem of a kind; without `detail`, its detail is the meaning of the kind."""
     row = KINDS[kind]
     return Problem(
-        type=TYPE_PREFIX + kind, title=row.title, status=row.status, detail=detail or row.meaning, errors=list(errors)
+        type=PROBLEM_PREFIX + kind,
+        title=row.title,
+        status=row.status,
+        detail=detail or row.meaning,
+        errors=list(errors),
     )
 
 

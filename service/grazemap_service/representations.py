@@ -1,10 +1,10 @@
 """The representations of a result: content negotiation, ETags, and a cache of recently used representations.
 
-The store holds npz; the codec makes JSON from it. The ETag of a representation is the entity tag of the npz with
-the name of the form. It is a strong ETag, because the same npz always gives the same JSON.
+The store holds npz; the codec makes JSON from it. The ETag of a representation is the SHA-256 digest of the npz and
+the name of the form, for example "3f...-json". It is a strong ETag, as the same npz always gives the same JSON.
 
-JSON is many times as large as its npz. Therefore only a few renderings run at a time, equal requests share a rendering,
-and large JSON is made while it is sent, so that it is never complete in memory.
+JSON is many times as large as its npz. Therefore only a few representations are loaded at a time, equal requests share
+one, and large JSON is made while it is sent, so that it is never complete in memory.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 # clients must revalidate: a result that was evicted and computed again with other numerics has another ETag
 _CACHE_CONTROL = "private, no-cache"
-# Minimum number of results that the budget of the cache has room for: a larger result is not kept.
+# A representation is kept only if the cache has room for at least this many of its size.
 _MIN_RESULTS_IN_CACHE = 4
-# JSON of more bytes of arrays is made while it is sent. A larger npz waits while much is being sent.
+# A result of more bytes is large: its JSON is made while it is sent, and it waits while many bytes are being sent.
 LARGE_BYTES = 1 << 20
 # Minimum bytes of a chunk of JSON.
 _CHUNK_BYTES = 1 << 16
-# Maximum number of renderings that run at a time.
+# Maximum number of representations that are loaded at a time.
 _AT_A_TIME = 2
 
 
-def negotiate(accept: str, form: str | None) -> str:
-    """Return the name of the representation to send.
+def negotiate(accept: str, requested_form: str | None) -> str:
+    """Return the form of the representation to send: a key of `MEDIA_TYPES`.
 
     Parameters
     ----------
     accept : str
         The Accept header (RFC 9110 12.5.1), empty if there is none. If weights are equal, the more specific range
         wins, then JSON.
-    form : str or None
+    requested_form : str or None
         The query parameter f, which overrides the Accept header.
 
     Raises
@@ -58,13 +58,13 @@ def negotiate(accept: str, form: str | None) -> str:
         "not-acceptable".
     """
     available = "Available are " + ", ".join(f"{media} (?f={name})" for name, media in MEDIA_TYPES.items()) + "."
-    if form is not None:
-        if form not in MEDIA_TYPES:
+    if requested_form is not None:
+        if requested_form not in MEDIA_TYPES:
             raise ProblemException("not-acceptable", available)
-        return form
+        return requested_form
     ranges = _ranges(accept or "*/*")
-    weights = {name: _weight(media, name, ranges) for name, media in MEDIA_TYPES.items()}
-    best = max(weights, key=lambda name: weights[name])  # max keeps the first of equals
+    weights = {form: _weight(media, form, ranges) for form, media in MEDIA_TYPES.items()}
+    best = max(weights, key=lambda form: weights[form])  # max keeps the first of equals
     if weights[best][0] <= 0:
         raise ProblemException("not-acceptable", available)
     return best
@@ -84,11 +84,11 @@ def _ranges(accept: str) -> list[tuple[str, float]]:
     return ranges
 
 
-def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[float, int]:
+def _weight(media: str, form: str, ranges: list[tuple[str, float]]) -> tuple[float, int]:
     """Return the weight of a media type, and the specificity of the range that determines it (0, 1 or 2; -1: none)."""
     best = (0.0, -1)
     for pattern, weight in ranges:
-        if pattern == media or _ALIASES.get(pattern) == name:
+        if pattern == media or _ALIASES.get(pattern) == form:
             specific = 2
         elif pattern == media.partition("/")[0] + "/*":
             specific = 1
@@ -108,23 +108,23 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
-def cache_headers(stored: str, name: str) -> dict[str, str]:
-    """Return the headers of a representation of a result, from the entity tag of the stored npz."""
-    return {"ETag": f'"{stored}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
+def cache_headers(digest: str, form: str) -> dict[str, str]:
+    """Return the headers of a representation of a result, from the digest of the stored npz."""
+    return {"ETag": f'"{digest}-{form}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
-def render(npz: bytes, name: str) -> bytes:
+def render(npz: bytes, form: str) -> bytes:
     """Return a stored result in the requested form; this takes time for a large result."""
-    return npz if name == "npz" else b"".join(iter_json(*_for_json(npz)))
+    return npz if form == "npz" else b"".join(iter_json(*_for_json(npz)))
 
 
-class Rendering:
+class CachedRepresentation:
     """A representation in memory, which any number of responses may send at the same time.
 
     Attributes
     ----------
     size : int
-        Bytes of memory: those of the representation or, if JSON is made while it is sent, those of the arrays.
+        Bytes of memory: the size of the representation, or the size of the arrays if JSON is made while it is sent.
     length : int or None
         Bytes of the representation; None if JSON is made while it is sent.
     """
@@ -140,39 +140,41 @@ class Rendering:
         return iter((self._content,)) if isinstance(self._content, bytes) else _joined(iter_json(*self._content))
 
 
-class Renderings:
+class RepresentationCache:
     """A cache of representations, which are made from the stored npz and shared by all responses that send them.
 
     Parameters
     ----------
-    hot_bytes : int
-        Budget of the most recently used representations that are kept although no response sends them.
+    cache_bytes : int
+        Maximum bytes of the most recently used representations that are kept while no response sends them.
     sent_bytes : int
         When the representations that are being sent take more bytes, the next large one waits.
     """
 
-    def __init__(self, hot_bytes: int, sent_bytes: int) -> None:
-        self._hot_bytes, self._sent_bytes = hot_bytes, sent_bytes
+    def __init__(self, cache_bytes: int, sent_bytes: int) -> None:
+        self._cache_bytes, self._sent_bytes = cache_bytes, sent_bytes
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
         # a lock exists as long as a request holds it or waits for it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
         self._turn = anyio.Lock()
         self._done = anyio.Event()
-        self._entries: OrderedDict[str, Rendering] = OrderedDict()
+        self._entries: OrderedDict[str, CachedRepresentation] = OrderedDict()
 
     @property
-    def sent(self) -> int:
-        """Bytes of memory of the representations that are being sent."""
+    def bytes_in_use(self) -> int:
+        """Bytes of memory of the representations that are being sent, or are about to be."""
         return sum(entry.size for entry in self._entries.values() if entry.users)
 
-    async def give(self, etag: str, name: str, size: int, load: Callable[[], bytes | None]) -> Rendering | None:
+    async def acquire(
+        self, etag: str, form: str, size: int, load: Callable[[], bytes | None]
+    ) -> CachedRepresentation | None:
         """Return a representation; the caller must call `release` with it. None: the result is no longer stored.
 
         Parameters
         ----------
         etag : str
             ETag of the representation.
-        name : str
+        form : str
             A key of `MEDIA_TYPES`.
         size : int
             Bytes of the stored npz.
@@ -187,38 +189,38 @@ class Renderings:
                 self._entries.move_to_end(etag)
                 return entry
             if size > LARGE_BYTES:
-                return await self._in_turn(etag, name, load)
+                return await self._in_turn(etag, form, load)
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
-            if name == "json" and unpacked_size(npz) > LARGE_BYTES:
-                return await self._in_turn(etag, name, lambda: npz)
-            return self._added(etag, await run_sync(_whole, npz, name, limiter=self._limiter))
+            if form == "json" and unpacked_size(npz) > LARGE_BYTES:
+                return await self._in_turn(etag, form, lambda: npz)
+            return self._add(etag, await run_sync(_whole, npz, form, limiter=self._limiter))
 
-    async def _in_turn(self, etag: str, name: str, load: Callable[[], bytes | None]) -> Rendering | None:
+    async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
         """Return a large representation, after waiting until other representations have been sent."""
         async with self._turn:
-            while self.sent > self._sent_bytes:
+            while self.bytes_in_use > self._sent_bytes:
                 self._done = anyio.Event()
                 await self._done.wait()
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
-            return self._added(etag, await run_sync(_large, npz, name, limiter=self._limiter))
+            return self._add(etag, await run_sync(_large, npz, form, limiter=self._limiter))
 
-    def _added(self, etag: str, entry: Rendering) -> Rendering:
+    def _add(self, etag: str, entry: CachedRepresentation) -> CachedRepresentation:
         entry.users = 1
         self._entries[etag] = entry
         return entry
 
-    def release(self, entry: Rendering) -> None:
+    def release(self, entry: CachedRepresentation) -> None:
         """Record that a response was sent or has failed; drop representations that do not fit into the budget."""
         entry.users -= 1
         kept = 0
         for etag, cached in reversed(list(self._entries.items())):
             if cached.users:
                 continue
-            if cached.size > self._hot_bytes // _MIN_RESULTS_IN_CACHE or kept + cached.size > self._hot_bytes:
+            if cached.size > self._cache_bytes // _MIN_RESULTS_IN_CACHE or kept + cached.size > self._cache_bytes:
                 del self._entries[etag]
             else:
                 kept += cached.size
@@ -228,26 +230,34 @@ class Renderings:
 class ResultResponse(StreamingResponse):
     """A response that sends a representation, and releases it at the end."""
 
-    def __init__(self, rendering: Rendering, renderings: Renderings, name: str, headers: Mapping[str, str]) -> None:
-        length = {} if rendering.length is None else {"Content-Length": str(rendering.length)}
-        super().__init__(rendering.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[name])
-        self._rendering, self._renderings = rendering, renderings
+    def __init__(
+        self,
+        representation: CachedRepresentation,
+        cache: RepresentationCache,
+        form: str,
+        headers: Mapping[str, str],
+    ) -> None:
+        length = {} if representation.length is None else {"Content-Length": str(representation.length)}
+        super().__init__(representation.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[form])
+        self._representation, self._cache = representation, cache
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the representation."""
         try:
             await super().__call__(scope, receive, send)
         finally:
-            self._renderings.release(self._rendering)
+            self._cache.release(self._representation)
 
 
-def _whole(npz: bytes, name: str) -> Rendering:
-    content = render(npz, name)
-    return Rendering(content, len(content))
+def _whole(npz: bytes, form: str) -> CachedRepresentation:
+    content = render(npz, form)
+    return CachedRepresentation(content, len(content))
 
 
-def _large(npz: bytes, name: str) -> Rendering:
-    return Rendering(npz, len(npz)) if name == "npz" else Rendering(_for_json(npz), unpacked_size(npz))
+def _large(npz: bytes, form: str) -> CachedRepresentation:
+    if form == "npz":
+        return CachedRepresentation(npz, len(npz))
+    return CachedRepresentation(_for_json(npz), unpacked_size(npz))
 
 
 def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:

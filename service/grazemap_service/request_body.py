@@ -1,7 +1,7 @@
 """The body of a request: its end, its limits of bytes and of time, and its conversion from JSON.
 
-JSON must be application/json in UTF-8. It must not nest too deep, and an object must have distinct and not too many
-names.
+JSON must be in UTF-8, as application/json or application/...+json. It must not be nested too deeply. The names in an
+object must differ, and there must not be too many.
 
 Routes of the class `JsonRoute` read their body in this way. NaN, Infinity and 1e999 are accepted here as floats, so
 that the models refuse them and name the field.
@@ -39,7 +39,7 @@ class ReadRestOfBody:
     """Reads the rest of the request body before it ends a response that was sent early.
 
     If the connection were closed while the client still sends, it would be reset, and the client might never see the
-    response. A very long body is read only in part. The connection is closed in any case.
+    response. A very long body is read only in part. The connection is closed afterwards, even after the whole body.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -101,7 +101,7 @@ class BodyLimit:
             return
         received, due = 0, anyio.current_time() + REQUEST_SECONDS
 
-        async def counted() -> Message:
+        async def receive_within_limits() -> Message:
             nonlocal received, due
             with anyio.CancelScope(deadline=due) as waiting:
                 message = await receive()
@@ -115,7 +115,7 @@ class BodyLimit:
                 due = math.inf  # the body is complete; further calls wait for the client to disconnect
             return message
 
-        await self.app(scope, counted, send)
+        await self.app(scope, receive_within_limits, send)
 
     def _too_large(self) -> ProblemException:
         return ProblemException("body-too-large", f"The body is over {self.limit} bytes.")
@@ -125,7 +125,7 @@ class JsonRequest(Request):
     """A request whose body is checked before the framework reads it."""
 
     async def body(self) -> bytes:
-        """Return the raw body. Raises ProblemException for a wrong or missing media type, and for an encoded body."""
+        """Return the raw body. Raises ProblemException for a wrong or no media type, and a compressed or empty body."""
         data = await super().body()
         encodings = ",".join(self.headers.getlist("content-encoding")).lower().split(",")
         if any(encoding.strip() not in ("", "identity") for encoding in encodings):
@@ -177,22 +177,22 @@ def parse_json(data: bytes, max_depth: int) -> Any:
         surrogate, or an integer of thousands of digits.
     """
     try:
-        value = json.loads(data.decode("utf-8"), object_pairs_hook=_unique)
+        value = json.loads(data.decode("utf-8"), object_pairs_hook=_object_of_unique_names)
     except UnicodeDecodeError as error:
         raise ProblemException("malformed-json", "The body is not UTF-8.") from error
     except RecursionError as error:
         raise _too_deep(max_depth) from error
     except ValueError as error:
         raise ProblemException("malformed-json", "The body is not JSON.") from error
-    _check(value, max_depth)
+    _check_depth_and_texts(value, max_depth)
     return value
 
 
 def _too_deep(max_depth: int) -> ProblemException:
-    return ProblemException("malformed-json", f"The body nests more than {max_depth} objects and lists.")
+    return ProblemException("malformed-json", f"The body is nested more than {max_depth} levels deep.")
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _object_of_unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(pairs) > _MAX_NAMES:
         raise ProblemException("malformed-json", f"An object of the body has more than {_MAX_NAMES} names.")
     members = dict(pairs)
@@ -201,7 +201,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return members
 
 
-def _check(value: Any, max_depth: int) -> None:
+def _check_depth_and_texts(value: Any, max_depth: int) -> None:
     level = [value]
     for _ in range(max_depth + 1):
         below: list[Any] = []

@@ -67,8 +67,8 @@ class RequestLog:
         route = _route(scope)
         self.metrics.requests.labels(method, route, str(status)).inc()
         self.metrics.latency.labels(method, route).observe(seconds)
-        if key := scope.get("state", {}).get("key"):
-            self.metrics.key_requests.labels(key.name).inc()
+        if api_key := scope.get("state", {}).get("key"):
+            self.metrics.key_requests.labels(api_key.name).inc()
         log = _log.debug if route in _QUIET else _log.info
         log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
 

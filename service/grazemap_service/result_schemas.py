@@ -39,11 +39,11 @@ def result_components() -> dict[str, Schema]:
         components |= _records(schema)
         components[f"{schema.name}Result"] = _result(schema, schema.process, components)
         results.setdefault(schema.process, []).append(schema.name)
-    forms = {process: f"{'Or'.join(names)}Result" for process, names in results.items()}
+    component_names = {process: f"{'Or'.join(names)}Result" for process, names in results.items()}
     for process, names in results.items():
         if len(names) > 1:
-            components[forms[process]] = {"oneOf": [reference(f"{name}Result") for name in names]}
-    components[RESULT] = one_of(forms)
+            components[component_names[process]] = {"oneOf": [reference(f"{name}Result") for name in names]}
+    components[RESULT] = one_of(component_names)
     tiles = {process: f"{_stem(process)}Tile" for process in _TILES}
     for process, record in _TILES.items():
         components[tiles[process]] = _result(record, process, components, tile=True)
@@ -57,13 +57,13 @@ def job_components(job: Schema) -> dict[str, Schema]:
     `job` is the schema of a job of any process.
     """
     components: dict[str, Schema] = {}
-    names = {process: f"{_stem(process)}Job" for process in PROCESSES}
+    names = {process: job_name(process) for process in PROCESSES}
     for process, model in PROCESSES.items():
-        own = {
+        of_process = {
             "process": {"type": "string", "const": process, "title": "Process"},
             "request": {"anyOf": [reference(model.__name__), {"type": "null"}], "title": "Request"},
         }
-        components[names[process]] = {**job, "title": names[process], "properties": {**job["properties"], **own}}
+        components[names[process]] = {**job, "title": names[process], "properties": {**job["properties"], **of_process}}
     components[JOB] = one_of(names)
     return components
 
@@ -83,13 +83,14 @@ def one_of(names: Mapping[str, str]) -> Schema:
 
 
 def _stem(process: str) -> str:
+    """Return the name of a process as a class, for example "UnfoldingMaps"."""
     return PROCESSES[process].__name__.removesuffix("Request")
 
 
 def _result(record: RecordSchema, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
     """Return the schema of a result in JSON, with process, schema and meta; add the schema of meta to `components`."""
     meta = f"{_stem(process)}{'Tile' if tile else ''}Meta"
-    own: dict[str, Schema] = {
+    head: dict[str, Schema] = {
         "process": {"type": "string", "const": process},
         "schema": {"type": "integer", "description": "The version of the layout of results."},
     }
@@ -101,25 +102,25 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
     }
     if tile:
         place = {"index": {"type": "integer"}, "rows": _PAIR, "columns": _PAIR}
-        meta_fields["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
+        meta_fields["tile"] = _object("Position of the tile in the grid, as half-open ranges.", place)
     else:
         meta_fields["notes"] = {"type": "array", "items": reference("Note")}
         units = {"type": "object", "additionalProperties": {"type": "string"}}
         meta_fields["array_units"] = {**units, "description": "The units of the fields that have one, by name."}
-    components[meta] = _object("The metadata of a result.", {**own, **meta_fields})
+    components[meta] = _object(f"The metadata of a {'tile' if tile else 'result'}.", {**head, **meta_fields})
     json_fields = _json_fields(record) if not tile else ()
     fields = {field.name: _property(field) for field in (*record, *json_fields)}
-    required = [*own, *(field.name for field in (*record, *json_fields) if not field.optional), "meta"]
-    return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
+    required = [*head, *(field.name for field in (*record, *json_fields) if not field.optional), "meta"]
+    return _object(record.description, {**head, **fields, "meta": reference(meta)}, required)
 
 
 def _json_fields(record: RecordSchema) -> tuple[Field, ...]:
-    """Return the fields that a result has in JSON only."""
+    """Return the fields that a result has in JSON only, and always there."""
     return tuple(field.varied(when="") for field in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
 def _records(record: RecordSchema) -> Iterator[tuple[str, Schema]]:
-    """Yield the components of all records inside a record."""
+    """Yield (name, schema) of each record that is the type of a field of a record, and of the records inside it."""
     for field in (*record, *_json_fields(record)):
         if isinstance(field.type, RecordSchema):
             yield from _records(field.type)
@@ -161,7 +162,6 @@ def _property(field: Field) -> Schema:
 
 def _description(field: Field) -> str:
     dims = f" [{', '.join(field.dims)}]" if field.dims else ""
-    unit = f" {field.unit} in SI." if field.unit else ""
     when = f" Only {field.when}." if field.when else ""
     index = f" A position in `{field.index_of}`." if field.index_of else ""
-    return field.description + index + unit + when + dims
+    return field.description + index + field.unit_sentence + when + dims

@@ -61,7 +61,7 @@ def repair(data: Path) -> str:
         done = append_only.repair(data / REDIS, find_redis_server())
     if done is None:
         return f"{data}: nothing is damaged"
-    return f"{done.file} is damaged: {done.lost_bytes} bytes are cut off; the original is in {done.original}"
+    return f"{done.first_damaged} is damaged: {done.lost_bytes} bytes are cut off; the original is in {done.copies}"
 
 
 def backup(data: Path, output: Path) -> str:

@@ -22,7 +22,7 @@ YOUNG_SECONDS = 60.0
 
 
 class TemporaryFolder:
-    """A private folder. `close` removes it, or `remove_abandoned` after the end of this process and its children.
+    """A private folder. `close` removes it; if the process is killed before, `remove_abandoned` does at a later start.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def remove_abandoned() -> None:
     """Remove this user's temporary folders that are not in use."""
     for base in {tempfile.gettempdir(), "/tmp"}:
         for folder in Path(base).glob(f"{PREFIX}*"):
-            with contextlib.suppress(OSError):  # another process removes it, or it is another user's
+            with contextlib.suppress(OSError):  # in use, without a lock file, or being removed by another process
                 _remove_if_abandoned(folder)
 
 

@@ -17,7 +17,7 @@ from grazemap_core.contact.cell_problem import (
     stops_of,
     trajectory_models,
 )
-from grazemap_core.contact.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, HALF, OK, TIME, UNDECIDED, workspace
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -139,7 +139,7 @@ def first_impacts(oscillator: Oscillator, omega: float, start: float, clearances
         stops = stops_of(oscillator, clearance, problem)
         assert run_recorded(problem, held, stops, u, 0, 2, history, work) == (OK, 2)
         assert work.tally[UNDECIDED] == 0.0
-        if work.cursor[ROWS] > 0:
+        if work.cursor[EVENT_COUNT] > 0:
             phases[k] = math.pi * work.events[0, HALF] + omega * work.events[0, TIME]
     return phases
 

@@ -8,7 +8,7 @@ import numpy as np
 from flint import acb, arb
 
 from grazemap_core.grazing.codimension_two import CodimensionTwoPoint, codimension_two_points
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator

@@ -18,7 +18,7 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
@@ -53,10 +53,10 @@ class System(NamedTuple):
         """Return clearances as maps take them."""
         return values if self.left is None else np.stack([values, np.full(len(values), self.left)], axis=1)
 
-    def settlers(self) -> tuple[Settler, Settler]:
+    def runners(self) -> tuple[Runner, Runner]:
         """Return what names motions, and what runs them on."""
-        lasting = Settling(RUN_ON, 32, early=False, linearised=False)
-        return Settler(self.oscillator, Settling(PERIODS, 32, linearised=False)), Settler(self.oscillator, lasting)
+        lasting = RunSettings(RUN_ON, 32, early=False, linearised=False)
+        return Runner(self.oscillator, RunSettings(PERIODS, 32, linearised=False)), Runner(self.oscillator, lasting)
 
 
 SYSTEMS = {
@@ -72,13 +72,13 @@ class Column(NamedTuple):
     """One frequency of a system's map."""
 
     system: System
-    settler: Settler
+    runner: Runner
     omega: float
 
     def run(self, clearances: Floats) -> tuple[Integers, Floats]:
         """Codes and figures of the points, from rest."""
-        steady = self.settler.steady(np.array([self.omega]))[0]
-        found = self.settler.run(self.omega, steady, self.system.clearances(clearances), AtRest())
+        steady = self.runner.steady(np.array([self.omega]))[0]
+        found = self.runner.run(self.omega, steady, self.system.clearances(clearances), AtRest())
         return found[0][:, 0], found[1][:, 0]
 
     def labels(self, found: Integers) -> list[tuple[int, ...] | None]:
@@ -147,13 +147,13 @@ def _beside(column: Column, rng: np.random.Generator) -> tuple[int, Floats]:
 def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Counter[str], list[Point]]:
     """Count what the points of a system are; return verified ones to be run in 50 digits, about `exact` in number."""
     rng = np.random.default_rng(len(name))
-    settler, lasting = system.settlers()
+    runner, lasting = system.runners()
     counts: Counter[str] = Counter()
     sample: list[Point] = []
     while counts["borders"] < borders and counts["columns"] < COLUMNS:
         counts["columns"] += 1
         omega = float(rng.uniform(*system.omega))
-        column = Column(system, settler, omega)
+        column = Column(system, runner, omega)
         found, clearances = _beside(column, rng)
         counts["borders"] += found
         if found == 0:
@@ -165,7 +165,7 @@ def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Coun
         for reason in results[resolved & ~verified, lane_state.UNVERIFIED]:
             counts[REASONS[int(reason)].partition(":")[0]] += 1
         chosen = np.flatnonzero(verified)
-        then = column.labels(column._replace(settler=lasting).run(clearances[chosen])[0]) if len(chosen) else []
+        then = column.labels(column._replace(runner=lasting).run(clearances[chosen])[0]) if len(chosen) else []
         for i, later in zip(chosen, then, strict=True):
             counts["run on"] += later is not None
             if later is not None and later != column.labels(results[i : i + 1])[0]:
@@ -179,21 +179,21 @@ def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Coun
 def zoomed(name: str, system: System, zooms: int) -> Counter[str]:
     """Count what the points of small maps are, each about a border, and how many verified ones go elsewhere later."""
     rng = np.random.default_rng(100 + len(name))
-    settler, lasting = system.settlers()
+    runner, lasting = system.runners()
     counts: Counter[str] = Counter()
     while counts["zooms"] < zooms:
         omega = float(rng.uniform(*system.omega))
-        column = Column(system, settler, omega)
+        column = Column(system, runner, omega)
         intervals = _intervals(column)
         if not intervals:
             continue
         middle, width = _border(column, *rng.choice(intervals))[0], 10.0 ** rng.uniform(-6, -4)
         clearances = middle * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM))
         for one in omega * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM)):
-            column = Column(system, settler, float(one))
+            column = Column(system, runner, float(one))
             results, _ = column.run(clearances)
             verified = _is_verified(results)
-            later = column.labels(column._replace(settler=lasting).run(clearances)[0])
+            later = column.labels(column._replace(runner=lasting).run(clearances)[0])
             counts["points"] += ZOOM
             counts["verified"] += int(verified.sum())
             for label, then, sure in zip(column.labels(results), later, verified, strict=True):

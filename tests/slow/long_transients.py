@@ -21,9 +21,9 @@ import numpy as np
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import both_clearances, free_state
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.orbits.kernels.verification import verify
 from grazemap_core.simulation.start import forced_oscillator
@@ -52,20 +52,20 @@ class Capture:
         oscillator = point.oscillator
         self.point, self.forced = point, forced_oscillator(oscillator, point.omega, point.clearance)
         self.models, self.steady = self.forced.models, self.forced.steady
-        self.settler = Settler(oscillator, Settling(MAX_PERIODS, 32, linearised=False))
+        self.runner = Runner(oscillator, RunSettings(MAX_PERIODS, 32, linearised=False))
         clearances = np.array([both_clearances(point.clearance)])
-        found = self.settler.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
+        found = self.runner.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
         self.halves = int(found[lane_state.HALVES_RUN])
         self.captured = found[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES)
         self.problem, self.held = self.forced.problems(0.0)
-        self.scratch = self.settler._scratch["verification"]
+        self.scratch = self.runner._scratch["verification"]
         self.arrival = self.scratch.capture.arrival.copy()
         self.length = point.period * (1 if point.symmetric else 2)
         self.count = (point.right + point.left) // (2 if point.symmetric else 1)
 
     def arrived(self) -> int:
         """The number of half periods after which the state was `arrival`."""
-        states = self.settler._scratch["history"].states
+        states = self.runner._scratch["history"].states
         for halves in range(self.halves, max(0, self.halves - states.shape[0]), -1):
             if np.array_equal(states[halves % states.shape[0], :, 0], self.arrival.ravel()):
                 return halves
@@ -75,14 +75,14 @@ class Capture:
         """The distance of a state from the orbit, in units of that at which it is captured."""
         self.scratch.capture.arrival[...] = state
         args = self.forced.stops, self.count, self.length, 1e6, 0.0
-        found = verify(self.problem, self.settler._blocks, self.scratch, *args)
+        found = verify(self.problem, self.runner._blocks, self.scratch, *args)
         return float(found.ratio) if found.reason == RESOLVED else np.inf
 
     def centre(self) -> Floats | None:
         """The orbit at the phase of the arrival; None where the approach is too slow."""
         u, work = self.arrival.copy(), workspace(self.arrival.shape[0], 4096)
         for half in range(1, LONGEST + 1):
-            work.cursor[ROWS] = 0
+            work.cursor[EVENT_COUNT] = 0
             if half_period.run_half(self.problem, self.held, self.forced.stops, u, half - 1, work) != OK:
                 return None
             if half % (16 * self.length) == 0 and self.distance(u) < CENTRE:

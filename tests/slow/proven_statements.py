@@ -37,9 +37,9 @@ from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.proofs.bifurcations import bifurcation
-from grazemap_core.proofs.certificates import Document, Search, Undecided, exact_inputs, exact_oscillator, inputs
+from grazemap_core.proofs.certificates import Document, ProofSearch, Undecided, exact_inputs, exact_oscillator, inputs
 from grazemap_core.proofs.orbits import orbit_theorem
-from grazemap_core.proofs.prove import KINDS, Proof, prove
+from grazemap_core.proofs.prove import PROOF_ATTEMPTS, Proof, prove
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.general_systems import random_system
 from tests.support.oscillators import DEFAULT
@@ -160,7 +160,7 @@ def of_point(point: SpecialPoint, parameter: str) -> Proof:
     here = {"omega": repr(point.omega), "clearance": repr(point.clearance)}
     bounds = [repr(value * (1.0 - 1e-6)), repr(value * (1.0 + 1e-6))]
     stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
-    with patch.dict(KINDS, bifurcation=lambda search, request: iter([bifurcation(search, request, point)])):
+    with patch.dict(PROOF_ATTEMPTS, bifurcation=lambda search, request: iter([bifurcation(search, request, point)])):
         return prove(DEFAULT, stated, DIGITS)
 
 
@@ -183,7 +183,7 @@ def unchecked(branch: OrbitBranch, place: int) -> Proof:
 def solution(omega: float, clearance: float, sequence: ImpactSequence) -> Proof:
     """A certificate that no checker has seen."""
     data = exact_oscillator(DEFAULT)
-    search = Search(DEFAULT, Machine(OSCILLATOR(data, "the oscillator")), DIGITS)
+    search = ProofSearch(DEFAULT, Machine(OSCILLATOR(data, "the oscillator")), DIGITS)
     place = inputs(search, {"omega": repr(omega), "clearance": repr(clearance)})
     with ctx.workprec(search.bits):
         theorem = orbit_theorem(search, exact_inputs(place), omega, sequence)

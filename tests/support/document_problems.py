@@ -48,7 +48,7 @@ def _value_problems(one: Field, value: Any, at: str, sizes: dict[str, int]) -> I
         pair = one.type == "complex"
         yield from _size_problems(one.dims, array.shape[:-1] if pair else array.shape, at, sizes)
         found = "str" if array.dtype.kind == "U" else str(array.dtype)
-        if found != one.stored_dtype and not (one.texts and array.size == 0):
+        if found != one.stored_dtype and not (one.is_tuple and array.size == 0):
             yield f"{at} is {found}, not {one.stored_dtype}"
         yield from _number_problems(one, array, at)
     else:

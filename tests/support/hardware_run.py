@@ -1,7 +1,7 @@
 """A small set of computations, for a process of its own: `python hardware_run.py OUT.npz SIZE [--vector-only]`.
 
 What the kernels are compiled for is decided by the environment of the process (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX,
-NUMBA_DISABLE_JIT ...). With `--vector-only` the kernels of `lanes` and `multi_impact_cell`, which are vector
+NUMBA_DISABLE_JIT ...). With `--vector-only` the kernels of `first_pass` and `second_pass`, which are vector
 instructions, are compiled, and all others interpreted: seconds instead of minutes.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 
 import grazemap_core
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit import by_address
-from grazemap_core.numerics.jit.by_address import ApartKernel
+from grazemap_core.numerics.jit import kernel_pointers
+from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
 
 DEFAULT = ([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCES = 0.29, np.array([1.0, 1.5, 1.55, 1.65, 1.75, 2.05])
@@ -29,16 +29,16 @@ SIZES = {
     "small": ([0.29], 60, 2),
     "full": ([0.27, 0.28, 0.29], 400, 40),
 }
-VECTOR = ("lanes", "multi_impact_cell", "compiled")
+VECTOR = ("first_pass", "second_pass", "compiled")
 
 
 def interpret_all_but(modules: tuple[str, ...]) -> None:
     """Put the Python functions back in place of compiled kernels, wherever they were imported, but for some modules."""
     names = [info.name for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")]
-    by_address.INTERPRETED = True  # kernels that others call by their addresses
+    kernel_pointers.INTERPRETED = True  # kernels that others call by their addresses
     for module in [importlib.import_module(name) for name in (*names, "benchmarks.ensemble")]:
         for name, kernel in list(vars(module).items()):
-            function = None if isinstance(kernel, ApartKernel) else getattr(kernel, "py_func", None)
+            function = None if isinstance(kernel, PointerKernel) else getattr(kernel, "py_func", None)
             if function is not None and function.__module__.rsplit(".", 1)[-1] not in modules:
                 setattr(module, name, function)
 

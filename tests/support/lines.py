@@ -10,26 +10,26 @@ from numpy.typing import ArrayLike, NDArray
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.continuation.parameters import ParameterPoint
-from grazemap_core.maps.planes import Axis, Line
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.planes import Axis, ParameterLine
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import named_arrays
 from grazemap_core.model.oscillator import Oscillator
 
 
-def line(oscillator: Oscillator, vary: str, values: ArrayLike, fixed: Clearance) -> Line:
+def line(oscillator: Oscillator, vary: str, values: ArrayLike, fixed: Clearance) -> ParameterLine:
     """Return the values of omega, or of the clearance of both stops; the other one is fixed."""
     omega, clearance = (1.0, fixed) if vary == "omega" else (fixed, 1.0)
     assert isinstance(omega, float)
     at = ParameterPoint.of(oscillator, omega, clearance)
-    return Line(oscillator, at, Axis(vary, np.array(values, dtype=np.float64)))
+    return ParameterLine(oscillator, at, Axis(vary, np.array(values, dtype=np.float64)))
 
 
 def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods: int) -> dict[str, NDArray[Any]]:
     """Return the map (n, 1) at one frequency, of clearances (n,) of both stops or (n, 2) of each, side by side."""
-    task = Settling(max_periods, 32)
-    settler = Settler(oscillator, task)
-    steady = settler.steady(np.array([omega]))[0]
-    found = settler.run(omega, steady, clearances, AtRest())
+    task = RunSettings(max_periods, 32)
+    runner = Runner(oscillator, task)
+    steady = runner.steady(np.array([omega]))[0]
+    found = runner.run(omega, steady, clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in found)
     return named_arrays(codes, figures, ensemble=False, preview=False)

@@ -17,7 +17,7 @@ from pathlib import Path
 _COMPILED_AHEAD = runpy.run_path(str(Path(__file__).parents[2] / "core/grazemap_core/compiled_ahead.py"))
 
 SETTINGS: dict[str, str] = {
-    **_COMPILED_AHEAD["TARGET"],
+    **_COMPILED_AHEAD["PROCESSOR"],
     "NPY_ENABLE_CPU_FEATURES": "X86_V3",
     "OPENBLAS_CORETYPE": "Haswell",
     "OPENBLAS_NUM_THREADS": "1",

@@ -25,7 +25,7 @@ from grazemap_worker import logs, tasks
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
-from grazemap_worker.processes.conversion import Report, joined
+from grazemap_worker.processes.conversion import Report, join_tiles
 from grazemap_worker.queue import tile_worker  # noqa: F401
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import WaitingJob, WorkerInfo, core_version
@@ -82,7 +82,7 @@ def planted(mode: str) -> Process:
     def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
         if mode == "busy":
             compute_for(BUSY_SECONDS)
-        return joined(plan, tiles)
+        return join_tiles(plan, tiles)
 
     return Process(tile=tile, assembled=assembled)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.contact.cell_problem import Clearance
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.drive import Harmonic, force
 from grazemap_core.model.matrices import Matrices

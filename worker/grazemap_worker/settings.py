@@ -27,19 +27,19 @@ def available_cores() -> int:
 
 
 def default_cache_dir() -> Path:
-    """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR, else in XDG_CACHE_HOME, else in ~/.cache."""
+    """Return the folder for compiled kernels unless GRAZEMAP_CACHE_DIR is set: in XDG_CACHE_HOME, else in ~/.cache."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
 
 
-def default_memory(workers: int, machine: int | None) -> int:
-    """Return the bytes that the computation of a tile may allocate; `machine` is the memory of the machine in bytes."""
-    if machine is None:
+def default_memory(workers: int, machine_bytes: int | None) -> int:
+    """Return the bytes that the computation of a tile may allocate; `machine_bytes` is the memory of the machine."""
+    if machine_bytes is None:
         return _MAX_MEMORY
-    return min(_MAX_MEMORY, max(_MIN_MEMORY, machine // (workers + 2)))
+    return min(_MAX_MEMORY, max(_MIN_MEMORY, machine_bytes // (workers + 2)))
 
 
-def _default_memory(valid: dict[str, Any]) -> int:
-    return default_memory(valid.get("workers", 1), machine_memory())
+def _default_memory(validated_fields: dict[str, Any]) -> int:
+    return default_memory(validated_fields.get("workers", 1), machine_memory())
 
 
 class WorkerSettings(RedisSettings):
@@ -48,14 +48,14 @@ class WorkerSettings(RedisSettings):
     workers: Annotated[int, Field(ge=1, le=1024, description="Worker processes.")] = Field(
         default_factory=available_cores
     )
-    cache_dir: Annotated[Path, Field(description="Folder for compiled kernels; made private.")] = Field(
+    cache_dir: Annotated[Path, Field(description="Folder for compiled kernels; only this user can open it.")] = Field(
         default_factory=default_cache_dir
     )
     # read by grazemap_core.compiled_ahead, before anything else is imported
-    kernels: Annotated[Literal["ahead", "native"], Field(description="Whether those compiled ahead are used.")] = (
-        "ahead"
-    )
-    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = (
+    kernels: Annotated[
+        Literal["ahead", "native"], Field(description="Kernels compiled ahead of time, or on this machine.")
+    ] = "ahead"
+    result_bytes: Annotated[int, Field(gt=0, description="Budget of all results and tiles in Redis.")] = (
         DEFAULT_RESULT_BYTES
     )
     memory_bytes: Annotated[int, Field(ge=_MIN_MEMORY, description="Memory for the computation of a tile.")] = Field(

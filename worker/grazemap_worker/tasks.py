@@ -153,7 +153,7 @@ def _give_back(lost: Iterable[tuple[str, int, str]], context: WorkerContext) -> 
 
 
 class _Interruptions:
-    """The short tiles that a worker computes while the compute process of a long tile is stopped."""
+    """The short tiles that a worker computes while the compute process of a long tile is paused."""
 
     def __init__(self, context: WorkerContext) -> None:
         self._context = context
@@ -163,7 +163,7 @@ class _Interruptions:
     def next(self, activity: Activity) -> Callable[[], None] | None:
         """Claim a short tile, and return a function that computes it and further ones; None if none waits long enough.
 
-        `activity` is that of the compute process, which is to be stopped while the function runs.
+        `activity` is that of the compute process, which is to be paused while the function runs.
         """
         if activity != self._activity:
             self._activity, self._not_before = activity, time.monotonic() + STOPPED_AFTER_SECONDS
@@ -175,16 +175,17 @@ class _Interruptions:
             return None if claim is None else partial(self._compute, claim, activity.job_id)
         return None
 
-    def _claim(self, stopped: str, waited: float) -> Claim | None:
-        return self._context.store.tiles.claim_beside(self._context.worker, LEASE_SECONDS, stopped, waited)
+    def _claim(self, paused_job: str, min_wait_seconds: float) -> Claim | None:
+        tiles, worker = self._context.store.tiles, self._context.worker
+        return tiles.claim_beside(worker, LEASE_SECONDS, paused_job, min_wait_seconds)
 
-    def _compute(self, first: Claim, stopped: str) -> None:
+    def _compute(self, first: Claim, paused_job: str) -> None:
         began = time.monotonic()
         claim: Claim | None = first
         while claim is not None:
             _compute_in_process(claim, self._context)
             is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
-            claim = None if is_over else self._claim(stopped, 0.0)
+            claim = None if is_over else self._claim(paused_job, 0.0)
         share = LANE_WEIGHTS["long"] / LANE_WEIGHTS["short"]
         self._not_before = time.monotonic() + share * (time.monotonic() - began)
 
@@ -216,9 +217,9 @@ def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _In
     end = process.watch(is_wanted, interruptions.next) if interruptions else process.watch(is_wanted)
     activity = state.read()
     if end.kind == "timeout" and activity.limited_by_job:
-        store.jobs.stop_costly(activity.job_id)
+        store.jobs.end_costly(activity.job_id)
     lost = store.tiles.claims_of(worker.name)
-    if interruptions is None:  # this worker also holds the tile of the compute process that is stopped
+    if interruptions is None:  # this worker also holds the tile of the compute process that is paused
         lost = [claimed for claimed in lost if claimed[0] == claim.job_id]
     if end.kind is not None:
         structlog.get_logger("grazemap_worker").warning(
@@ -229,7 +230,7 @@ def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _In
         return
     for job_id, tile, holder in lost:
         if end.kind == "timeout" and activity.seconds == max_seconds:
-            store.tiles.overran(job_id, tile, holder, max_seconds)
+            store.tiles.move_to_next_lane(job_id, tile, holder, max_seconds)
         else:
             store.tiles.record_failure(job_id, tile, end.kind or "lost", holder, end.limit)
 
@@ -299,7 +300,7 @@ def _commit(finished: list[Finished], context: WorkerContext) -> list[int]:
         if remaining == _NO_SPACE:
             context.store.jobs.fail(result.claim.job_id, full_problem())
         elif remaining == _COSTLY:
-            context.store.jobs.stop_costly(result.claim.job_id)
+            context.store.jobs.end_costly(result.claim.job_id)
     return answers
 
 

@@ -36,7 +36,7 @@ At the maximum a period of one trajectory takes about 10 ms, a point of a map wi
 MAX_TABLED_CELLS = 64
 """Maximum number of cells of a tabulated flow; longer flows are composed of several."""
 
-UNIT = Stops._fields.index("unit")
+STOPS_UNIT = Stops._fields.index("unit")
 """Column of `stops_table`."""
 
 
@@ -89,8 +89,8 @@ def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float
 def _gaps(oscillator: Oscillator, clearance: Clearance) -> tuple[float, float]:
     """Return the gaps of both stops from the equilibrium. Raises as `stops_between`."""
     right, left = clearance if isinstance(clearance, tuple) else (clearance, clearance)
-    for one in (right, left):
-        if one is not None and not (one == 0.0 or SMALLEST_NUMBER <= abs(one) <= LARGEST_NUMBER):
+    for gap in (right, left):
+        if gap is not None and not (gap == 0.0 or SMALLEST_NUMBER <= abs(gap) <= LARGEST_NUMBER):
             raise ParameterError(
                 "clearance", f"every number must be 0 or between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g} in size"
             )
@@ -125,8 +125,8 @@ def stops_table(
     `amplitude`, or (n,), bounds the steady motion of q.
     """
     numbers = restitution.ravel().tolist()
-    known = {one: followed_chatter_impacts(one, cells) for one in set(numbers)}
-    chatter = np.array([known[one] for one in numbers]).reshape(-1, 2)
+    known = {number: followed_chatter_impacts(number, cells) for number in set(numbers)}
+    chatter = np.array([known[number] for number in numbers]).reshape(-1, 2)
     settling = np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0)
     right, left = gaps.T
     alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
@@ -170,7 +170,7 @@ def cell_problem(
         Forcing phase at t = 0.
     """
     model, oscillator = models.free, models.oscillator
-    highest = max(one.order for one in oscillator.forces)
+    highest = max(harmonic.order for harmonic in oscillator.forces)
     cells = cells_per_period([model] if models.held is None else [model, models.held], omega, highest)
     step = cell_length(omega, cells)
     flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, model.size, 8))

@@ -69,7 +69,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     ----------
     model : HeldModel
     free_steady : complex, shape (H, 2, N + 1)
-        That of the whole structure, from `reference_response`.
+        Steady motion of the whole structure, from `reference_response`.
     omega, phase : float
         Forcing frequency, and forcing phase at t = 0.
     cells : int
@@ -78,7 +78,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     oscillator, constrained, blocks = model.oscillator, model.constrained, model.held
     size, count = oscillator.size, oscillator.size - 1
     exists = blocks is not None or count == 0  # otherwise the motion has no accurate closed form
-    forces = [one.amplitudes(np.array([omega]))[0] for one in oscillator.forces]
+    forces = [harmonic.amplitudes(np.array([omega]))[0] for harmonic in oscillator.forces]
     steady = np.zeros((len(forces), count), dtype=np.complex128)
     if blocks is not None:
         steady, exists = _held_steady(model, blocks, forces, omega)
@@ -102,7 +102,7 @@ def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int,
     """Return the arrays for another forcing phase at t = 0; the contact does not rest."""
     factors = _phase_factors(model.oscillator, cells, phase)
     steady = (held.steady[..., 0] + 1j * held.steady[..., 1])[:, model.constrained.others]
-    forces = [one.amplitudes(np.array([omega]))[0] for one in model.oscillator.forces]
+    forces = [harmonic.amplitudes(np.array([omega]))[0] for harmonic in model.oscillator.forces]
     acceleration = _harmonic_acceleration(model, forces, steady, omega, held.exists)
     return held._replace(
         phase_factors=real_and_imaginary(factors),
@@ -116,7 +116,7 @@ def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int,
 
 def harmonic_orders(oscillator: Oscillator) -> Floats:
     """Return the orders of the harmonics of the forces, (H,), as the kernels take them."""
-    return np.array([float(one.order) for one in oscillator.forces])
+    return np.array([float(harmonic.order) for harmonic in oscillator.forces])
 
 
 def _held_steady(model: HeldModel, blocks: ModalModel, forces: list[Complexes], omega: float) -> tuple[Complexes, bool]:
@@ -125,13 +125,13 @@ def _held_steady(model: HeldModel, blocks: ModalModel, forces: list[Complexes], 
     assert constrained.structure is not None
     row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
     steady = np.zeros((len(forces), blocks.size), dtype=np.complex128)
-    for h, one in enumerate(model.oscillator.forces):
+    for h, harmonic in enumerate(model.oscillator.forces):
         on_basis = forces[h][None] @ constrained.basis
         if np.any(on_basis):
-            found = constrained.structure.response(np.array([one.order * omega]), on_basis, row)
-            steady[h] = found.amplitudes[0]
-            resonant = resonant_modes(blocks, np.array([omega]), one.order, HELD_RESONANT_GAIN)
-            exists = exists and bool(found.exists[0]) and not bool(np.any(resonant))
+            response = constrained.structure.response(np.array([harmonic.order * omega]), on_basis, row)
+            steady[h] = response.amplitudes[0]
+            resonant = resonant_modes(blocks, np.array([omega]), harmonic.order, HELD_RESONANT_GAIN)
+            exists = exists and bool(response.exists[0]) and not bool(np.any(resonant))
     return steady, exists
 
 
@@ -155,19 +155,19 @@ def _harmonic_acceleration(
     """
     oscillator, constrained = model.oscillator, model.constrained
     result = np.zeros(len(steady), dtype=np.complex128)
-    for h, one in enumerate(oscillator.forces):
+    for h, harmonic in enumerate(oscillator.forces):
         force = complex(np.sum(oscillator.jump * forces[h]))
         if exists:
             rows = zip(constrained.stiffness_row.tolist(), constrained.damping_row.tolist(), strict=True)
             for (stiff, viscous), amplitude in zip(rows, steady[h].tolist(), strict=True):
-                force -= (stiff + 1j * one.order * omega * viscous) * amplitude
+                force -= (stiff + 1j * harmonic.order * omega * viscous) * amplitude
         result[h] = force / oscillator.effective_mass
     return result
 
 
 def _phase_factors(oscillator: Oscillator, cells: int, phase: float) -> Complexes:
     """Return exp(i order phase) of every harmonic at the boundaries of the cells, shape (H, cells + 1)."""
-    orders = [one.order for one in oscillator.forces]
+    orders = [harmonic.order for harmonic in oscillator.forces]
     return np.stack([whole_period(np.exp(1j * (k * phase)) * half_period_phases(cells, k), k) for k in orders])
 
 
@@ -194,9 +194,9 @@ def half_period_phases(cells: int, order: int = 1) -> Complexes:
     angle = np.where(steep, cells - 4 * k, 4 * k) * (math.pi / (2 * cells))
     c, s = np.cos(angle), np.sin(angle)
     first = np.where(back, -1.0, 1.0) * np.where(steep, s, c) + 1j * np.where(steep, c, s)
-    found = np.where(below, -first, first)
-    found.setflags(write=False)
-    return found
+    factors = np.where(below, -first, first)
+    factors.setflags(write=False)
+    return factors
 
 
 def real_and_imaginary(values: Complexes) -> Floats:

@@ -29,7 +29,7 @@ _TERMS = TAYLOR_DEGREE + 1
 
 
 @dataclass(frozen=True, eq=False)
-class _Grid:
+class _CellGrid:
     """The cells of half a forcing period."""
 
     omega: float
@@ -42,7 +42,7 @@ class _Grid:
     """(cells/2 + 1,) exp(i s t) at the boundaries of the cells."""
 
     @classmethod
-    def of(cls, harmonic: Harmonic, omega: float, step: float, cells: int) -> _Grid:
+    def of(cls, harmonic: Harmonic, omega: float, step: float, cells: int) -> _CellGrid:
         """Return the grid of a harmonic, with so many cells of a length in a forcing period."""
         half, order = half_period_phases(cells, harmonic.order), harmonic.order
         return cls(omega, order * omega, step, np.append(half, -1.0 if order % 2 == 1 else 1.0))
@@ -79,7 +79,7 @@ class _ResonantMode:
     """(cells/2 + 1,) y' at the cell boundaries."""
 
     @classmethod
-    def of(cls, model: ModalModel, j: int, forcing: Complexes, row: Floats, grid: _Grid) -> _ResonantMode:
+    def of(cls, model: ModalModel, j: int, forcing: Complexes, row: Floats, grid: _CellGrid) -> _ResonantMode:
         """Return mode j of a model, with its forcing (2,) and its row of `CellProblem.output_row` (4,)."""
         decay, square = float(model.decay[j]), float(model.frequency_squared[j])
         first, second = complex(forcing[0]), complex(forcing[1])
@@ -94,7 +94,7 @@ class _ResonantMode:
         slope = np.asarray(states @ row[2:] + rate * grid.phases)
         return cls(decay, square, force, rate, states, place, slope)
 
-    def bound(self, order: int, grid: _Grid) -> float:
+    def bound(self, order: int, grid: _CellGrid) -> float:
         """Return a bound of the derivative of y of this order within half a forcing period.
 
         The norm sqrt(w^2 y^2 + y'^2) of any derivative increases at most at the rate of its forcing.
@@ -107,7 +107,7 @@ class _ResonantMode:
         initial = math.hypot(frequency * abs(first), abs(second))
         return (initial + abs(self.force) * grid.s**order * math.pi / grid.omega) / frequency
 
-    def series(self, grid: _Grid) -> Complexes:
+    def series(self, grid: _CellGrid) -> Complexes:
         """Return the series of y over every cell, scaled to t in [0, 1], shape (cells/2, terms)."""
         step = grid.step
         forced = grid.series(self.force * step * step * grid.phases[:-1])
@@ -134,7 +134,7 @@ def reference_motion(
     Parameters
     ----------
     model : ModalModel
-        That of the oscillator.
+        The oscillator's modal model.
     steady : complex (H, 2, N + 1)
         From `reference_response`.
     step : float
@@ -147,7 +147,7 @@ def reference_motion(
         As in `CellProblem`.
     """
     at, orders = np.array([omega]), harmonic_orders(oscillator)
-    resonant = [resonant_modes(model, at, one.order)[0] & bool(oscillator.drive) for one in oscillator.forces]
+    resonant = [resonant_modes(model, at, harmonic.order)[0] & bool(oscillator.drive) for harmonic in oscillator.forces]
     states = model.size if np.any(resonant) else 0
     if len(orders) == 1 and orders[0] == 1.0 and states == 0:
         amplitude, turn = complex(steady[0, 0, model.size]), complex(np.exp(1j * phase))
@@ -170,9 +170,16 @@ def reference_motion(
         }
     parts = [
         _HarmonicPart.of(
-            oscillator, model, one, steady[h], _Grid.of(one, omega, step, cells), phase, output_row, resonant[h]
+            oscillator,
+            model,
+            harmonic,
+            steady[h],
+            _CellGrid.of(harmonic, omega, step, cells),
+            phase,
+            output_row,
+            resonant[h],
         )
-        for h, one in enumerate(oscillator.forces)
+        for h, harmonic in enumerate(oscillator.forces)
     ]
     return {
         "steady_table": np.concatenate([_total(parts, 0, "boundaries"), _total(parts, 1, "boundaries")[1:]]),
@@ -241,10 +248,10 @@ class _HarmonicPart:
     harmonic: Harmonic
     """The harmonic of the forces."""
     amplitude: complex
-    """Of q in the steady motion of the modes that are not resonant, at phase 0."""
+    """Amplitude of q in the steady motion of the modes that are not resonant, at phase 0."""
     turn: complex
     """exp(i order phase)."""
-    grid: _Grid
+    grid: _CellGrid
     """The cells of the half period."""
     modes: dict[int, _ResonantMode]
     """The resonant modes, by their index."""
@@ -264,7 +271,7 @@ class _HarmonicPart:
         model: ModalModel,
         harmonic: Harmonic,
         steady: Complexes,
-        grid: _Grid,
+        grid: _CellGrid,
         phase: float,
         output_row: Floats,
         resonant: Booleans,
@@ -297,8 +304,8 @@ class _HarmonicPart:
 
     def bound(self, derivative: int) -> float:
         """Return a bound of a derivative of the part of q."""
-        s, found = self.grid.s, abs(self.amplitude)
-        return found * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
+        s, amplitude = self.grid.s, abs(self.amplitude)
+        return amplitude * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
 
     @cached_property
     def boundaries(self) -> Floats:

@@ -22,7 +22,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 from grazemap_core.records import dataclass
 
@@ -73,12 +73,12 @@ class BifurcationProblem(ContinuationProblem):
         self,
         family: OrbitFamily,
         point: SpecialPoint,
-        stops: Integers,
+        sides: Integers,
         impact: int | None,
         plane: tuple[Parameter, Parameter] = ("omega", "clearance"),
     ) -> None:
         """Take the type of the condition and, for a GR, the index of the impact whose speed is 0."""
-        super().__init__(family, stops, (plane[1], plane[0]), point.values)
+        super().__init__(family, sides, (plane[1], plane[0]), point.values)
         self.kind, self.impact = point.type, impact
 
     def condition(self, unknowns: Floats) -> float:
@@ -180,8 +180,8 @@ class BifurcationProblem(ContinuationProblem):
         family = OrbitFamily.of(
             self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
         )
-        stops = np.concatenate([self.stops, self._mirror * self.stops]).astype(np.int64)
-        return ContinuationProblem(family, stops, self.parameters, self.fixed)
+        sides = np.concatenate([self.sides, self._mirror * self.sides]).astype(np.int64)
+        return ContinuationProblem(family, sides, self.parameters, self.fixed)
 
 
 @in_own_period
@@ -253,10 +253,10 @@ def bifurcation_curve(
         points: list[ContinuationPoint] = []
 
         def visit(_: Floats, unknowns: Floats, __: bool, points: list[ContinuationPoint] = points) -> str | None:
-            found = path.evaluate(unknowns)
-            if point.type == "NS" and not on_unit_circle(found.multipliers):
+            orbit = path.evaluate(unknowns)
+            if point.type == "NS" and not on_unit_circle(orbit.multipliers):
                 return "real"
-            points.append(found)
+            points.append(orbit)
             return None
 
         ends.append(follow_path(path, start, side, limits, longest_step, max_points, visit))
@@ -278,9 +278,9 @@ def _curve(
     plane: tuple[Parameter, Parameter],
 ) -> BifurcationCurve:
     count = path.count
-    unknowns = np.array([found.unknowns for found in points])
-    values = tuple(found.values for found in points)
-    omega, across, up = (np.array([one.value(name) for one in values]) for name in ("omega", *plane))
+    unknowns = np.array([point.unknowns for point in points])
+    values = tuple(point.values for point in points)
+    omega, across, up = (np.array([place.value(name) for place in values]) for name in ("omega", *plane))
     return BifurcationCurve(
         type=kind,
         points=values,
@@ -289,19 +289,19 @@ def _curve(
         vertical=up,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.stops.astype(np.int64),
+        stops=path.sides.astype(np.int64),
         impact=impact,
         period=path.family.pattern.multiple,
         symmetric=path.family.pattern.symmetric,
-        multipliers=np.array([found.multipliers for found in points]),
-        admissible=np.array([_admissible(path, impact, found) for found in points]),
-        residual=np.array([found.residual for found in points]),
+        multipliers=np.array([point.multipliers for point in points]),
+        admissible=np.array([_admissible(path, impact, point) for point in points]),
+        residual=np.array([point.residual for point in points]),
         ends=ends,
     )
 
 
-def _admissible(path: BifurcationProblem, impact: int | None, found: ContinuationPoint) -> bool:
+def _admissible(path: BifurcationProblem, impact: int | None, point: ContinuationPoint) -> bool:
     if impact is None:
-        return found.contact == CLEAR
-    towards = found.unknowns[path.count : 2 * path.count] * path.stops
-    return bool(np.all(np.delete(towards, impact) > 0.0)) and found.excess <= ORBIT_RESIDUAL
+        return point.contact == NO_FURTHER_CONTACT
+    towards = point.unknowns[path.count : 2 * path.count] * path.sides
+    return bool(np.all(np.delete(towards, impact) > 0.0)) and point.excess <= ORBIT_RESIDUAL

@@ -36,12 +36,12 @@ class Halves:
     @classmethod
     def of(cls, path: ContinuationProblem, unknowns: Floats) -> Halves | None:
         """Return those of the path at a point, or None where its orbits have none."""
-        pattern, stops = path.family.pattern, path.stops
-        count, rest = divmod(len(stops), 2)
+        pattern, sides = path.family.pattern, path.sides
+        count, rest = divmod(len(sides), 2)
         sign = 1.0 if pattern.multiple % 2 == 0 else -1.0
-        if rest or pattern.symmetric or not np.array_equal(stops[count:], sign * stops[:count]):
+        if rest or pattern.symmetric or not np.array_equal(sides[count:], sign * sides[:count]):
             return None
-        return cls(path, sign) if sign > 0.0 or path.gaps(unknowns).symmetric else None
+        return cls(path, sign) if sign > 0.0 or path.stops(unknowns).symmetric else None
 
     def mean(self, unknowns: Floats) -> Floats:
         """Return the mean of both halves, as unknowns of the other branch."""
@@ -64,8 +64,8 @@ class Halves:
         path, pattern = self.path, self.path.family.pattern
         period = pattern.multiple // 2 if self.sign > 0.0 else pattern.multiple
         family = OrbitFamily.of(path.family.oscillator, period, symmetric=self.sign < 0.0)
-        stops = path.stops[: path.count // 2].astype(np.int64)
-        return ContinuationProblem(family, stops, path.parameters, path.fixed)
+        sides = path.sides[: path.count // 2].astype(np.int64)
+        return ContinuationProblem(family, sides, path.parameters, path.fixed)
 
     def _each(self, unknowns: Floats) -> Floats:
         """Return the phases and speeds (2, k) of both halves, those of the second one as those of the first."""
@@ -89,13 +89,13 @@ class Meeting:
 
     @classmethod
     def between(cls, path: ContinuationProblem, here: Floats, step: Floats) -> Meeting | None:
-        """Return the one between an orbit of a branch and the end of a step along its tangent, or None.
+        """Return the meeting between an orbit of a branch and the end of a step along its tangent, or None.
 
         The step exchanges the order of these impacts, and its direction is as close to the way there as that of any
         other step of a branch.
         """
         count, turn = path.count, path.family.turn
-        now, then = (np.diff(one[:count], append=one[0] + turn) for one in (here, here + step))
+        now, then = (np.diff(values[:count], append=values[0] + turn) for values in (here, here + step))
         meets = then <= 0.0
         first = np.flatnonzero(meets & ~np.roll(meets, 1))
         if len(first) != 1:
@@ -103,18 +103,18 @@ class Meeting:
         impact = int(first[0])
         others = (impact + 1 + np.arange(np.sum(meets))) % count
         mirror = -1.0 if path.family.pattern.symmetric else 1.0
-        if np.any(path.stops[others] * np.where(others < impact, mirror, 1.0) != path.stops[impact]):
+        if np.any(path.sides[others] * np.where(others < impact, mirror, 1.0) != path.sides[impact]):
             return None
         guess, normal = here + now[impact] / (now[impact] - then[impact]) * step, np.zeros(len(here))
         guess[count + impact], normal[count + impact] = 0.0, 1.0
         kept = np.delete(np.arange(len(here)), [*others, *(count + others)])
-        stops = np.delete(path.stops, others).astype(np.int64)
-        alone = ContinuationProblem(path.family, stops, path.parameters, path.fixed)
-        found = alone.correct(guess[kept], normal[kept])
-        if found is None:
+        sides = np.delete(path.sides, others).astype(np.int64)
+        alone = ContinuationProblem(path.family, sides, path.parameters, path.fixed)
+        solution = alone.correct(guess[kept], normal[kept])
+        if solution is None:
             return None
         unknowns = np.zeros(len(here))
-        unknowns[kept] = found[0]
+        unknowns[kept] = solution[0]
         unknowns[others] = unknowns[impact] - np.where(others < impact, turn, 0.0)
         way, along = unknowns - here, step / np.linalg.norm(step)
         if float(way @ along) < MIN_TANGENT_COSINE * float(np.linalg.norm(way)):

@@ -71,16 +71,16 @@ def starts_beyond(
     """
     if point.type == "GR":
         choices = _sequences_at_graze(point, symmetric_stops(oscillator, point.values))
-        found = [_from_graze(oscillator, point, parameter, *choice) for choice in choices]
+        starts = [_from_graze(oscillator, point, parameter, *choice) for choice in choices]
     elif point.type in ("PD", "SB"):
         parent = merged(point.impacts, point.type == "SB")
         if parent is not None:
-            found = [_on_parent(oscillator, point, parameter, parent)]
+            starts = [_on_parent(oscillator, point, parameter, parent)]
         else:
-            found = [_born(oscillator, point, parameter)]
+            starts = [_born(oscillator, point, parameter)]
     else:
-        found = []
-    return tuple(start for start in found if start is not None)
+        starts = []
+    return tuple(start for start in starts if start is not None)
 
 
 def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | None:
@@ -121,7 +121,7 @@ def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[Impact
 def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
     """Return the impacts of a point as on its curve, and the number of that which grazes.
 
-    They are with the contact that appears at a graze. Of impacts that come together there is the first one alone.
+    The contact that appears at a graze is one of them. Of impacts that come together only the first one is.
     """
     if point.type != "GR":
         return point.impacts, None
@@ -160,8 +160,8 @@ def _path(
 
 
 def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
-    found = path.evaluate(unknowns)
-    return OrbitStart(found.values, path.impacts(unknowns), found.admissible)
+    point = path.evaluate(unknowns)
+    return OrbitStart(point.values, path.impacts(unknowns), point.admissible)
 
 
 def _on_parent(
@@ -171,8 +171,8 @@ def _on_parent(
     path, guess = _path(oscillator, point, parameter, impacts)
     normal = np.zeros(len(guess))
     normal[-1] = 1.0
-    found = path.correct(guess, normal)
-    return None if found is None else _start(path, found[0])
+    solution = path.correct(guess, normal)
+    return None if solution is None else _start(path, solution[0])
 
 
 def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
@@ -198,9 +198,9 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     along = np.concatenate([shift, -shift, unit_impulse, -sign * unit_impulse, [0.0]])
     along /= np.linalg.norm(along)
     for amplitude in SWITCH_STEPS:
-        found = path.correct(middle + amplitude * along, along)
-        if found is not None:
-            return _start(path, found[0])
+        solution = path.correct(middle + amplitude * along, along)
+        if solution is not None:
+            return _start(path, solution[0])
     return None
 
 
@@ -261,7 +261,7 @@ def _from_graze(
     tangent = np.linalg.svd(path.equations(at_graze[0])[1])[2][-1]
     for step in SWITCH_STEPS:
         for side in (step, -step):
-            found = path.correct(at_graze[0] + side * tangent, tangent)
-            if found is not None and path.evaluate(found[0]).admissible:
-                return _start(path, found[0])
+            solution = path.correct(at_graze[0] + side * tangent, tangent)
+            if solution is not None and path.evaluate(solution[0]).admissible:
+                return _start(path, solution[0])
     return replace(_start(path, at_graze[0]), admissible=False)

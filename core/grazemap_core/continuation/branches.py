@@ -27,7 +27,7 @@ from grazemap_core.continuation.parameters import (
     keeps_symmetry,
 )
 from grazemap_core.continuation.pseudo_arclength import follow_path
-from grazemap_core.continuation.special_points import Segment, SpecialPoint, special_point_at
+from grazemap_core.continuation.special_points import BranchSegment, SpecialPoint, special_point_at
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -193,7 +193,7 @@ def _follow(
 
     def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
         point = path.evaluate(unknowns)
-        within = Segment(path, points[-1], point, along).special_points(turned)
+        within = BranchSegment(path, points[-1], point, along).special_points(turned)
         special.extend(replace(item, segment=len(points) - 1) for item in within)
         points.append(point)
         return "special" if to_special and within else None
@@ -217,7 +217,7 @@ def _branch(
     count = path.count
     unknowns = np.array([point.unknowns for point in points])
     values = tuple(point.values for point in points)
-    omega = np.array([one.omega for one in values])
+    omega = np.array([place.omega for place in values])
     multipliers = np.array([point.multipliers for point in points])
     if path.family.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
@@ -229,11 +229,11 @@ def _branch(
     least_period = np.array([path.impacts(point.unknowns).repeats_after() == period for point in points])
     return OrbitBranch(
         parameter=parameter,
-        values=np.array([one.value(parameter) for one in values]),
+        values=np.array([place.value(parameter) for place in values]),
         points=values,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.stops.astype(np.int64),
+        stops=path.sides.astype(np.int64),
         period=period,
         symmetric=path.family.pattern.symmetric,
         multipliers=multipliers,

@@ -21,7 +21,7 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR, further_contact
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
@@ -65,7 +65,7 @@ class ContinuationPoint:
     @property
     def admissible(self) -> bool:
         """Whether every impact velocity points at its stop, and the contact has no other contact with a stop."""
-        return self.contact == CLEAR
+        return self.contact == NO_FURTHER_CONTACT
 
 
 class ContinuationProblem:
@@ -74,7 +74,7 @@ class ContinuationProblem:
     Attributes
     ----------
     family : OrbitFamily
-    stops : (k,)
+    sides : (k,)
     parameters : tuple of str
         The parameters that vary. The others keep their values in `fixed`.
     fixed : ParameterPoint
@@ -85,17 +85,17 @@ class ContinuationProblem:
     """
 
     def __init__(
-        self, family: OrbitFamily, stops: Integers, parameters: tuple[Parameter, ...], fixed: ParameterPoint
+        self, family: OrbitFamily, sides: Integers, parameters: tuple[Parameter, ...], fixed: ParameterPoint
     ) -> None:
         """Take the values of all parameters at the start, in which those that vary have their units.
 
         The units of restitutions and of factors are 1, that of one clearance is the unit of length.
         """
         self.family = family
-        self.stops = stops.astype(np.float64)
+        self.sides = sides.astype(np.float64)
         self.parameters = parameters
         self.fixed = fixed
-        self.count = len(stops)
+        self.count = len(sides)
         self._odd = has_odd_harmonics_only(family.oscillator)
         self._member_of = lru_cache(maxsize=RECENT_STRUCTURES)(self._member)
         self._problem_at = lru_cache(maxsize=RECENT_STRUCTURES)(self._problem_without_factor)
@@ -141,7 +141,7 @@ class ContinuationProblem:
         """Return the values of all parameters."""
         return self._at(unknowns)[0]
 
-    def gaps(self, unknowns: Floats) -> Stops:
+    def stops(self, unknowns: Floats) -> Stops:
         """Return the stops at a point."""
         return self._at(unknowns)[1]
 
@@ -149,10 +149,10 @@ class ContinuationProblem:
         """Return the values of all parameters, and the stops; the last ones are cached."""
         varying = tuple(unknowns[2 * self.count :].tolist())
         if varying != self._varying:
-            found = self.fixed
+            point = self.fixed
             for name, value in zip(self.parameters, varying, strict=True):
-                found = found.varied(name, value * self.units[name])
-            self._varying, self._point = varying, (found, self._stops_at(found))
+                point = point.varied(name, value * self.units[name])
+            self._varying, self._point = varying, (point, self._stops_at(point))
         return self._point
 
     def problem(self, values: ParameterPoint) -> OrbitProblem:
@@ -186,7 +186,7 @@ class ContinuationProblem:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
         count, work = self.count, self._scratch.newton
         by_structure = {name: self._by_structure(i, unknowns) for i, name in self._structural}
-        values, gaps = self._at(unknowns)
+        values, stops = self._at(unknowns)
         terms = self._assemble(unknowns)
         derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
         derivatives[:, : 2 * count] = work.jacobian[:, : 2 * count]
@@ -198,7 +198,7 @@ class ContinuationProblem:
             elif name == "forcing":
                 column = self._by_forcing(unknowns)
             elif name.startswith("restitution"):
-                column = self._by_restitution(name, gaps, unknowns)
+                column = self._by_restitution(name, stops, unknowns)
             else:
                 column = self._by_gap[name] if name in self._by_gap else self._derivative_by_gap(name, values)
             derivatives[:, 2 * count + i] = column * self.units[name]
@@ -210,8 +210,8 @@ class ContinuationProblem:
         return float(
             assemble(
                 self.problem_at(unknowns),
-                self.stops,
-                self.gaps(unknowns),
+                self.sides,
+                self.stops(unknowns),
                 unknowns[:count],
                 unknowns[count : 2 * count],
                 work.residual,
@@ -223,7 +223,7 @@ class ContinuationProblem:
     def _by_structure(self, index: int, unknowns: Floats) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a parameter of the structure, by differences.
 
-        They only direct Newton's method and the path: what is solved for are the residuals.
+        The differences only direct Newton's method and the path: what is solved for are the residuals.
         """
         residuals, unit = [], self.units[self.parameters[index]]
         for side in (DIFFERENCE, -DIFFERENCE):
@@ -281,25 +281,25 @@ class ContinuationProblem:
         whole = 2.0 * math.pi * period
         phases = unknowns[:count] - math.floor(unknowns[0] / whole) * whole
         velocities = unknowns[count : 2 * count] * (self.values(unknowns).omega * self.length)
-        return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
+        return ImpactSequence(period, self.sides.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
 
     def doubling_matrix(self, unknowns: Floats) -> Floats:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         self._assemble(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
         phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
-        problem, gaps = self.problem_at(unknowns), self.gaps(unknowns)
-        assemble_doubled(problem, self.stops, gaps, phases, speeds, self._scratch.newton.before, matrix)
+        problem, stops = self.problem_at(unknowns), self.stops(unknowns)
+        assemble_doubled(problem, self.sides, stops, phases, speeds, self._scratch.newton.before, matrix)
         return matrix
 
-    def _determinants(self, problem: OrbitProblem, gaps: Stops, unknowns: Floats) -> tuple[float, float]:
+    def _determinants(self, problem: OrbitProblem, stops: Stops, unknowns: Floats) -> tuple[float, float]:
         """Return the test functions of folds and of doublings. `_assemble` has written the Jacobian."""
         count = self.count
         system = self._scratch.newton.jacobian[:, : 2 * count].copy()
         fold_test = eliminate(system, 2 * count)
         speeds = unknowns[count : 2 * count]
         before = self._scratch.newton.before
-        assemble_doubled(problem, self.stops, gaps, unknowns[:count], speeds, before, system)
+        assemble_doubled(problem, self.sides, stops, unknowns[:count], speeds, before, system)
         return float(fold_test), float(eliminate(system, 2 * count))
 
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
@@ -307,19 +307,19 @@ class ContinuationProblem:
         count, scratch = self.count, self._scratch
         residual, terms = self._residual_of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
-        values, gaps = self._at(unknowns)
+        values, stops = self._at(unknowns)
         problem = self._problem_of(values)
-        kantorovich, _ = newton_kantorovich(problem, self.stops, gaps, speeds, terms, scratch.newton)
-        fold_test, doubling_test = self._determinants(problem, gaps, unknowns)
+        kantorovich, _ = newton_kantorovich(problem, self.sides, stops, speeds, terms, scratch.newton)
+        fold_test, doubling_test = self._determinants(problem, stops, unknowns)
         contact, excess, phase, stop = further_contact(
-            problem, self.stops, gaps, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
+            problem, self.sides, stops, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
         )
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
             residual=residual,
             kantorovich=float(kantorovich),
-            multipliers=self._multipliers(self.family_at(values), problem, gaps, phases, speeds),
+            multipliers=self._multipliers(self.family_at(values), problem, stops, phases, speeds),
             fold_test=fold_test,
             doubling_test=doubling_test,
             contact=int(contact),
@@ -329,10 +329,10 @@ class ContinuationProblem:
         )
 
     def _multipliers(
-        self, family: OrbitFamily, problem: OrbitProblem, gaps: Stops, phases: Floats, speeds: Floats
+        self, family: OrbitFamily, problem: OrbitProblem, stops: Stops, phases: Floats, speeds: Floats
     ) -> Complexes:
         """Return all multipliers over a span, by decreasing modulus."""
-        of_blocks = multipliers_of(problem, self.stops, gaps, phases, speeds, self._scratch.newton.before)
+        of_blocks = multipliers_of(problem, self.sides, stops, phases, speeds, self._scratch.newton.before)
         return with_unseen(family, problem.omega, of_blocks)
 
     def _in_domain(self, values: ParameterPoint) -> bool:
@@ -344,11 +344,11 @@ class ContinuationProblem:
 
     def _derivative_by_gap(self, name: Parameter, values: ParameterPoint) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a clearance, or to the factor of the bias."""
-        by_gap = -self.stops / self.length
+        by_gap = -self.sides / self.length
         if name == "bias":  # which moves both stops the same way
-            by_gap = -self.stops * self._member_of(values.structure)[1] * by_gap
+            by_gap = -self.sides * self._member_of(values.structure)[1] * by_gap
         elif name != "clearance":
-            by_gap = np.where(self.stops == (1.0 if name == "clearance_right" else -1.0), by_gap, 0.0)
+            by_gap = np.where(self.sides == (1.0 if name == "clearance_right" else -1.0), by_gap, 0.0)
         return np.concatenate([by_gap, np.zeros(self.count)])
 
     def _by_forcing(self, unknowns: Floats) -> Floats:
@@ -359,7 +359,7 @@ class ContinuationProblem:
         rates = problem.orders[:, None] * turned
         return np.concatenate([np.sum(turned.imag, axis=0), np.sum(rates.real, axis=0)])
 
-    def _by_restitution(self, name: Parameter, gaps: Stops, unknowns: Floats) -> Floats:
+    def _by_restitution(self, name: Parameter, stops: Stops, unknowns: Floats) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a restitution: impulses are proportional to 1 + R.
 
         `of_orbit` has written the Jacobian.
@@ -367,8 +367,8 @@ class ContinuationProblem:
         count, jacobian = self.count, self._scratch.newton.jacobian
         by_speed = jacobian[:, count : 2 * count].copy()
         by_speed[count + np.arange(count), np.arange(count)] += 1.0  # the unknown itself is no impulse
-        rebound = 1.0 + np.where(self.stops > 0.0, gaps.restitution_right, gaps.restitution_left)
+        rebound = 1.0 + np.where(self.sides > 0.0, stops.restitution_right, stops.restitution_left)
         weight = unknowns[count : 2 * count] / rebound
         if name != "restitution":
-            weight = np.where(self.stops == (1.0 if name == "restitution_right" else -1.0), weight, 0.0)
+            weight = np.where(self.sides == (1.0 if name == "restitution_right" else -1.0), weight, 0.0)
         return np.asarray(by_speed @ weight)

@@ -79,15 +79,15 @@ def motion_curves(
         As for `periodic_orbits.periodic_orbit`, anywhere in the window.
     """
     ranges = dict(zip(plane, (horizontal, vertical), strict=True))
-    found = at_point(oscillator, orbit)
+    orbit_point = at_point(oscillator, orbit)
     for name, (start, stop) in reversed(ranges.items()):
-        if not start <= found.at.value(name) <= stop:
+        if not start <= orbit_point.at.value(name) <= stop:
             raise ParameterError(name, "must contain that of the orbit")
 
     def through(orbit: OrbitPoint, name: Parameter = plane[1]) -> OrbitBranch:
         return orbit_branch(oscillator, orbit, *ranges[name], name, longest_step, max_points)
 
-    branches = [through(found), through(found, plane[0])]
+    branches = [through(orbit_point), through(orbit_point, plane[0])]
     branches += _other_branches(oscillator, branches[0], through)
     curves: list[BifurcationCurve] = []
     for special in (point for branch in branches for point in branch.special_points):
@@ -139,7 +139,7 @@ def _other_branches(oscillator: Oscillator, branch: OrbitBranch, through: Throug
     Orbits of them are looked for near the mirror images of orbits of the branch, and among the orbits with one impact
     on each stop, which are explicit.
     """
-    found = [branch]
+    branches = [branch]
     if symmetric_stops(oscillator, branch.points[0]):
         return []
     physical = np.flatnonzero(np.all(branch.velocities * branch.stops > 0.0, axis=1))
@@ -153,11 +153,11 @@ def _other_branches(oscillator: Oscillator, branch: OrbitBranch, through: Throug
         explicit = explicit_sequences(there, values.omega, values.clearance, branch.period, branch.stops)
         for guess in ([] if mirror is None else [mirror]) + explicit:
             orbit = periodic_orbit(there, values.omega, values.clearance, guess)
-            if not (orbit.converged and orbit.physical) or len(found) > MOST_BRANCHES:
+            if not (orbit.converged and orbit.physical) or len(branches) > MOST_BRANCHES:
                 continue
-            if all(_apart(orbit.impacts, values, other, (branch.parameter,)) > SAME_CURVE for other in found):
-                found.append(through(OrbitPoint(orbit, values)))
-    return found[1:]
+            if all(_apart(orbit.impacts, values, other, (branch.parameter,)) > SAME_CURVE for other in branches):
+                branches.append(through(OrbitPoint(orbit, values)))
+    return branches[1:]
 
 
 def lies_on(point: SpecialPoint, curve: BifurcationCurve) -> bool:
@@ -187,7 +187,7 @@ def _apart(
         unit = width if name.startswith("clearance") else 1.0
         if name == "omega" or name not in PARAMETERS:
             unit = here or 1.0
-        path.append(np.array([[(one.value(name) - here) / unit] for one in curve.points]))
+        path.append(np.array([[(place.value(name) - here) / unit] for place in curve.points]))
     return _distance_from_origin(np.concatenate(path, axis=1))
 
 

@@ -70,15 +70,15 @@ class ParameterPoint(NamedTuple):
 
     @property
     def clearance(self) -> Clearance:
-        """Of both stops, or of the right and of the left one, as functions of orbits take it."""
+        """Clearance of both stops, or of the right and of the left one, as functions of orbits take it."""
         if self.clearance_right == self.clearance_left:
             return self.clearance_right
-        right, left = (None if math.isinf(one) else one for one in (self.clearance_right, self.clearance_left))
+        right, left = (None if math.isinf(gap) else gap for gap in (self.clearance_right, self.clearance_left))
         return right, left
 
     @property
     def restitution(self) -> float:
-        """Of both stops, or of the only one; NaN where they differ."""
+        """Restitution of both stops, or of the only stop; NaN where they differ."""
         if self.restitution_right == self.restitution_left or math.isinf(self.clearance_left):
             return self.restitution_right
         return self.restitution_left if math.isinf(self.clearance_right) else math.nan
@@ -89,7 +89,8 @@ class ParameterPoint(NamedTuple):
         Raises
         ------
         ParameterError
-            It is that of both stops, and they differ or one is absent; or that of an absent stop; or it is none.
+            The name stands for both stops, and they differ or one is absent; or for an absent stop; or for no
+            parameter.
         """
         if name not in PARAMETERS:
             if name not in dict(self.structure):
@@ -102,10 +103,10 @@ class ParameterPoint(NamedTuple):
                     "parameter", f"{name} stands for both stops, which differ here: {name}_right or {name}_left varies"
                 )
             return float(right)
-        found = float(getattr(self, name))
-        if math.isinf(found):
+        value = float(getattr(self, name))
+        if math.isinf(value):
             raise ParameterError("parameter", f"{name} is that of a stop that is absent")
-        return found
+        return value
 
     def varied(self, name: Parameter, value: float) -> ParameterPoint:
         """Return the values with one of them changed."""
@@ -125,7 +126,7 @@ class ParameterPoint(NamedTuple):
             restitution=self.restitution_right,
             restitution_left=None if same else self.restitution_left,
             bias=self.bias * oscillator.bias,
-            drive=tuple(_scaled(one, self.forcing) for one in oscillator.drive),
+            drive=tuple(_scaled(harmonic, self.forcing) for harmonic in oscillator.drive),
         )
 
     def stops(self, equilibrium: float, odd: bool) -> Stops:
@@ -188,12 +189,12 @@ class ParameterOrbit:
 
     @property
     def clearance(self) -> Clearance:
-        """Of both stops, or of the right and of the left one."""
+        """Clearance of both stops, or of the right and of the left one."""
         return self.values.clearance
 
     @property
     def restitution(self) -> float:
-        """Of both stops, or of the only one; NaN where they differ."""
+        """Restitution of both stops, or of the only stop; NaN where they differ."""
         return self.values.restitution
 
 

@@ -55,18 +55,18 @@ def follow_path(
     here, step, begun = start, tolerances.FIRST_STEP * longest, tangent
     number = 0
     while number < most:
-        found = path.correct(here + step * tangent, tangent)
-        following = path.tangent(found[0], tangent) if found is not None else None
-        if found is None or following is None or float(following @ tangent) < tolerances.MIN_TANGENT_COSINE:
-            before = beside(here, step * tangent) if beside is not None and found is None else None
+        solution = path.correct(here + step * tangent, tangent)
+        following = path.tangent(solution[0], tangent) if solution is not None else None
+        if solution is None or following is None or float(following @ tangent) < tolerances.MIN_TANGENT_COSINE:
+            before = beside(here, step * tangent) if beside is not None and solution is None else None
             if before is not None:
                 visit(tangent, before, _turned(path.tangent(before, tangent), tangent))
                 return "together"
             step *= 0.5
             if step < tolerances.PATH_MIN_STEP:
-                return "singular" if found is not None and following is None else "step"
+                return "singular" if solution is not None and following is None else "step"
             continue
-        unknowns, steps = found
+        unknowns, steps = solution
         outside = _first_bound(here, unknowns, bounds)
         if outside is not None:
             index, bound, share = outside

@@ -29,7 +29,9 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import EPSILON
 
-NOT_SOLVED: Final = "a test function changes its sign between orbits of the branch, but not all of them are solved for"
+ORBITS_NOT_SOLVED: Final = (
+    "a test function changes its sign between orbits of the branch, but not all of them are solved for"
+)
 NOT_ZERO: Final = "a test function changes its sign, but does not vanish to round-off"
 
 LARGEST_MULTIPLIER = 1e100
@@ -96,7 +98,7 @@ Located = tuple[float, SpecialPoint]
 """Distance along the tangent of a segment, and the special point there."""
 
 
-class Segment:
+class BranchSegment:
     """A segment of a branch between two neighbouring orbits, and the orbits on it."""
 
     def __init__(
@@ -113,11 +115,11 @@ class Segment:
         if distance not in self._known:
             share = distance / self.end
             guess = self.first.unknowns + share * (self.second.unknowns - self.first.unknowns)
-            found = self.path.correct(guess, self.along)
-            self.complete &= found is not None
-            if found is None:
+            solution = self.path.correct(guess, self.along)
+            self.complete &= solution is not None
+            if solution is None:
                 return self.first if share < 0.5 else self.second
-            self._known[distance] = self.path.evaluate(found[0])
+            self._known[distance] = self.path.evaluate(solution[0])
         return self._known[distance]
 
     def zero(self, test: Test, low: float, high: float) -> float | None:
@@ -135,19 +137,19 @@ class Segment:
     def special_points(self, turns: bool) -> list[SpecialPoint]:
         """Return the special points of the segment in order; `turns` says that its parameter has an extremum there."""
         end = self._end_on_another()
-        found = [end] if end is not None else self._folds() if turns else []
+        points = [end] if end is not None else self._folds() if turns else []
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
             kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
-            found.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
+            points.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
         vanishing = self._vanishing_impacts()
-        found += vanishing
-        for low, high in self._between([where for where, _ in found]):
+        points += vanishing
+        for low, high in self._between([where for where, _ in points]):
             where = self._pair_on_unit_circle(low, high)
             if where is not None:
-                found.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
-        found += self._further_contacts([where for where, _ in vanishing])
-        return [point for _, point in sorted(found, key=lambda item: item[0])]
+                points.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
+        points += self._further_contacts([where for where, _ in vanishing])
+        return [point for _, point in sorted(points, key=lambda item: item[0])]
 
     def _pair_on_unit_circle(self, low: float, high: float) -> float | None:
         """Return where a complex pair of multipliers passes the unit circle between two distances, or None.
@@ -171,14 +173,14 @@ class Segment:
 
     def _folds(self) -> list[Located]:
         """Return the point at which the parameter turns."""
-        found: list[Located] = []
+        points: list[Located] = []
         for test in (_fold_test, self._rise):  # where branches meet, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                found.append((where, self._point("SN", where, self._doubt(test, where))))
-                if not found[-1][1].reason:
-                    return found[-1:]
-        return found[:1]
+                points.append((where, self._point("SN", where, self._doubt(test, where))))
+                if not points[-1][1].reason:
+                    return points[-1:]
+        return points[:1]
 
     def _end_on_another(self) -> Located | None:
         """Return the point at which the branch ends on another one, solved for there, or None."""
@@ -196,7 +198,7 @@ class Segment:
             sides = [other.correct(guess + side * reach * self.end * normal, normal) for side in (-1.0, 1.0)]
             if sides[0] is None or sides[1] is None:
                 continue
-            across = Segment(other, other.evaluate(sides[0][0]), other.evaluate(sides[1][0]), normal)
+            across = BranchSegment(other, other.evaluate(sides[0][0]), other.evaluate(sides[1][0]), normal)
             there = across.zero(_doubling_test, 0.0, across.end)
             if there is not None:
                 unknowns = halves.doubled(across.at(there).unknowns)
@@ -209,7 +211,7 @@ class Segment:
     def _vanishing_impacts(self) -> list[Located]:
         """Return the grazes at which the velocity of an impact vanishes."""
         count = self.path.count
-        found: list[Located] = []
+        points: list[Located] = []
         for i in range(count):
 
             def speed(point: ContinuationPoint, i: int = i) -> float:
@@ -220,16 +222,16 @@ class Segment:
                 # at the graze itself another contact may begin, and round-off would decide
                 admissible = any(self.at(side).admissible for side in self._beside(where))
                 reason = self._doubt(speed, where)
-                found.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
-        return found
+                points.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
+        return points
 
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
         """Return the grazes at which a further contact begins, between those at which an impact vanishes."""
         count = self.path.count
-        found: list[Located] = []
+        points: list[Located] = []
         for low, high in self._between(grazes):
-            speeds = [self.at(place).unknowns[count : 2 * count] * self.path.stops for place in (low, high)]
-            if not any(np.all(one > 0.0) for one in speeds):
+            speeds = [self.at(place).unknowns[count : 2 * count] * self.path.sides for place in (low, high)]
+            if not any(np.all(velocities > 0.0) for velocities in speeds):
                 continue  # virtual impacts: no orbit on either side is admissible
             where = self.zero(_excess, low, high)
             if where is not None:
@@ -237,8 +239,8 @@ class Segment:
                 whole = 2.0 * math.pi * self.path.family.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
                 graze = {"admissible": True, "stop": point.excess_stop, "phase": phase}
-                found.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
-        return found
+                points.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
+        return points
 
     def _between(self, places: list[float]) -> list[tuple[float, float]]:
         """Return the parts of the segment between special points, each without what is just beside them."""
@@ -258,7 +260,7 @@ class Segment:
     def _doubt(self, test: Test, where: float) -> str:
         """Return the `reason` of a special point at which a test function changes its sign."""
         if not self.complete:
-            return NOT_SOLVED
+            return ORBITS_NOT_SOLVED
         size = max(abs(test(self.first)), abs(test(self.second)))
         left = abs(test(self.at(where))) / size if size > 0.0 else 0.0
         return "" if left <= SPECIAL_POINT_RESIDUAL else NOT_ZERO

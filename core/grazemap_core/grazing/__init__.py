@@ -5,8 +5,8 @@ that leave them, the discontinuity mapping of a grazing point, and the Poincare 
 
 - `peaks`: the highest peaks of a trigonometric polynomial, also while its coefficients change.
 - `steady_maxima`: the maxima of the steady motion, with one harmonic or several.
-- `one_stop`: clearance, phase and first recurrence along the grazing curve, of two equal stops or of one; double grazes
-  with one harmonic.
+- `grazing_curve`: clearance, phase and first recurrence along the grazing curve, of two equal stops or of one;
+  double grazes with one harmonic.
 - `point`: one grazing point, with accurate deviations from it.
 - `recurrence`: the sequence xi_m, stability at grazing, and the next contact below the curve.
 - `codimension_two`: all codimension-two points in an interval of forcing frequencies.

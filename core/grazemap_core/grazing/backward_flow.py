@@ -70,7 +70,7 @@ class BackwardFlow:
         """Return the blocks' state, shape (N + H, 2), of a free part with theta `phase` ahead of the point."""
         rates = self.point.omega * self.point.orders * self.point.contact_steady
         turned = [rate * cmath.exp(1j * k * phase) for k, rate in zip(self.point.orders.tolist(), rates, strict=True)]
-        state = np.concatenate([free, [[one.imag, one.real] for one in turned]])
+        state = np.concatenate([free, [[rate.imag, rate.real] for rate in turned]])
         state[: len(free), 0] *= self.generator[: len(free), 0, 1]
         return state
 

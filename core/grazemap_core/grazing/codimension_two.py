@@ -26,10 +26,10 @@ import numpy as np
 
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.grazing.one_stop import VariedStop
 from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
@@ -58,9 +58,9 @@ class Family(NamedTuple):
     """One of the paper's four families (42)."""
 
     case: int
-    """Its case, 1-4."""
+    """Case of the family, 1-4."""
     n: int
-    """Its number of periods."""
+    """Number of periods of the family."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Corner:
     phase_before: float
     """omega t in (-pi/p, pi/p] of the maximum that is the larger one below the frequency of the corner."""
     phase_after: float
-    """The same of the maximum that is the larger one above it."""
+    """omega t in (-pi/p, pi/p] of the maximum that is the larger one above the frequency of the corner."""
     slope_before: float
     """d A/d omega of the first maximum, which the grazing curve has below the corner; the smaller slope."""
     slope_after: float
@@ -80,7 +80,7 @@ class Corner:
     within max_order half periods. The contacts are those of the steady motion at the corner, of both stops if they are
     alike, in the order of time."""
     recurrence_after: int
-    """The same after a graze at the second maximum."""
+    """That number after a graze at the second maximum."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class CodimensionTwoPoint:
     omega: float
     """Forcing frequency."""
     clearance: float
-    """Of the stop that varies, on the grazing curve."""
+    """Clearance of the stop that varies, on the grazing curve."""
     residual: float
     """Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless."""
     status: Status
@@ -129,11 +129,11 @@ class _Zero:
     """A zero of g, h or h_s."""
 
     time: float
-    """Its time."""
+    """Time of the zero."""
     uncertainty: float
     """Uncertainty of the time."""
     status: Status
-    """Whether it is near-double."""
+    """Whether the zero is near-double."""
     residual: float
     """Modulus of the function there."""
 
@@ -204,8 +204,8 @@ def codimension_two_points(
     own, times = oscillator.at_own_period
     if times > 1:
         ends = omega_start, omega_stop
-        found = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
-        return [_at_declared_frequency(point, times, *ends) for point in found]
+        points = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
+        return [_at_declared_frequency(point, times, *ends) for point in points]
     response = impulse_response(modal_model(oscillator))
     if omega_stop > MAX_FREQUENCY_RATIO * float(np.sqrt(np.max(response.frequency_squared))):
         raise ParameterError(
@@ -225,7 +225,7 @@ def codimension_two_points(
         return _on_one_stop(oscillator, response, points, varied)
     if differ:
         # motions on the one stop and on the other unfold differently; there are no symmetric ones
-        points = [one for point in points for one in _of_each_stop(point)]
+        points = [of_stop for point in points for of_stop in _of_each_stop(point)]
     maxima = steady_motion(oscillator, np.array([point.omega for point in points])).toward(1)
     each = zip(points, maxima.amplitude.tolist(), maxima.curvature.tolist(), strict=True)
     return [
@@ -295,8 +295,8 @@ def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, sto
     gap = varied.other_gap(oscillator)
     if is_half_wave_symmetric(oscillator.drive) if varied.together else math.isinf(gap):
         return []  # the margin does not depend on omega
-    found = vanishing_margins(oscillator, varied, start, stop)
-    return [_coincidence("double-graze", one, start, stop) for one in found]
+    coincidences = vanishing_margins(oscillator, varied, start, stop)
+    return [_coincidence("double-graze", coincidence, start, stop) for coincidence in coincidences]
 
 
 def _corners(
@@ -309,11 +309,11 @@ def _corners(
 ) -> list[CodimensionTwoPoint]:
     """Return the points at which two maxima toward the grazed stop are equal, without their clearance."""
     alike, points = varied is None, []
-    for one in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
-        point = _coincidence("corner", one, start, stop)
-        if one.simple:
-            before, after = (_recurring(response, one, i, max_order, alike) for i in (0, 1))
-            point = replace(point, corner=Corner(*one.phases, *one.slopes, before, after))
+    for coincidence in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
+        point = _coincidence("corner", coincidence, start, stop)
+        if coincidence.simple:
+            before, after = (_recurring(response, coincidence, i, max_order, alike) for i in (0, 1))
+            point = replace(point, corner=Corner(*coincidence.phases, *coincidence.slopes, before, after))
         points.append(point)
     return points
 
@@ -334,11 +334,11 @@ def _recurring(response: ImpulseResponse, corner: Coincidence, graze: int, max_o
     return int(recurring[0]) + 1 if len(recurring) else 0
 
 
-def _coincidence(kind: Kind, found: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
+def _coincidence(kind: Kind, coincidence: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
     """Return the point of a coincidence, without its clearance."""
-    omega = min(max(found.omega, start), stop)
-    status: Status = "simple" if found.simple else "near-double"
-    return CodimensionTwoPoint(kind, omega, math.nan, found.residual, status, found.error)
+    omega = min(max(coincidence.omega, start), stop)
+    status: Status = "simple" if coincidence.simple else "near-double"
+    return CodimensionTwoPoint(kind, omega, math.nan, coincidence.residual, status, coincidence.error)
 
 
 def _unfolding(
@@ -403,8 +403,9 @@ def _resonances(
             for zero in zeros:
                 omega = _inside(factor / zero.time, start, stop)
                 if omega is not None:
-                    found = {"multiple": multiple, "symmetric": is_symmetric, "bifurcation": names[kind, is_symmetric]}
-                    points.append(_point("resonant", omega, zero, **found))
+                    bifurcation = names[kind, is_symmetric]
+                    resonance = {"multiple": multiple, "symmetric": is_symmetric, "bifurcation": bifurcation}
+                    points.append(_point("resonant", omega, zero, **resonance))
     return points
 
 

@@ -31,7 +31,7 @@ class ExactMapping:
     impact: Floats
     """(2N + 1,) Deviation just before the impact. Its q is that of the stop, ``-stop depth``."""
     velocity: float
-    """Of the contact just before the impact, signed."""
+    """Velocity of the contact just before the impact, signed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,10 +198,10 @@ def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: floa
         return "is beyond the mapping's domain: after the impact the contact is accelerated toward the stop"
     again = 0.0
     if restitution > 0.0:
-        found = flow.time_at_rest(after, -restitution * velocity, point.half_period)
-        if found is None:
+        flight = flow.time_at_rest(after, -restitution * velocity, point.half_period)
+        if flight is None:
             return "is beyond the mapping's domain: the contact would not have been at rest in the previous half period"
-        again = found
+        again = flight
     end = flow.after(after, again)
 
     displacement = _change(point, flow, moment.gained + impulse + end.gained, phase, back + again)

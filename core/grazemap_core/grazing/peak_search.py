@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.peaks import (
     Coefficients,
     Peaks,
@@ -54,7 +54,7 @@ class Coincidence(NamedTuple):
     omega: float
     """The frequency; of a near-double one, the middle of the undecided interval."""
     error: float
-    """Its error by round-off; of a near-double one, half of the width of the undecided interval."""
+    """Error of the frequency by round-off; of a near-double zero, half of the width of the undecided interval."""
     residual: float
     """The difference there, over the sum of the amplitudes."""
     phases: tuple[float, float] = (math.nan, math.nan)
@@ -63,7 +63,7 @@ class Coincidence(NamedTuple):
     slopes: tuple[float, float] = (math.nan, math.nan)
     """Derivatives of the two maxima with respect to omega. NaN of a near-double one."""
     simple: bool = False
-    """Whether it is not near-double."""
+    """Whether the zero is not near-double."""
 
 
 def equal_maxima(oscillator: Oscillator, stop: int, start: float, end: float) -> list[Coincidence]:
@@ -97,16 +97,16 @@ def vanishing_margins(oscillator: Oscillator, varied: VariedStop, start: float, 
 
 def united(intervals: list[tuple[float, float]], apart: float = 4.0 * END_WIDTH) -> list[tuple[float, float]]:
     """Return the union of intervals as disjoint ones, increasing; gaps up to the relative width `apart` are closed."""
-    found: list[tuple[float, float]] = []
+    unions: list[tuple[float, float]] = []
     for left, right in sorted(intervals):
-        if found and left <= found[-1][1] * (1.0 + apart):
-            found[-1] = (found[-1][0], max(right, found[-1][1]))
+        if unions and left <= unions[-1][1] * (1.0 + apart):
+            unions[-1] = (unions[-1][0], max(right, unions[-1][1]))
         else:
-            found.append((left, right))
-    return found
+            unions.append((left, right))
+    return unions
 
 
-class _Places(NamedTuple):
+class _PeakPairs(NamedTuple):
     """Where the two peaks of each of m cells are, relative to the largest harmonic."""
 
     ranges: Floats
@@ -116,9 +116,9 @@ class _Places(NamedTuple):
     reference: Complexes
     """(m,) Its amplitude in the middle of the cell."""
 
-    def of(self, cells: Booleans | Integers) -> _Places:
+    def of(self, cells: Booleans | Integers) -> _PeakPairs:
         """Return those of some cells."""
-        return _Places._make(each[cells] for each in self)
+        return _PeakPairs._make(each[cells] for each in self)
 
     def at(self, motion: SteadyMotion) -> Floats:
         """Return the ranges of the phase of a motion at a frequency in each cell, (m, 2, 2)."""
@@ -127,7 +127,7 @@ class _Places(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class _Search(ABC):
+class _ZeroSearch(ABC):
     """A function of omega whose zeros are sought."""
 
     oscillator: Oscillator
@@ -143,34 +143,34 @@ class _Search(ABC):
         """
 
     @abstractmethod
-    def value(self, motion: SteadyMotion, places: _Places) -> Floats:
+    def value(self, motion: SteadyMotion, places: _PeakPairs) -> Floats:
         """Return the function at m frequencies, of which each is in a cell with these places."""
 
     @abstractmethod
-    def compared(self, motion: SteadyMotion, places: _Places) -> tuple[Floats, Floats]:
+    def compared(self, motion: SteadyMotion, places: _PeakPairs) -> tuple[Floats, Floats]:
         """Return the phases of the two maxima at one frequency, and their slopes along omega; (2,) each."""
 
     def zeros(self, start: float, end: float) -> list[Coincidence]:
         """Return all zeros, increasing."""
         cells, places, narrow = self._isolated(start * (1.0 - END_WIDTH), end * (1.0 + END_WIDTH))
-        found = [_near_double(*ends) for ends in united(narrow, NEAR_DOUBLE_GAP)]
+        coincidences = [_near_double(*ends) for ends in united(narrow, NEAR_DOUBLE_GAP)]
         for i, ends in enumerate(cells):
             each = places.of(np.array([i]))
             omega = self._zero(ends, each)
-            found += [] if omega is None else [self._coincidence(omega, each)]
+            coincidences += [] if omega is None else [self._coincidence(omega, each)]
         apart: list[Coincidence] = []
-        for one in sorted(found):
-            if apart and one.omega - apart[-1].omega <= one.error + apart[-1].error:
-                apart[-1] = _same(apart[-1], one)
+        for coincidence in sorted(coincidences):
+            if apart and coincidence.omega - apart[-1].omega <= coincidence.error + apart[-1].error:
+                apart[-1] = _same(apart[-1], coincidence)
             else:
-                apart.append(one)
+                apart.append(coincidence)
         return apart
 
-    def _isolated(self, start: float, end: float) -> tuple[Floats, _Places, list[tuple[float, float]]]:
+    def _isolated(self, start: float, end: float) -> tuple[Floats, _PeakPairs, list[tuple[float, float]]]:
         """Return cells (m, 2) with one zero at most, with their places, and those with a near-double one."""
         cells, count = np.array([[start, end]]), 0
         ones, narrow = [np.zeros((0, 2))], [np.zeros((0, 2))]
-        places = [_Places(np.zeros((0, 2, 2)), np.zeros(0, np.int64), np.zeros(0, np.complex128))]
+        places = [_PeakPairs(np.zeros((0, 2, 2)), np.zeros(0, np.int64), np.zeros(0, np.complex128))]
         while len(cells):
             count += len(cells)
             if count > MAX_CELLS:
@@ -187,10 +187,10 @@ class _Search(ABC):
             left, middle, right = cells[halved, 0], middle[halved], cells[halved, 1]
             cells = np.concatenate([np.stack([left, middle], axis=1), np.stack([middle, right], axis=1)])
         near = [(float(left), float(right)) for left, right in np.concatenate(narrow)]
-        joined = _Places._make(np.concatenate(arrays) for arrays in zip(*places, strict=True))
+        joined = _PeakPairs._make(np.concatenate(arrays) for arrays in zip(*places, strict=True))
         return np.concatenate(ones), joined, near
 
-    def _judged(self, middle: Floats, radius: Floats) -> tuple[Integers, Floats, _Places, Floats]:
+    def _judged(self, middle: Floats, radius: Floats) -> tuple[Integers, Floats, _PeakPairs, Floats]:
         """Return verdicts on cells of omega, distances as of `judge`, places, and the round-off of displacements."""
         coefficients = self._coefficients(middle, radius)
         seen = relative(coefficients)
@@ -200,17 +200,17 @@ class _Search(ABC):
             some = np.flatnonzero(seen.exists)
             verdict[some], ranges[some], distance[some] = self.judge(seen.of(some))
         reference = self.stop * coefficients.value[np.arange(len(middle)), seen.largest]
-        return verdict, distance, _Places(ranges, seen.largest, reference), coefficients.roundoff
+        return verdict, distance, _PeakPairs(ranges, seen.largest, reference), coefficients.roundoff
 
     def _coefficients(self, middle: Floats, radius: Floats) -> Coefficients:
         """Return the response toward the stop in cells of omega."""
         motion = steady_motion(self.oscillator, middle, slopes=True)
         ends = middle - radius, middle + radius
-        bounds = [second_derivative_bound(self.oscillator, one, *ends) for one in self.oscillator.drive]
+        bounds = [second_derivative_bound(self.oscillator, harmonic, *ends) for harmonic in self.oscillator.drive]
         value, slope = self.stop * motion.response, self.stop * motion.slopes
         return Coefficients(motion.orders, value, slope, np.stack(bounds, axis=1), radius)
 
-    def _zero(self, ends: Floats, place: _Places) -> float | None:
+    def _zero(self, ends: Floats, place: _PeakPairs) -> float | None:
         """Return the zero between two ends, where the function is monotone; None if there is none."""
 
         def value(omega: float) -> float:
@@ -225,7 +225,7 @@ class _Search(ABC):
             return None
         return float(brentq(value, *ends, xtol=EPSILON * ends[0], rtol=4.0 * EPSILON))
 
-    def _coincidence(self, omega: float, place: _Places) -> Coincidence:
+    def _coincidence(self, omega: float, place: _PeakPairs) -> Coincidence:
         motion = steady_motion(self.oscillator, np.array([omega]), slopes=True)
         (difference,), (roundoff,) = self.value(motion, place), 2.0 * motion.roundoff
         phases, slopes = self.compared(motion, place)
@@ -236,7 +236,7 @@ class _Search(ABC):
         return Coincidence(omega, float(error), float(residual), two[0], two[1], simple=True)
 
 
-class _EqualMaxima(_Search):
+class _EqualMaxima(_ZeroSearch):
     """The difference of the two highest peaks."""
 
     def judge(self, cells: Relative) -> tuple[Integers, Floats, Floats]:
@@ -252,25 +252,25 @@ class _EqualMaxima(_Search):
         heights = peaks.height[np.lexsort((-peaks.height, peaks.cell))]
         return verdict, np.stack([ends[first], ends[second]], axis=1), heights[first] - heights[second]
 
-    def _tops(self, motion: SteadyMotion, places: _Places) -> tuple[Floats, Floats]:
+    def _tops(self, motion: SteadyMotion, places: _PeakPairs) -> tuple[Floats, Floats]:
         """Return phases and heights of the two peaks, (2, m) each."""
         response, ranges = self.stop * motion.response, places.at(motion)
         ends = ((each[:, 0], each[:, 1]) for each in (ranges[:, 0], ranges[:, 1]))
         tops = [top(motion.orders, response, left, right, 0.5 * (left + right)) for left, right in ends]
         return np.stack([phase for phase, _, _ in tops]), np.stack([height for _, height, _ in tops])
 
-    def value(self, motion: SteadyMotion, places: _Places) -> Floats:
+    def value(self, motion: SteadyMotion, places: _PeakPairs) -> Floats:
         _, heights = self._tops(motion, places)
         return np.asarray(heights[0] - heights[1])
 
-    def compared(self, motion: SteadyMotion, places: _Places) -> tuple[Floats, Floats]:
+    def compared(self, motion: SteadyMotion, places: _PeakPairs) -> tuple[Floats, Floats]:
         phases = self._tops(motion, places)[0][:, 0]
         slopes, _, _ = derivatives(motion.orders, self.stop * motion.slopes, phases)
         return wrapped(phases), slopes
 
 
 @dataclass(frozen=True, eq=False)
-class _VanishingMargin(_Search):
+class _VanishingMargin(_ZeroSearch):
     """The margin of the other stop along the grazes of the varied one."""
 
     varied: VariedStop
@@ -279,7 +279,7 @@ class _VanishingMargin(_Search):
     def judge(self, cells: Relative) -> tuple[Integers, Floats, Floats]:
         right = cells.coefficients
         left = right._replace(value=-right.value, slope=-right.slope)
-        (amplitude, *rates), (other, *others) = (_highest(highest_peaks(one)) for one in (right, left))
+        (amplitude, *rates), (other, *others) = (_highest(highest_peaks(side)) for side in (right, left))
         margin = self.varied.margin(self.oscillator, amplitude, other)
         # the margin is that of the peaks, and a constant that is scaled with them
         constant = margin - (self._moves * amplitude - other)
@@ -296,11 +296,11 @@ class _VanishingMargin(_Search):
         """The rate of the varied stop's clearance over that of its amplitude: 0 where the other one stays."""
         return float(self.varied.together)
 
-    def value(self, motion: SteadyMotion, places: _Places) -> Floats:
+    def value(self, motion: SteadyMotion, places: _PeakPairs) -> Floats:
         maxima, other = motion.toward(self.stop), motion.toward(-self.stop)
         return self.varied.margin(self.oscillator, maxima.amplitude, other.amplitude)
 
-    def compared(self, motion: SteadyMotion, places: _Places) -> tuple[Floats, Floats]:
+    def compared(self, motion: SteadyMotion, places: _PeakPairs) -> tuple[Floats, Floats]:
         maxima, other = motion.toward(self.stop), motion.toward(-self.stop)
         return np.append(maxima.phase, other.phase), np.append(self._moves * maxima.slope, other.slope)
 
@@ -309,16 +309,16 @@ def _near_double(left: float, right: float) -> Coincidence:
     return Coincidence(0.5 * (left + right), 0.5 * (right - left), 0.0)
 
 
-def _same(one: Coincidence, other: Coincidence) -> Coincidence:
+def _same(first: Coincidence, second: Coincidence) -> Coincidence:
     """Return two coincidences that round-off does not separate as one.
 
     A zero at the common end of two cells is found in both. Two zeros at which the difference changes its sign in
     opposite directions, so that the maxima change their places, are near-double.
     """
-    here, there = (np.exp(1j * np.array(each.phases)) for each in (one, other))
+    here, there = (np.exp(1j * np.array(each.phases)) for each in (first, second))
     if abs(here[0] - there[0]) <= abs(here[0] - there[1]):
-        return one
-    ends = [(each.omega - each.error, each.omega + each.error) for each in (one, other)]
+        return first
+    ends = [(each.omega - each.error, each.omega + each.error) for each in (first, second)]
     return _near_double(ends[0][0], max(ends[0][1], ends[1][1]))
 
 

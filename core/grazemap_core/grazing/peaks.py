@@ -157,8 +157,8 @@ def highest_peaks(coefficients: Coefficients) -> Peaks:
     count, chunk = len(coefficients.radius), max(1, _AT_ONCE // many)
     parts = []
     for start in range(0, count, chunk):
-        found = _highest_peaks(coefficients.of(slice(start, start + chunk)))
-        parts.append(found._replace(cell=found.cell + start))
+        peaks = _highest_peaks(coefficients.of(slice(start, start + chunk)))
+        parts.append(peaks._replace(cell=peaks.cell + start))
     return Peaks._make(np.concatenate(arrays) for arrays in zip(*parts, strict=True))
 
 
@@ -207,7 +207,7 @@ def top(
     return phase, height, -second
 
 
-class _Ranges(NamedTuple):
+class _AngleRanges(NamedTuple):
     """Ranges of theta that are left, by cell and theta; arrays of shape (r,)."""
 
     cell: Integers
@@ -225,10 +225,10 @@ class _Ranges(NamedTuple):
     largest_rate: Floats
     """As in `Peaks`."""
 
-    def touch(self, one: Integers | slice, other: Integers | slice, turn: float = 0.0) -> Booleans:
+    def touch(self, first: Integers | slice, second: Integers | slice, turn: float = 0.0) -> Booleans:
         """Return whether ranges end where others begin, after a turn."""
-        gap = self.middle[other] + turn - self.middle[one] - 0.5 * (self.width[one] + self.width[other])
-        return np.asarray(gap < 0.25 * np.minimum(self.width[one], self.width[other]))
+        gap = self.middle[second] + turn - self.middle[first] - 0.5 * (self.width[first] + self.width[second])
+        return np.asarray(gap < 0.25 * np.minimum(self.width[first], self.width[second]))
 
     def begins(self) -> Booleans:
         """Return whether a range is the first one of a run of adjacent ranges of a cell."""
@@ -256,7 +256,7 @@ def _highest_peaks(coefficients: Coefficients) -> Peaks:
     return _that_tie(peaks, coefficients)
 
 
-def _unwrapped(ranges: _Ranges) -> _Ranges:
+def _unwrapped(ranges: _AngleRanges) -> _AngleRanges:
     """Return ranges of which the first run of a cell is a turn further where it goes on from the last one."""
     begins = ranges.begins()
     start = np.flatnonzero(begins)
@@ -267,7 +267,7 @@ def _unwrapped(ranges: _Ranges) -> _Ranges:
     turned = np.isin(np.cumsum(begins) - 1, head[across])
     middle = np.where(turned, ranges.middle + 2.0 * np.pi, ranges.middle)
     order = np.lexsort((middle, ranges.cell))
-    return _Ranges._make(values[order] for values in ranges._replace(middle=middle))
+    return _AngleRanges._make(values[order] for values in ranges._replace(middle=middle))
 
 
 def _that_tie(peaks: Peaks, coefficients: Coefficients) -> Peaks:
@@ -279,7 +279,7 @@ def _that_tie(peaks: Peaks, coefficients: Coefficients) -> Peaks:
     return peaks.of(peaks.height[leader] - peaks.height <= reach)
 
 
-def _ranges(coefficients: Coefficients) -> _Ranges:
+def _ranges(coefficients: Coefficients) -> _AngleRanges:
     """Return the ranges of theta that may hold a highest point, ordered by cell and theta."""
     orders, value, slope, bound, radius = coefficients
     # sums of k^j over the moduli: bounds of derivatives along theta
@@ -294,7 +294,7 @@ def _ranges(coefficients: Coefficients) -> _Ranges:
     width = 2.0 * np.pi / number
     cell = np.repeat(np.arange(len(radius)), number)
     middle = np.tile((np.arange(number) + 0.5) * width - np.pi, len(radius))
-    left: list[_Ranges] = []
+    left: list[_AngleRanges] = []
     while len(cell):
         half, r = 0.5 * width, radius[cell]
         (u, du, ddu), (p, dp, ddp) = (derivatives(orders, each[cell], middle) for each in (value, slope))
@@ -315,12 +315,12 @@ def _ranges(coefficients: Coefficients) -> _Ranges:
         spread = half * (np.abs(dp) + 0.5 * half * rates[cell, 2]) + r * bends[cell, 0]
         widths = np.full(len(cell), width)
         kept = (cell, middle, widths, single, u, p - spread, p + spread)
-        left.append(_Ranges._make(each[done] for each in kept))
+        left.append(_AngleRanges._make(each[done] for each in kept))
         halved = may & ~done
         cell, middle = np.repeat(cell[halved], 2), np.repeat(middle[halved], 2)
         width = half
         middle[0::2] -= 0.5 * width
         middle[1::2] += 0.5 * width
-    ranges = _Ranges._make(np.concatenate(arrays) for arrays in zip(*left, strict=True))
+    ranges = _AngleRanges._make(np.concatenate(arrays) for arrays in zip(*left, strict=True))
     order = np.lexsort((ranges.middle, ranges.cell))
-    return _Ranges._make(each[order] for each in ranges)
+    return _AngleRanges._make(each[order] for each in ranges)

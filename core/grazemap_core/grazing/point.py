@@ -20,7 +20,7 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.checks import checked_omega
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
 from grazemap_core.model.drive import fundamental
@@ -65,7 +65,7 @@ class GrazingPoint:
     margin: float
     """Gap of the other stop minus the amplitude toward it; infinite if there is none, or if both are grazed at once."""
     clearance: float
-    """Of the stop, on the grazing curve."""
+    """Clearance of the stop, on the grazing curve."""
     state: Floats
     """(2N + 1,) x*; theta in (-pi/p, pi/p] is the phase of the forcing, omega t."""
     vector_field: Floats
@@ -211,7 +211,7 @@ def grazing_point(
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
     theta, phase = _wrapped(phase + later) / times, phase + later
-    responses = [harmonic_amplitudes(own, values, one) for one in own.drive]
+    responses = [harmonic_amplitudes(own, values, harmonic) for harmonic in own.drive]
     if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
         ((response, coordinate, _),) = responses
         contact = np.array([1j * stop * amplitude])
@@ -219,7 +219,7 @@ def grazing_point(
     else:
         turns = np.exp(1j * phase * motion.orders)
         contact = motion.response[0] * turns
-        steady = np.concatenate([one.amplitudes for one in responses]) * turns[:, None]
+        steady = np.concatenate([part.amplitudes for part in responses]) * turns[:, None]
     steady = np.array(
         [
             oscillator.with_contact(row.real, value.real) + 1j * oscillator.with_contact(row.imag, value.imag)
@@ -236,7 +236,8 @@ def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: boo
     Raises
     ------
     ParameterError
-        It has another shape, is not finite, or does not lie on the Poincare surface, where the velocity of q is 0.
+        The deviation has another shape, is not finite, or does not lie on the Poincare surface, where the velocity of q
+        is 0.
     """
     values = np.array(deviation, dtype=np.float64)
     if values.shape != point.state.shape or not np.all(np.isfinite(values)):
@@ -258,7 +259,7 @@ def interleaved(displacement: Floats, velocity: Floats, theta: float) -> Floats:
 def _point(
     oscillator: Oscillator, omega: float, varied: VariedStop | None, model: ModalModel, graze: _Graze
 ) -> GrazingPoint:
-    orders = np.array([one.order for one in oscillator.drive], dtype=np.float64)
+    orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
     stop, place, contact = graze.stop, contact_equilibrium(oscillator), graze.contact
     clearance = graze.amplitude + stop * place
     rates = orders[:, None] * omega

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
-from grazemap_core.grazing.one_stop import VariedStop, grazing_curve
 from grazemap_core.grazing.point import GrazingPoint
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.drive import fundamental

@@ -30,7 +30,7 @@ class ResonantUnfolding:
     """Orbits of vanishing impact speed have a clearance below (-1) or above (+1) that of the grazing curve, at omega
     just below the point."""
     orbits_after: Sign
-    """The same at omega just above the point."""
+    """The side of the clearances, -1 or +1, at omega just above the point."""
     curve_omega: Sign
     """The curve lies at smaller (-1) or larger (+1) omega."""
     curve_clearance: Sign

@@ -53,8 +53,8 @@ def return_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
 
 def arrival(point: GrazingPoint, free: Floats, phase: float) -> Floats:
     """Return the deviation of the state near a grazing point in which the contact is at rest; as `flow_to_rest`."""
-    found = point.deviation(*flow_to_rest(point, free, phase))
-    return point.with_contact(found, point.contact_of(found)[0], 0.0)
+    deviation = point.deviation(*flow_to_rest(point, free, phase))
+    return point.with_contact(deviation, point.contact_of(deviation)[0], 0.0)
 
 
 def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Floats, float]:
@@ -137,7 +137,7 @@ def surface_projection(point: GrazingPoint) -> Floats:
     ndarray of shape (2N + 1, 2N + 1)
     """
     still = np.zeros(point.oscillator.size)
-    row, jump = (interleaved(still, one, 0.0) for one in (point.oscillator.contact, point.oscillator.jump))
+    row, jump = (interleaved(still, weights, 0.0) for weights in (point.oscillator.contact, point.oscillator.jump))
     projection = np.eye(len(point.state)) - np.outer(point.vector_field / point.acceleration, row)
     return projection - np.outer(jump, row @ projection)
 

@@ -76,7 +76,7 @@ class SteadyMotion:
 
 def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -> SteadyMotion:
     """Return the steady motion at frequencies (n,), with its slopes if asked for. Raises as `contact_response`."""
-    orders = np.array([one.order for one in oscillator.drive], dtype=np.float64)
+    orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
     if slopes:
         return SteadyMotion(orders, *contact_response_and_slope(oscillator, omega))
     response = contact_response(oscillator, omega)

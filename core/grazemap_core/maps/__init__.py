@@ -5,7 +5,7 @@
 `basins` : the motion that every initial state leads to.
 `bifurcation_diagrams` : settled motions along one parameter.
 `chaotic_transients` : the chance that a chaotic motion settles later, from a sample that is run on.
-`settling` : runs of many trajectories until their motions are classified.
+`runner` : runs of many trajectories until their motions are classified.
 `borders` : the bifurcation curves, or basin boundaries, that separate the motions of a map.
 `kernels` : trajectories in lockstep and their classification.
 """

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.inferred_points import InferredWrong, check_sample
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
     LARGEST_INFERRED_SAMPLE,
@@ -78,7 +78,9 @@ def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
     """
     shape = plane.shape
     points = _Points(plane, **settings)
-    grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
+    grid = Refinement(
+        np.full(shape, UNKNOWN_LABEL, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points
+    )
     grid.refine(COARSEST_SPACING)
     arrays = points.inferred(grid.label) | {"computed": grid.computed}
     _write(arrays, points)
@@ -155,13 +157,13 @@ class _Points:
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
         self._ensemble, self._preview = policy == "ensemble", preview
         starts = random_starts(plane.oscillator, initial_conditions, seed) if self._ensemble else None
-        self._settler = PlaneSettler(plane, Settling(max_periods, max_period, linearised=not preview, starts=starts))
+        self._runner = PlaneRunner(plane, RunSettings(max_periods, max_period, linearised=not preview, starts=starts))
         periods = max_periods * (1 if starts is None else len(starts))
         self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []
-        # the first numbers are UNRESOLVED and SENSITIVE
+        # the first numbers are UNRESOLVED and SENSITIVE_LABEL
         unknown = (KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0)
         self._number((*unknown, False))
         self._labels.append(unknown)
@@ -170,8 +172,8 @@ class _Points:
         """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
         order = np.lexsort([rows, columns])
         rows, columns = rows[order], columns[order]
-        found = self._settler.points(rows, columns)
-        codes, figures = np.moveaxis(found[0], 2, 0)[:, :, None], np.moveaxis(found[1], 2, 0)[:, :, None]
+        results = self._runner.points(rows, columns)
+        codes, figures = np.moveaxis(results[0], 2, 0)[:, :, None], np.moveaxis(results[1], 2, 0)[:, :, None]
         named = named_arrays(codes, figures, self._ensemble, self._preview)
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))
@@ -216,7 +218,7 @@ class _Points:
     def _number(self, label: tuple[int, ...]) -> int:
         kind, _, period, right, left, symmetric, sticking, sensitive = label
         if sensitive:
-            return SENSITIVE
+            return SENSITIVE_LABEL
         if self._ensemble:
             right, left = min(right, left), max(right, left)
         key = (kind, period, right, left, symmetric, sticking)
@@ -228,7 +230,7 @@ class _Points:
     def _approach(self, arrays: Arrays) -> Floats:
         """Return the logarithms of the contractions of the transients to periodic motions, NaN where they are unknown.
 
-        They are unknown in an ensemble, which has many transients per point, and in a preview.
+        Contractions are unknown in an ensemble, which has many transients per point, and in a preview.
         """
         if self._ensemble or self._preview:
             return np.full(len(arrays["kind"]), np.nan)

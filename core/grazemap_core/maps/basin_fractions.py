@@ -33,8 +33,8 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
-from grazemap_core.maps.planes import Line
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.planes import ParameterLine
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -58,7 +58,7 @@ class Point(NamedTuple):
     """Clearances of the stops."""
 
 
-class Ranges(NamedTuple):
+class StateRanges(NamedTuple):
     """The ranges of initial states."""
 
     displacement: Floats
@@ -80,13 +80,13 @@ class BasinFractions:
     share_error: Floats
     """(a, n) Its binomial standard error, ``sqrt(share (1 - share)/s)``."""
     mean_position: Floats
-    """(a, n) As of an `Attractor`; NaN where it was not found, or where it is not known."""
+    """(a, n) As of an `Attractor`; NaN where the attractor was not found, or where the number is not known."""
     mean_velocity: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     multiplier: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     lyapunov: Floats
-    """(a, n) Likewise."""
+    """(a, n) As `mean_position`."""
     verified: Booleans
     """(a, n) Whether it is verified from every state that leads to it."""
     unresolved: Floats
@@ -97,13 +97,13 @@ class BasinFractions:
     """(n,) Share of the states that are sensitive."""
 
 
-def points_along(line: Line) -> list[Point]:
+def points_along(line: ParameterLine) -> list[Point]:
     """Return what is simulated at each value of a line."""
     return [Point(*line.point(index)) for index in range(len(line.axis.values))]
 
 
 @in_own_period
-def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> Ranges:
+def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity: ArrayLike | None) -> StateRanges:
     """Return the ranges of initial states, with those that are left out.
 
     Parameters
@@ -121,14 +121,14 @@ def ranges_of(points: Sequence[Point], displacement: ArrayLike | None, velocity:
         equilibrium, and the ranges are left out.
     """
     first = points[0].oscillator
-    given = (("displacement", displacement), ("velocity", velocity))
-    half = 0.0 if all(value is not None for _, value in given) else _half_range(points)
+    pairs = (("displacement", displacement), ("velocity", velocity))
+    half = 0.0 if all(value is not None for _, value in pairs) else _half_range(points)
     omega, at_rest = min(point.omega for point in points), equilibrium(first)[:, None]
     others = (at_rest + np.array([-half, half]), np.tile(omega * np.array([-half, half]), (first.size, 1)))
-    return Ranges(*(_range(*one, first.size, other) for one, other in zip(given, others, strict=True)))
+    return StateRanges(*(_range(*pair, first.size, other) for pair, other in zip(pairs, others, strict=True)))
 
 
-def random_states(points: Sequence[Point], ranges: Ranges, count: int, seed: int) -> Floats:
+def random_states(points: Sequence[Point], ranges: StateRanges, count: int, seed: int) -> Floats:
     """Return initial states (count, 2, N), displacements and velocities, uniform in the ranges.
 
     Of those only such states whose contact is between the stops, and not on them, at every point.
@@ -142,13 +142,13 @@ def random_states(points: Sequence[Point], ranges: Ranges, count: int, seed: int
     right, left = np.min([both_clearances(point.clearance) for point in points], axis=0)
     rows = {id(point.oscillator): point.oscillator.contact for point in points}.values()
     low, high = (np.stack([ranges.displacement[:, end], ranges.velocity[:, end]]) for end in (0, 1))
-    random, tried, found, kept = np.random.default_rng(seed), 0, 0, []
-    while found < count:
+    random, tried, kept_count, kept = np.random.default_rng(seed), 0, 0, []
+    while kept_count < count:
         drawn = random.uniform(low, high, (count, *low.shape))
         place = np.stack([drawn[:, 0] @ row for row in rows])
         kept.append(drawn[np.all((-left < place) & (place < right), axis=0)])
-        tried, found = tried + count, found + len(kept[-1])
-        if tried > MOST_DRAWS * (found + 1):
+        tried, kept_count = tried + count, kept_count + len(kept[-1])
+        if tried > MOST_DRAWS * (kept_count + 1):
             raise ParameterError("displacement", "the ranges hardly have a state with the contact between the stops")
     return np.concatenate(kept)[:count]
 
@@ -174,14 +174,14 @@ def fraction_tile(
     Returns
     -------
     dict of arrays of shape (n, s)
-        Those of `basins.basin_tile`.
+        The arrays of `basins.basin_tile`.
     """
     check_limits(phase, max_periods, max_period)
-    found, settlers = [], Settlers(Settling(max_periods, max_period))
+    motions, runners = [], Runners(RunSettings(max_periods, max_period))
     for point in points:
         forced = forced_oscillator(*point)
-        found.append(motions_from(settlers.of(point.oscillator), forced, *from_rest(forced, states), phase))
-    return {name: np.stack([one[name] for one in found]) for name in found[0]}
+        motions.append(motions_from(runners.of(point.oscillator), forced, *from_rest(forced, states), phase))
+    return {name: np.stack([of_point[name] for of_point in motions]) for name in motions[0]}
 
 
 def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]:
@@ -190,18 +190,18 @@ def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]
     return rest, states - rest
 
 
-class Settlers:
-    """The `Settler` of the oscillator that was asked for last."""
+class Runners:
+    """The `Runner` of the oscillator that was asked for last."""
 
-    def __init__(self, task: Settling) -> None:
-        self._task = task
-        self._last: tuple[Oscillator, Settler] | None = None
+    def __init__(self, settings: RunSettings) -> None:
+        self._settings = settings
+        self._last: tuple[Oscillator, Runner] | None = None
 
-    def of(self, oscillator: Oscillator) -> Settler:
-        """Return the settler of an oscillator, the same one for the same object."""
+    def of(self, oscillator: Oscillator) -> Runner:
+        """Return the runner of an oscillator, the same one for the same object."""
         if self._last is None or self._last[0] is not oscillator:
             before = None if self._last is None else self._last[1]
-            self._last = oscillator, Settler(oscillator, self._task, before)
+            self._last = oscillator, Runner(oscillator, self._settings, before)
         return self._last[1]
 
 
@@ -217,23 +217,23 @@ def basin_fractions(arrays: dict[str, NDArray[Any]]) -> BasinFractions:
     last: list[Attractor] = []
     rows: list[dict[int, Attractor]] = []
     for k in range(len(arrays["kind"])):
-        found = attractors({name: values[k] for name, values in arrays.items()})[1]
-        numbers = matched(found, last)
-        last += [one for one, number in zip(found, numbers, strict=True) if number >= len(last)]
+        candidates = attractors({name: values[k] for name, values in arrays.items()})[1]
+        numbers = matched(candidates, last)
+        last += [attractor for attractor, number in zip(candidates, numbers, strict=True) if number >= len(last)]
         every += last[len(every) :]
-        rows.append(dict(zip(numbers, found, strict=True)))
-        for number, one in rows[-1].items():
-            last[number] = one
+        rows.append(dict(zip(numbers, candidates, strict=True)))
+        for number, attractor in rows[-1].items():
+            last[number] = attractor
     values, states = arrays["kind"].shape
     count = np.zeros((len(every), values), dtype=np.int64)
     verified = np.zeros(count.shape, dtype=np.bool_)
     names = ("mean_position", "mean_velocity", "multiplier", "lyapunov")
     figures = {name: np.full(count.shape, np.nan) for name in names}
     for k, row in enumerate(rows):
-        for number, one in row.items():
-            count[number, k], verified[number, k] = one.states, one.verified
+        for number, attractor in row.items():
+            count[number, k], verified[number, k] = attractor.states, attractor.verified
             for name, array in figures.items():
-                figure = getattr(one, name)
+                figure = getattr(attractor, name)
                 array[number, k] = np.nan if figure is None else figure
     share, unresolved = count / states, np.mean(arrays["kind"] == KINDS.index("unresolved"), axis=1)
     return BasinFractions(
@@ -254,20 +254,21 @@ def binomial_error(share: Floats, sampled: int) -> Floats:
     return np.asarray(np.sqrt(share * (1.0 - share) / sampled))
 
 
-def matched(found: Sequence[Attractor], known: Sequence[Attractor]) -> list[int]:
+def matched(candidates: Sequence[Attractor], known: Sequence[Attractor]) -> list[int]:
     """Return the number of each attractor found at a value: its position among the known ones, or a new one.
 
     Parameters
     ----------
-    found : sequence of Attractor
+    candidates : sequence of Attractor
+        Those found at the value.
     known : sequence of Attractor
         Those found before, each where it was found last.
     """
-    numbers, new = [-1] * len(found), len(known)
-    for name in {_name(one): None for one in found}:
-        ours = [i for i, one in enumerate(found) if _name(one) == name]
-        theirs = [j for j, one in enumerate(known) if _name(one) == name]
-        between = np.array([[_squared(found[i], known[j]) for j in theirs] for i in ours]).reshape(len(ours), -1)
+    numbers, new = [-1] * len(candidates), len(known)
+    for name in {_name(attractor): None for attractor in candidates}:
+        ours = [i for i, attractor in enumerate(candidates) if _name(attractor) == name]
+        theirs = [j for j, attractor in enumerate(known) if _name(attractor) == name]
+        between = np.array([[_squared(candidates[i], known[j]) for j in theirs] for i in ours]).reshape(len(ours), -1)
         for i, j in zip(*linear_sum_assignment(between), strict=True):
             numbers[ours[i]] = theirs[j]
     for i, number in enumerate(numbers):
@@ -276,17 +277,17 @@ def matched(found: Sequence[Attractor], known: Sequence[Attractor]) -> list[int]
     return numbers
 
 
-def _name(one: Attractor) -> tuple[Any, ...]:
-    return tuple(getattr(one, name) for name in NAME)
+def _name(attractor: Attractor) -> tuple[Any, ...]:
+    return tuple(getattr(attractor, name) for name in NAME)
 
 
-def _squared(one: Attractor, other: Attractor) -> float:
+def _squared(attractor: Attractor, other: Attractor) -> float:
     """Return the squared distance between the means of two attractors of one name; 0 unless they are periodic."""
-    if one.mean_position is None or one.mean_velocity is None:
+    if attractor.mean_position is None or attractor.mean_velocity is None:
         return 0.0
     assert other.mean_position is not None  # as they have one name
     assert other.mean_velocity is not None
-    return (one.mean_position - other.mean_position) ** 2 + (one.mean_velocity - other.mean_velocity) ** 2
+    return (attractor.mean_position - other.mean_position) ** 2 + (attractor.mean_velocity - other.mean_velocity) ** 2
 
 
 def _half_range(points: Sequence[Point]) -> float:
@@ -305,10 +306,10 @@ def _half_range(points: Sequence[Point]) -> float:
     return float(half)
 
 
-def _range(name: str, given: ArrayLike | None, size: int, otherwise: Floats) -> Floats:
-    if given is None:
+def _range(name: str, ends: ArrayLike | None, size: int, otherwise: Floats) -> Floats:
+    if ends is None:
         return otherwise
-    array = np.array(given, dtype=np.float64)
+    array = np.array(ends, dtype=np.float64)
     if array.shape != (size, 2) or not np.all(np.isfinite(array)) or np.any(array[:, 1] < array[:, 0]):
         raise ParameterError(name, "must be a pair of numbers per mass, the second not below the first")
     return array

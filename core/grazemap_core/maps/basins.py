@@ -20,7 +20,7 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
@@ -55,13 +55,13 @@ class Attractor:
     period: int | None
     """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_right: int | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_left: int | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     symmetric: bool | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     sticking: bool | None
-    """Likewise."""
+    """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     mean_position: float | None
     """Mean of the contact coordinate at the initial phase of the forcing, less the steady motion, in units of the
     clearance. With `mean_velocity` it distinguishes motions of the same name, such as mirror images."""
@@ -125,7 +125,7 @@ def basin_tile(
     forced = forced_oscillator(oscillator, float(omega), clearance)
     check_limits(phase, max_periods, max_period)
     state, added = initial_states(forced, horizontal, vertical, displacement, velocity)
-    return motions_from(Settler(oscillator, Settling(max_periods, max_period)), forced, state, added, float(phase))
+    return motions_from(Runner(oscillator, RunSettings(max_periods, max_period)), forced, state, added, float(phase))
 
 
 def check_limits(phase: float, max_periods: int, max_period: int) -> None:
@@ -137,14 +137,14 @@ def check_limits(phase: float, max_periods: int, max_period: int) -> None:
 
 
 def motions_from(
-    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+    runner: Runner, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
 ) -> dict[str, NDArray[Any]]:
     """Return the motions that trajectories settle to from states ``state + added``, as arrays of `basin_tile`.
 
     Arguments are those of `run_states`. The arrays have the shape of `added` without its last two axes.
     """
     shape = added.shape[:-2]
-    codes, figures = run_states(settler, forced, state, added, phase)
+    codes, figures = run_states(runner, forced, state, added, phase)
     codes, figures = codes.T.reshape(-1, *shape), figures.T.reshape(-1, *shape)
     return arrays_of(codes, figures) | {
         "mean_position": figures[MEAN_POSITION].copy(),
@@ -153,16 +153,16 @@ def motions_from(
 
 
 def run_states(
-    settler: Settler, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
+    runner: Runner, forced: ForcedOscillator, state: Floats, added: Floats, phase: float
 ) -> tuple[Integers, Floats]:
     """Return codes (s, CODES) and figures (s, FIGURES) of trajectories from states ``state + added``.
 
-    `settler` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
+    `runner` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
     """
-    steady = settler.steady(np.array([forced.omega]))[0]
+    steady = runner.steady(np.array([forced.omega]))[0]
     scaled = (added / forced.stops.unit).reshape(-1, *state.shape)
     start = BetweenStops(state, scaled)
-    codes, figures = settler.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
+    codes, figures = runner.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
     return codes[0], figures[0]
 
 
@@ -181,16 +181,16 @@ def initial_states(
     state = np.stack([forced.rest, np.zeros(size)])
     for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
         if values is not None:
-            given = np.asarray(values, dtype=np.float64)
-            if given.shape != (size,) or not np.all(np.isfinite(given)):
+            numbers = np.asarray(values, dtype=np.float64)
+            if numbers.shape != (size,) or not np.all(np.isfinite(numbers)):
                 raise ParameterError(name, "must be one finite number per mass")
-            state[row] = given
-    indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
+            state[row] = numbers
+    indices = [_index(role, axis, size) for role, axis in (("horizontal", horizontal), ("vertical", vertical))]
     if indices[0] == indices[1]:
         raise ParameterError("vertical", "must differ from the horizontal coordinate")
     for index in indices:
         state[index] = 0.0
-    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
+    across, up = (np.asarray(axis.values, dtype=np.float64) for axis in (horizontal, vertical))
     added = np.zeros((len(up), len(across), 2, size))
     added[:, :, *indices[0]] = across
     added[:, :, *indices[1]] = up[:, None]
@@ -260,25 +260,26 @@ def _clusters(means: Floats) -> list[Integers]:
     trees = [cKDTree(means[which]) for which in members]
     beside = cKDTree(cells).query_pairs(2.0, p=math.inf, output_type="ndarray")
     linked = [trees[i].count_neighbors(trees[j], tolerance) > 0 for i, j in beside.tolist()]
-    one, other = beside[np.array(linked, dtype=np.bool_)].T
-    graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(cells), len(cells)))
+    first, second = beside[np.array(linked, dtype=np.bool_)].T
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(cells), len(cells)))
     _, cluster = connected_components(graph, directed=False)
     return [np.flatnonzero(cluster[cell] == number) for number in range(int(cluster.max()) + 1)]
 
 
 def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -> Attractor:
     """Return the attractor of the states `members`, out of `total` states."""
-    one = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
-    periodic = one["kind"] == KINDS.index("periodic")
+    figures = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
+    periodic = figures["kind"] == KINDS.index("periodic")
     if not periodic:
         lyapunov = arrays["lyapunov"].ravel()[members]
-        one["lyapunov"] = float(np.mean(lyapunov))
-    named = {name: one[name] if periodic else None for name in (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")}
+        figures["lyapunov"] = float(np.mean(lyapunov))
+    names = (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")
+    named = {name: figures[name] if periodic else None for name in names}
     return Attractor(
-        kind=KINDS[one["kind"]],
+        kind=KINDS[figures["kind"]],
         **named,
-        multiplier=one["multiplier"],
-        lyapunov=one["lyapunov"],
+        multiplier=figures["multiplier"],
+        lyapunov=figures["lyapunov"],
         verified=periodic and bool(np.all(arrays["verified"].ravel()[members])),
         states=len(members),
         share=len(members) / total,

@@ -1,7 +1,7 @@
 """Bifurcation diagrams: stroboscopic sections and impacts of settled motions along one parameter.
 
 Every value of the parameter has a trajectory of its own, from rest or from the final state of its neighbour. Its motion
-is named and verified as in maps (`settling`), by a run with other roundings from the same initial state. Where that run
+is named and verified as in maps (`runner`), by a run with other roundings from the same initial state. Where that run
 has no verified motion, and the recorded one has not closed on the same motion, the motion is named once more, from the
 end of the record: roundings may lead the two to different motions, and the one that is recorded counts.
 """
@@ -21,8 +21,8 @@ from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
-from grazemap_core.maps.planes import Line
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.planes import ParameterLine
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -33,7 +33,7 @@ from grazemap_core.simulation.start import State, forced_oscillator, initial_sta
 from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
-POLICIES: Final = ("rest", "sweep-up", "sweep-down")
+DIAGRAM_POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
 """Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
 measured in the last GROWTH_SHARE of all periods."""
@@ -71,7 +71,7 @@ class Section:
 
 @in_own_period
 def sections(
-    line: Line,
+    line: ParameterLine,
     policy: str = "rest",
     periods: int = 64,
     transient_periods: int = 300,
@@ -83,9 +83,9 @@ def sections(
 
     Parameters
     ----------
-    line : Line
+    line : ParameterLine
         The parameter and its values.
-    policy : one of POLICIES
+    policy : one of DIAGRAM_POLICIES
         Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from
         the last value down. If the contact is then beyond a stop, it is put on the stop with its velocity; this is an
         impact if it moves into the stop. After a trajectory that ended early the next one starts from rest.
@@ -110,8 +110,8 @@ def sections(
     RecordSizeError
         There are too many impacts. Raised while the sections are read.
     """
-    if policy not in POLICIES:
-        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    if policy not in DIAGRAM_POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(DIAGRAM_POLICIES)}")
     line.check()
     for name, count, least in (
         ("periods", periods, 1),
@@ -121,15 +121,15 @@ def sections(
         checked_order(name, count, least)
     order = range(len(line.axis.values))
     points = (line.point(k) for k in (reversed(order) if policy == "sweep-down" else order))
-    settling = Settling(transient_periods + periods + EXPONENT_PERIODS, max_period, observed=observed)
-    found = _follow(points, policy != "rest", periods, transient_periods, settling, most_bytes)
-    return _bounded(found, most_bytes)
+    settings = RunSettings(transient_periods + periods + EXPONENT_PERIODS, max_period, observed=observed)
+    diagram = _follow(points, policy != "rest", periods, transient_periods, settings, most_bytes)
+    return _bounded(diagram, most_bytes)
 
 
-def _bounded(found: Iterator[Section], most_bytes: int) -> Iterator[Section]:
+def _bounded(diagram: Iterator[Section], most_bytes: int) -> Iterator[Section]:
     """Yield sections until their impacts take more than a number of bytes; then raise RecordSizeError."""
     impacts, most = 0, most_bytes // IMPACT_BYTES
-    for section in found:
+    for section in diagram:
         impacts += len(section.impact_stop)
         if impacts > most:
             raise RecordSizeError(most, most_bytes)
@@ -141,7 +141,7 @@ def _follow(
     follows: bool,
     periods: int,
     transient_periods: int,
-    settling: Settling,
+    settings: RunSettings,
     most_bytes: int,
 ) -> Iterator[Section]:
     """Yield the sections at points.
@@ -150,11 +150,11 @@ def _follow(
     """
     state: State | None = None
     inherits, shown = False, transient_periods + periods
-    settler: Settler | None = None
-    nothing = np.zeros(0) if settling.observed is None else settling.observed.nothing
+    runner: Runner | None = None
+    nothing = np.zeros(0) if settings.observed is None else settings.observed.nothing
     for oscillator, omega, clearance in points:
-        if settler is None or settler.oscillator is not oscillator:
-            settler = Settler(oscillator, settling, settler)
+        if runner is None or runner.oscillator is not oscillator:
+            runner = Runner(oscillator, settings, runner)
         forced = forced_oscillator(oscillator, omega, clearance)
         at_rest = initial_state(forced, None, None, 0.0)
         begin = at_rest
@@ -170,15 +170,15 @@ def _follow(
             periods=periods,
             transient_periods=transient_periods,
             samples_per_period=1,
-            max_period=settling.max_period,
+            max_period=settings.max_period,
             most_bytes=most_bytes,
         )
-        state, settled = None, _Settled(run.motion, False, np.nan, 0, nothing)
+        state, settled = None, _NamedMotion(run.motion, False, np.nan, 0, nothing)
         if run.final is not None and len(run.time) == periods + 1:
-            state, settled = run.final, _settled(settler, omega, clearance, begin, inherits)
+            state, settled = run.final, _named_motion(runner, omega, clearance, begin, inherits)
             if not (settled.motion.verified or _are_same(settled.motion, run.motion)):
-                after = Settler(oscillator, settling._replace(max_periods=EXPONENT_PERIODS), settler)
-                later = _settled(after, omega, clearance, state, inherits=True)
+                after = Runner(oscillator, settings._replace(max_periods=EXPONENT_PERIODS), runner)
+                later = _named_motion(after, omega, clearance, state, inherits=True)
                 settled = _sensitive(later, 2 * shown) if _contradicts(settled.motion, later.motion) else settled
         captured = settled.halves <= 2 * shown and np.isfinite(settled.transient_growth)
         inherits = follows and state is not None and not captured
@@ -195,7 +195,7 @@ def _follow(
         )
 
 
-class _Settled(NamedTuple):
+class _NamedMotion(NamedTuple):
     """The motion that a trajectory settles to."""
 
     motion: Motion
@@ -210,17 +210,17 @@ class _Settled(NamedTuple):
     """As in `Section`."""
 
 
-def _settled(settler: Settler, omega: float, clearance: Clearance, begin: State, inherits: bool) -> _Settled:
+def _named_motion(runner: Runner, omega: float, clearance: Clearance, begin: State, inherits: bool) -> _NamedMotion:
     """Run a trajectory until its motion can be named; `inherits`: it starts with the error of the last one."""
-    codes, figures = settler.run_from(omega, clearance, begin, inherits)
+    codes, figures = runner.run_from(omega, clearance, begin, inherits)
     named = {name: array.item() for name, array in arrays_of(codes, figures).items()}
     growth, halves = named["transient_growth"], int(codes[HALVES_RUN])
-    return _Settled(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
+    return _NamedMotion(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
 
 
-def _are_same(one: Motion, other: Motion) -> bool:
+def _are_same(motion: Motion, other: Motion) -> bool:
     """Return whether two motions have one name."""
-    return all(getattr(one, name) == getattr(other, name) for name in ("kind", *_NAME))
+    return all(getattr(motion, name) == getattr(other, name) for name in ("kind", *_NAME))
 
 
 def _contradicts(motion: Motion, later: Motion) -> bool:
@@ -229,7 +229,7 @@ def _contradicts(motion: Motion, later: Motion) -> bool:
     return "periodic" in kinds and "unresolved" not in kinds and not _are_same(motion, later)
 
 
-def _sensitive(settled: _Settled, halves: int) -> _Settled:
+def _sensitive(settled: _NamedMotion, halves: int) -> _NamedMotion:
     """Return a motion, named by a run that begins after some half periods, as one that round-off decides."""
     motion = settled.motion
     if motion.verified:

@@ -23,13 +23,13 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.maps.adaptive_map import Settings
-from grazemap_core.maps.basin_fractions import Point, Settlers, from_rest
+from grazemap_core.maps.basin_fractions import Point, Runners, from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
-from grazemap_core.maps.planes import Line, Plane, PlaneSettler, SweepEnd
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, SweepEnd
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
@@ -78,11 +78,11 @@ def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]
         return None
     watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
     policy = settings.get("policy", "rest")
-    longer = Settling(RUN_ON * watched, max_period, linearised=False)
+    longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
     if policy == "rest":
-        settler = PlaneSettler(plane, longer)
-        chosen = sample_of_groups(list(settler.groups(rows, columns)), watched)
-        return _chance(len(rows), watched, settler.points(rows[chosen], columns[chosen])[0], longer)
+        runner = PlaneRunner(plane, longer)
+        chosen = sample_of_groups(list(runner.groups(rows, columns)), watched)
+        return _chance(len(rows), watched, runner.points(rows[chosen], columns[chosen])[0], longer)
     chosen = sample(len(rows), watched)
     sampled = rows[chosen], columns[chosen]
     if policy == "ensemble":
@@ -94,23 +94,23 @@ def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]
 
 
 def _of_ensemble(
-    plane: Plane, starts: Floats, watched: int, longer: Settling, rows: Integers, columns: Integers
+    plane: Plane, starts: Floats, watched: int, longer: RunSettings, rows: Integers, columns: Integers
 ) -> Integers:
     """Return codes (k, 1, CODES) of longer runs at points (k,), from the first of the states that leads to chaos."""
-    found, _ = PlaneSettler(plane, Settling(watched, longer.max_period, starts=starts)).points(rows, columns)
+    watched_codes, _ = PlaneRunner(plane, RunSettings(watched, longer.max_period, starts=starts)).points(rows, columns)
     codes = []
-    for of_states, row, column in zip(found, rows[:, None], columns[:, None], strict=True):
+    for of_states, row, column in zip(watched_codes, rows[:, None], columns[:, None], strict=True):
         start = starts[[_first_chaotic(of_states)]]
-        codes.append(PlaneSettler(plane, longer._replace(starts=start)).points(row, column)[0])
+        codes.append(PlaneRunner(plane, longer._replace(starts=start)).points(row, column)[0])
     return np.concatenate(codes)
 
 
-def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns: Integers) -> Integers:
+def _of_sweep(plane: Plane, settings: RunSettings, down: bool, rows: Integers, columns: Integers) -> Integers:
     """Return codes (k, RUN_ON, CODES) of runs at points (k,) that a sweep has reached, one after the other.
 
     A column is swept once; at each of its points the sweep is left for the runs there.
     """
-    settler, path = PlaneSettler(plane, task), np.arange(plane.shape[0])[:: -1 if down else 1]
+    runner, path = PlaneRunner(plane, settings), np.arange(plane.shape[0])[:: -1 if down else 1]
     codes = np.empty((len(rows), RUN_ON, CODES), dtype=np.int64)
     steps = np.argsort(path)[rows]
     for column in np.unique(columns).tolist():
@@ -119,10 +119,10 @@ def _of_sweep(plane: Plane, task: Settling, down: bool, rows: Integers, columns:
         in_column = np.flatnonzero(columns == column)
         for point in in_column[np.argsort(steps[in_column])].tolist():
             end = int(steps[point]) + 1
-            found, _, after = settler.sweep(path[done:end], column, after)
-            codes[point, 0], last = found[-1, 0], after
+            codes_on_way, _, after = runner.sweep(path[done:end], column, after)
+            codes[point, 0], last = codes_on_way[-1, 0], after
             for run in range(1, RUN_ON):
-                longer, _, last = settler.sweep(rows[point : point + 1], column, last)
+                longer, _, last = runner.sweep(rows[point : point + 1], column, last)
                 codes[point, run] = longer[0, 0]
             done = end
     return codes
@@ -155,13 +155,13 @@ def chance_in_basins(
     if len(rows) == 0:
         return None
     chosen = sample(len(rows), max_periods)
-    longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
-    settler, forced = Settler(oscillator, longer), forced_oscillator(oscillator, omega, clearance)
+    longer = RunSettings(RUN_ON * max_periods, max_period, linearised=False)
+    runner, forced = Runner(oscillator, longer), forced_oscillator(oscillator, omega, clearance)
     across = horizontal._replace(values=horizontal.values[columns[chosen]])
     up = vertical._replace(values=vertical.values[rows[chosen]])
     state, added = initial_states(forced, across, up, displacement, velocity)
     own = np.arange(len(chosen))
-    codes, _ = run_states(settler, forced, state, added[own, own], phase)
+    codes, _ = run_states(runner, forced, state, added[own, own], phase)
     return _chance(len(rows), max_periods, codes[:, None], longer)
 
 
@@ -182,18 +182,18 @@ def chance_in_fractions(
     if len(rows) == 0:
         return None
     chosen = sample(len(rows), max_periods)
-    longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
-    settlers, codes = Settlers(longer), []
+    longer = RunSettings(RUN_ON * max_periods, max_period, linearised=False)
+    runners, codes = Runners(longer), []
     for row in np.unique(rows[chosen]).tolist():
         forced = forced_oscillator(*points[row])
         start = from_rest(forced, states[columns[chosen][rows[chosen] == row]])
-        codes.append(run_states(settlers.of(points[row].oscillator), forced, *start, phase)[0])
+        codes.append(run_states(runners.of(points[row].oscillator), forced, *start, phase)[0])
     return _chance(len(rows), max_periods, np.concatenate(codes)[:, None], longer)
 
 
 @in_own_period
 def chance_in_diagram(
-    line: Line,
+    line: ParameterLine,
     sections: Sequence[Section],
     watched: int,
     max_period: int,
@@ -212,11 +212,11 @@ def chance_in_diagram(
     chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
     if not chaotic:
         return None
-    longer = Settling(RUN_ON * watched, max_period, linearised=False)
+    longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
     codes = []
     for number in (chaotic[position] for position in sample(len(chaotic), watched)):
         oscillator, omega, clearance = line.point(number)
-        codes.append(Settler(oscillator, longer).run_from(omega, clearance, sections[number].start)[0])
+        codes.append(Runner(oscillator, longer).run_from(omega, clearance, sections[number].start)[0])
     return _chance(len(chaotic), watched, np.stack(codes)[:, None], longer)
 
 
@@ -236,11 +236,11 @@ def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
     together = min(SIDE_BY_SIDE, len(evenly))
     group_of = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     chosen, times = np.unique(group_of[_spread(motions, len(evenly) // together)], return_counts=True)
-    found = np.concatenate(
+    of_groups = np.concatenate(
         [groups[k][_spread(len(groups[k]), together * count)] for k, count in zip(chosen, times, strict=True)]
     )
-    enough = len(found) >= together * (len(evenly) // together)  # groups may be small
-    return np.sort(found) if enough and len(evenly) < motions else evenly
+    enough = len(of_groups) >= together * (len(evenly) // together)  # groups may be small
+    return np.sort(of_groups) if enough and len(evenly) < motions else evenly
 
 
 def _spread(length: int, *most: int) -> Integers:
@@ -249,9 +249,9 @@ def _spread(length: int, *most: int) -> Integers:
     return (2 * np.arange(number) + 1) * length // (2 * number)
 
 
-def _chance(chaotic: int, watched: int, codes: Integers, task: Settling) -> ChanceToSettle:
+def _chance(chaotic: int, watched: int, codes: Integers, settings: RunSettings) -> ChanceToSettle:
     """Return the chance of chaotic motions from a sample (k, r, CODES), in r consecutive runs of a task each."""
-    outcomes = [outcome for outcome in (_outcome(runs, task) for runs in codes) if outcome is not None]
+    outcomes = [outcome for outcome in (_outcome(runs, settings) for runs in codes) if outcome is not None]
     sampled, settled = len(outcomes), sum(outcomes)
     low, high = interval(settled, sampled)
     return ChanceToSettle(
@@ -266,12 +266,12 @@ def _chance(chaotic: int, watched: int, codes: Integers, task: Settling) -> Chan
     )
 
 
-def _outcome(codes: Integers, task: Settling) -> bool | None:
+def _outcome(codes: Integers, settings: RunSettings) -> bool | None:
     """Return whether a trajectory settles in one of its consecutive runs (r, CODES); None if one ends early."""
     for run in codes:
         if run[REASON] == RESOLVED:
             return True
-        if run[HALVES_RUN] < 2 * task.max_periods:
+        if run[HALVES_RUN] < 2 * settings.max_periods:
             return None
     return False
 

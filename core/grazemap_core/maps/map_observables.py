@@ -57,15 +57,15 @@ def figures_of_column(
         amplitudes = whole_steady(models.oscillator, problem.omega)
         whole = observed_outputs(wanted, models, problem, held, amplitudes, whole=True)
     kinds, periods = _tasks(results.codes)
-    found, work = wanted.totals(), workspace(size, EVENTS)
+    totals, work = wanted.totals(), workspace(size, EVENTS)
     column = ObservedColumn(
         kinds=kinds,
         periods=periods,
         stops=stops,
         final=results.final,
-        contacts=np.zeros((count, *found.contacts.shape)),
-        outputs=np.zeros((count, *found.outputs.shape)),
-        totals=found,
+        contacts=np.zeros((count, *totals.contacts.shape)),
+        outputs=np.zeros((count, *totals.outputs.shape)),
+        totals=totals,
         scratch=wanted.scratch(size),
         rows=np.empty((MOST_IMPACTS, EVENT_COLUMNS + 2 * size)),
         u=np.zeros((size, 2)),
@@ -87,8 +87,13 @@ def _tasks(codes: Integers) -> tuple[Integers, Integers]:
     apart = (right == -1) & (left == -1)
     kinds = np.select(
         [kind == KINDS.index("unresolved"), ~periodic, known & apart, known],
-        [observed_column.UNKNOWN, observed_column.AVERAGED, observed_column.STEADY, observed_column.OF_ORBIT],
+        [
+            observed_column.NOT_OBSERVED,
+            observed_column.AVERAGED,
+            observed_column.STEADY_MOTION,
+            observed_column.OF_ORBIT,
+        ],
         observed_column.CLOSING,
     )
-    periods = np.select([kinds == observed_column.UNKNOWN, periodic], [0, period], AVERAGED_PERIODS)
+    periods = np.select([kinds == observed_column.NOT_OBSERVED, periodic], [0, period], AVERAGED_PERIODS)
     return kinds.astype(np.int64), periods.astype(np.int64)

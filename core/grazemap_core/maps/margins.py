@@ -8,7 +8,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import CoreError
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import Conditions
+from grazemap_core.maps.runner import Conditions
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
@@ -27,8 +27,8 @@ class SteadyContact(NamedTuple):
 
     def margins(self) -> Floats:
         """Return the gaps of the right and of the left stop from the steady motion (k, 2); infinite if absent."""
-        found, margins = self.conditions, self.conditions.clearance.copy()
-        place, amplitude = found.bias * self.place, found.forcing[:, None] * self.amplitude
+        conditions, margins = self.conditions, self.conditions.clearance.copy()
+        place, amplitude = conditions.bias * self.place, conditions.forcing[:, None] * self.amplitude
         margins[:, 0] -= place + amplitude[:, 0]
         margins[:, 1] -= amplitude[:, 1] - place
         return margins

@@ -73,36 +73,36 @@ def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
     It is interrupted where there is no steady motion, or none that reaches the stop.
     """
     other_axis = _finer(plane.axes[1 - place])
-    one, fine = plane.axes[place]._replace(values=plane.axes[place].values[:1]), other_axis.values
-    line = _with_axes(plane, place, one, other_axis)
+    axis, fine = plane.axes[place]._replace(values=plane.axes[place].values[:1]), other_axis.values
+    line = _with_axes(plane, place, axis, other_axis)
     extent = steady_on(line)
-    found = _solved(extent, stop, one.name)
+    values = _solved(extent, stop, axis.name)
     there = extent.conditions
-    if one.name in ("forcing", "bias"):
-        there = there._replace(**{one.name: found})
+    if axis.name in ("forcing", "bias"):
+        there = there._replace(**{axis.name: values})
     else:
         clearance = there.clearance.copy()
-        clearance[:, [0, 1] if one.name == "clearance" else [0 if stop > 0 else 1]] = found[:, None]
+        clearance[:, [0, 1] if axis.name == "clearance" else [0 if stop > 0 else 1]] = values[:, None]
         there = there._replace(clearance=clearance)
     other = extent._replace(conditions=there).margins()[:, 1 if stop > 0 else 0]
     admissible = ~(other < 0.0) | plane.mirrors
-    exists = np.isfinite(found)
-    for run in np.split(np.arange(len(found)), np.flatnonzero(np.diff(exists)) + 1):
+    exists = np.isfinite(values)
+    for run in np.split(np.arange(len(values)), np.flatnonzero(np.diff(exists)) + 1):
         if exists[run[0]]:
-            sides = (fine[run], found[run]) if place == 1 else (found[run], fine[run])
+            sides = (fine[run], values[run]) if place == 1 else (values[run], fine[run])
             yield GrazeLine(stop, plane.names, *sides, admissible[run])
 
 
 def _solved(extent: SteadyContact, stop: int, name: str) -> Floats:
     """Return the values (k,) of a parameter at which the margin of a stop is 0."""
-    found, side = extent.conditions, 0 if stop > 0 else 1
+    conditions, side = extent.conditions, 0 if stop > 0 else 1
     amplitude, place = extent.amplitude[:, side], stop * extent.place
     with np.errstate(divide="ignore", invalid="ignore"):
         if name == "forcing":
-            return np.asarray((found.clearance[:, side] - found.bias * place) / amplitude)
+            return np.asarray((conditions.clearance[:, side] - conditions.bias * place) / amplitude)
         if name == "bias":
-            return np.asarray((found.clearance[:, side] - found.forcing * amplitude) / place)
-        return np.asarray(found.forcing * amplitude + found.bias * place)
+            return np.asarray((conditions.clearance[:, side] - conditions.forcing * amplitude) / place)
+        return np.asarray(conditions.forcing * amplitude + conditions.bias * place)
 
 
 def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
@@ -125,9 +125,9 @@ def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
                 return float(_margins_at(plane, *(value if k == varied else at[k] for k in (0, 1)))[own])
 
             ends = fine.axes[varied].values[place : place + 2].tolist()
-            found = [margin(end) for end in ends]
-            if found[0] * found[1] >= 0.0:  # one of them is 0 within rounding
-                known[key] = ends[int(np.argmin(np.abs(found)))]
+            margins = [margin(end) for end in ends]
+            if margins[0] * margins[1] >= 0.0:  # one of them is 0 within rounding
+                known[key] = ends[int(np.argmin(np.abs(margins)))]
             else:
                 least = EPSILON * max(map(abs, ends))
                 known[key] = float(brentq(margin, *ends, xtol=least, rtol=4.0 * EPSILON))
@@ -143,7 +143,7 @@ def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
 def _margins_at(plane: Plane, horizontal: float, vertical: float) -> Floats:
     """Return the margins of the right and of the left stop at any values of the two parameters."""
     values = (np.array([horizontal]), np.array([vertical]))
-    axes = (axis._replace(values=one) for axis, one in zip(plane.axes, values, strict=True))
+    axes = (axis._replace(values=value) for axis, value in zip(plane.axes, values, strict=True))
     return np.asarray(steady_on(_with_axes(plane, 0, *axes)).margins()[0])
 
 
@@ -159,9 +159,9 @@ def _paths(values: Floats) -> list[list[Side]]:
         crossed = [side for k, side in enumerate(sides) if ends[k] != ends[(k + 1) % 4]]
         if len(crossed) == 4 and (np.mean(values[row : row + 2, column : column + 2]) > 0.0) != corners[0]:
             crossed = crossed[-1:] + crossed[:-1]  # the first corner is alone
-        for one, other in zip(crossed[::2], crossed[1::2], strict=True):
-            links.setdefault(one, []).append(other)
-            links.setdefault(other, []).append(one)
+        for first, second in zip(crossed[::2], crossed[1::2], strict=True):
+            links.setdefault(first, []).append(second)
+            links.setdefault(second, []).append(first)
     # lines with ends first, then those that are closed
     return [_walk(links, start) for start in sorted(links, key=lambda side: len(links[side])) if start in links]
 
@@ -186,9 +186,9 @@ def _walk(links: dict[Side, list[Side]], start: Side) -> list[Side]:
     return [*path, start] if len(last) == 2 and path[-1] == last[1] else path
 
 
-def _with_axes(plane: Plane, place: int, one: Axis, other: Axis) -> Plane:
-    """Return a plane with other axes: `one` is that at a place, 0 the horizontal one."""
-    across, up = (one, other) if place == 0 else (other, one)
+def _with_axes(plane: Plane, place: int, axis: Axis, other: Axis) -> Plane:
+    """Return a plane with other axes: `axis` is that at a place, 0 the horizontal one."""
+    across, up = (axis, other) if place == 0 else (other, axis)
     return replace(plane, horizontal=across, vertical=up)
 
 

@@ -31,7 +31,7 @@ from grazemap_core.continuation.parameters import (
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.settling import CAN_RUN_APART, Apart, Conditions, RunEnd, Settler, Settling, run_apart
+from grazemap_core.maps.runner import CAN_SEPARATE, Conditions, RunEnd, Runner, RunSettings, SeparateRuns, run_separate
 from grazemap_core.maps.starts import AboutMiddle, AtRest, Start
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import at_own_period, divisor_of
@@ -39,11 +39,11 @@ from grazemap_core.records import NamedTuple, dataclass
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
-_BYTES_APART: Final = 2**26
+_BYTES_OF_SEPARATE_MODELS: Final = 2**26
 """Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
 _BYTES_OF_MASS: Final = 20_000
-"""Of a model, for each mass: what it takes where the flow over a period is tabulated, or less."""
-_LAST_SETTLERS: Final = 8
+"""Memory for a model, for each mass, where the flow over a period is tabulated; others take less."""
+_LAST_RUNNERS: Final = 8
 """Number of structures for which scratch is kept."""
 
 Indices = Integers
@@ -60,7 +60,7 @@ class Axis(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class ParameterLine:
     """The values of one parameter, at fixed values of the others."""
 
     oscillator: Oscillator
@@ -233,7 +233,7 @@ class SweepEnd(NamedTuple):
 
     row: int
     """The row at which it ended."""
-    settler: RunEnd
+    run_end: RunEnd
     """How and where its last trajectory ended, in a sweep by a kernel."""
     state: Floats | None
     """(2, N) Displacements and velocities; None where the trajectory ended early, or in a sweep by a kernel."""
@@ -243,44 +243,45 @@ class SweepEnd(NamedTuple):
     """Whether the next trajectory begins with the error of this one."""
 
 
-class PlaneSettler:
+class PlaneRunner:
     """Runs of trajectories at the points of a plane, until their motions can be named."""
 
-    def __init__(self, plane: Plane, task: Settling) -> None:
+    def __init__(self, plane: Plane, settings: RunSettings) -> None:
         """Allocate scratch for one structure at a time; nothing is run."""
-        self.plane, self._task = plane.at_own_period, task
+        self.plane, self._settings = plane.at_own_period, settings
         # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
-        self._scaled = tuple(name for name in ("bias", "forcing") if task.observed is not None and name in plane.names)
-        self._settlers: dict[tuple[float, ...], tuple[Settler, dict[float, Complexes]]] = {}
-        self._last: Settler | None = None
+        observed = settings.observed is not None
+        self._scaled = tuple(name for name in ("bias", "forcing") if observed and name in plane.names)
+        self._runners: dict[tuple[float, ...], tuple[Runner, dict[float, Complexes]]] = {}
+        self._last: Runner | None = None
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
-        starts = 1 if self._task.starts is None else len(self._task.starts)
+        starts = 1 if self._settings.starts is None else len(self._settings.starts)
         codes = np.empty((len(rows), starts, lane_state.CODES), dtype=np.int64)
-        more = 0 if self._task.observed is None else self._task.observed.count
+        more = 0 if self._settings.observed is None else self._settings.observed.count
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
-        if self._runs_apart:
-            most = max(LANES, _BYTES_APART // (_BYTES_OF_MASS * self.plane.oscillator.size))
+        if self._runs_separately:
+            most = max(LANES, _BYTES_OF_SEPARATE_MODELS // (_BYTES_OF_MASS * self.plane.oscillator.size))
             for first in range(0, len(rows), most):
                 some = slice(first, first + most)
-                codes[some], figures[some] = self._run_apart(rows[some], columns[some], conditions.part(some))
+                codes[some], figures[some] = self._run_separately(rows[some], columns[some], conditions.part(some))
             return codes, figures
         for group in self.groups(rows, columns):
             codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
         return codes, figures
 
     @property
-    def _runs_apart(self) -> bool:
+    def _runs_separately(self) -> bool:
         """Whether no two points share their tables, so that every trajectory has its own."""
-        plain = self._task.starts is None and self._task.observed is None
-        return CAN_RUN_APART and plain and all(name == "omega" or name not in PARAMETERS for name in self.plane.names)
+        plain = self._settings.starts is None and self._settings.observed is None
+        return CAN_SEPARATE and plain and all(name == "omega" or name not in PARAMETERS for name in self.plane.names)
 
     def groups(self, rows: Indices, columns: Indices) -> Iterator[Indices]:
         """Yield the positions of points (k,) whose trajectories are simulated side by side."""
         # random initial states do not scale with the forces and the bias
-        varied = (*self._scaled, "omega") if self._task.starts is None else ("forcing", "bias", "omega")
+        varied = (*self._scaled, "omega") if self._settings.starts is None else ("forcing", "bias", "omega")
         return self.plane.groups(rows, columns, varied)
 
     def sweep(self, rows: Indices, column: int, after: SweepEnd | None = None) -> tuple[Integers, Floats, SweepEnd]:
@@ -293,20 +294,20 @@ class PlaneSettler:
         columns, codes, figures = np.full(len(rows), column), [], []
         for k in range(len(rows)):
             here, only = rows[k : k + 1], columns[k : k + 1]
-            settler, omega, steady = self._settler(int(here[0]), column)
+            runner, omega, steady = self._runner(int(here[0]), column)
             conditions = self._conditions(here, only)
             start: Start = AtRest()
             if after is not None:
-                settler.return_to(after.settler)
+                runner.return_to(after.run_end)
                 before = self._conditions(np.array([after.row]), only).forcing[0]
-                settler.errors.square[0] *= (before / conditions.forcing[0]) ** 2
+                runner.errors.square[0] *= (before / conditions.forcing[0]) ** 2
                 if after.state is not None:
-                    start = settler.within(conditions, after.state, after.rests)
+                    start = runner.within(conditions, after.state, after.rests)
             inherits = after is not None and after.inherits
-            code, figure = settler.run(omega, steady, conditions, start, inherits=inherits)
-            state = settler.final_state(omega, steady, conditions)
+            code, figure = runner.run(omega, steady, conditions, start, inherits=inherits)
+            state = runner.final_state(omega, steady, conditions)
             inherits = state is not None and not _is_captured(code[0, 0])
-            after = SweepEnd(int(here[0]), settler.end, state, settler.rests, inherits)
+            after = SweepEnd(int(here[0]), runner.end, state, runner.rests, inherits)
             codes.append(code)
             figures.append(figure)
         assert after is not None
@@ -314,10 +315,10 @@ class PlaneSettler:
 
     def _sweep_by_kernel(self, rows: Indices, column: int, after: SweepEnd | None) -> tuple[Integers, Floats, SweepEnd]:
         """Return what `sweep` does, for points that share their tables."""
-        settler, omega, steady = self._settler(int(rows[0]), column)
+        runner, omega, steady = self._runner(int(rows[0]), column)
         if after is not None:
-            settler.return_to(after.settler)
-        codes, figures = settler.run(
+            runner.return_to(after.run_end)
+        codes, figures = runner.run(
             omega,
             steady,
             self._conditions(rows, np.full(len(rows), column)),
@@ -325,70 +326,70 @@ class PlaneSettler:
             inherits=after is not None and after.inherits,
             goes_on=after is not None,
         )
-        inherits = settler.end.ended != lane_state.ENDED_EARLY and not _is_captured(codes[-1, 0])
-        return codes, figures, SweepEnd(int(rows[-1]), settler.end, None, settler.rests, inherits)
+        inherits = runner.end.ended != lane_state.ENDED_EARLY and not _is_captured(codes[-1, 0])
+        return codes, figures, SweepEnd(int(rows[-1]), runner.end, None, runner.rests, inherits)
 
     def grid(self, down: bool = False) -> tuple[Integers, Floats]:
         """Return codes (CODES, n, m, s) and figures (FIGURES, n, m, s) of all points; of a sweep, which may go down."""
         n, m = self.plane.shape
-        if not self._task.follow:
+        if not self._settings.follow:
             codes, figures = self.points(*self.plane.grid)
         else:
             rows = np.arange(n)[:: -1 if down else 1]
             columns = [self.sweep(rows, column) for column in range(m)]
-            codes = np.concatenate([found[rows] for found, _, _ in columns])
-            figures = np.concatenate([found[rows] for _, found, _ in columns])
+            codes = np.concatenate([swept_codes[rows] for swept_codes, _, _ in columns])
+            figures = np.concatenate([swept_figures[rows] for _, swept_figures, _ in columns])
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
     def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share their tables, under the conditions there."""
-        settler, omega, steady = self._settler(int(rows[0]), int(columns[0]))
-        return settler.run(omega, steady, conditions, start_at(self._task, omega))
+        runner, omega, steady = self._runner(int(rows[0]), int(columns[0]))
+        return runner.run(omega, steady, conditions, start_at(self._settings, omega))
 
-    def _run_apart(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
+    def _run_separately(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
         groups, omega = [*self.plane.groups(rows, columns, ())], self.plane.values("omega", rows, columns)
         structures = []
         for group in groups:
-            settler, steady = self._structure(int(rows[group[0]]), int(columns[group[0]]))
-            of_group = np.stack([steady[one] for one in omega[group].tolist()])
-            structures.append(Apart(settler, omega[group], of_group, conditions.part(group)))
-        order, (codes, figures) = np.argsort(np.concatenate(groups)), run_apart(structures)
+            runner, steady = self._structure(int(rows[group[0]]), int(columns[group[0]]))
+            of_group = np.stack([steady[frequency] for frequency in omega[group].tolist()])
+            structures.append(SeparateRuns(runner, omega[group], of_group, conditions.part(group)))
+        order, (codes, figures) = np.argsort(np.concatenate(groups)), run_separate(structures)
         return codes[order], figures[order]
 
     def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
-        """Return the conditions of points for the settler of their oscillator."""
-        found = self.plane.conditions(rows, columns)
-        return found._replace(**{name: np.ones(len(rows)) for name in self._scaled})
+        """Return the conditions of points for the runner of their oscillator."""
+        conditions = self.plane.conditions(rows, columns)
+        return conditions._replace(**{name: np.ones(len(rows)) for name in self._scaled})
 
     def _oscillator(self, row: int, column: int) -> Oscillator:
         """Return the oscillator of a point, without the parameters that its conditions have."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
-    def _structure(self, row: int, column: int) -> tuple[Settler, dict[float, Complexes]]:
-        """Return the settler of a point's structure, and the reference motions at the frequencies of the plane."""
+    def _structure(self, row: int, column: int) -> tuple[Runner, dict[float, Complexes]]:
+        """Return the runner of a point's structure, and the reference motions at the frequencies of the plane."""
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
         key = tuple(float(value) for (value,) in keys)
-        if key not in self._settlers:
-            while len(self._settlers) >= _LAST_SETTLERS:
-                del self._settlers[next(iter(self._settlers))]
-            settler = Settler(self._oscillator(row, column), self._task, self._last)
-            self._last, omegas = settler, self.plane.omegas
-            self._settlers[key] = settler, dict(zip(omegas.tolist(), settler.steady(omegas), strict=True))
-        return self._settlers[key]
+        if key not in self._runners:
+            while len(self._runners) >= _LAST_RUNNERS:
+                del self._runners[next(iter(self._runners))]
+            runner = Runner(self._oscillator(row, column), self._settings, self._last)
+            self._last, omegas = runner, self.plane.omegas
+            self._runners[key] = runner, dict(zip(omegas.tolist(), runner.steady(omegas), strict=True))
+        return self._runners[key]
 
-    def _settler(self, row: int, column: int) -> tuple[Settler, float, Complexes]:
-        """Return the settler of a point's structure, the frequency and the reference motion there."""
-        settler, steady = self._structure(row, column)
+    def _runner(self, row: int, column: int) -> tuple[Runner, float, Complexes]:
+        """Return the runner of a point's structure, the frequency and the reference motion there."""
+        runner, steady = self._structure(row, column)
         omega = float(self.plane.values("omega", np.array([row]), np.array([column]))[0])
-        return settler, omega, steady[omega]
+        return runner, omega, steady[omega]
 
 
-def start_at(task: Settling, omega: float) -> AtRest | AboutMiddle:
+def start_at(settings: RunSettings, omega: float) -> AtRest | AboutMiddle:
     """Return where the trajectories of a map at a frequency begin, which are not those of a sweep."""
-    return AtRest() if task.starts is None else AboutMiddle(task.starts * np.array([1.0, omega])[:, None])
+    return AtRest() if settings.starts is None else AboutMiddle(settings.starts * np.array([1.0, omega])[:, None])
 
 
 def _of_map(parts: NDArray[Number]) -> NDArray[Number]:
@@ -403,7 +404,7 @@ def varied_clearance(clearance: Floats) -> tuple[Parameter, Floats]:
     right, left = clearance.T
     if np.array_equal(right, left):
         return "clearance", right
-    right_varies, left_varies = (bool(np.any(one != one[0])) for one in (right, left))
+    right_varies, left_varies = (bool(np.any(gaps != gaps[0])) for gaps in (right, left))
     if right_varies and left_varies:
         raise ParameterError("clearance", "must be that of both stops, or vary for one of them")
     left_alone = left_varies or np.isinf(right[0])

@@ -2,7 +2,7 @@
 
 Labels are numbers. There are four sorts. A *motion* persists under small changes, so points between neighbours with
 one label have it too, as a rule. An *irregular* label (chaos) need not persist, because its region contains points of
-many others. SENSITIVE is irregular, and never inferred. UNRESOLVED asserts nothing.
+many others. SENSITIVE_LABEL is irregular, and never inferred. UNRESOLVED asserts nothing.
 
 A lattice of points is computed, then halved until it is the grid. A new point between points of one label gets that
 label; a new point among several irregular or unresolved ones is left unresolved; all others are computed, and so are
@@ -32,8 +32,8 @@ Indices = Integers
 Labels = NDArray[np.int32]
 
 UNRESOLVED: Final = 0
-SENSITIVE: Final = 1
-UNKNOWN: Final = -1
+SENSITIVE_LABEL: Final = 1
+UNKNOWN_LABEL: Final = -1
 _AROUND: Final = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
 
 Compute = Callable[[Indices, Indices], tuple[Labels, Floats]]
@@ -47,12 +47,12 @@ class Refinement:
     Attributes
     ----------
     label : int32, (n, m)
-        UNKNOWN before `refine`.
+        UNKNOWN_LABEL before `refine`.
     computed : bool, (n, m)
     """
 
     def __init__(self, label: Labels, computed: Booleans, irregular: Callable[[Labels], Any], compute: Compute):
-        """Take a grid, whose arrays are changed in place; `irregular` returns which labels are: SENSITIVE is one."""
+        """Take a grid, whose arrays are changed in place; `irregular` returns which labels are, SENSITIVE_LABEL too."""
         self.label, self.computed = label, computed
         self._irregular, self._compute = irregular, compute
         self._approach = np.empty((0, 0))
@@ -110,16 +110,16 @@ class Refinement:
         # an irregular label persists only where all its neighbours have it too
         isolated = self._differs_from_neighbour(coarse) & self._irregular(coarse)
         isolated_around = np.any([isolated[np.ix_(i, j)] for i, j in corners], axis=0)
-        inferred = np.where(same & ~isolated_around & (around[0] != SENSITIVE), around[0], UNKNOWN)
-        inferred[np.all(irregular | (around == UNRESOLVED), axis=0) & (inferred == UNKNOWN)] = UNRESOLVED
+        inferred = np.where(same & ~isolated_around & (around[0] != SENSITIVE_LABEL), around[0], UNKNOWN_LABEL)
+        inferred[np.all(irregular | (around == UNRESOLVED), axis=0) & (inferred == UNKNOWN_LABEL)] = UNRESOLVED
         transients = self._approach[np.ix_(rows, columns)]
         known = [transients[np.ix_(i, j)] for i, j in corners]
         apart = np.fmax.reduce(known) - np.fmin.reduce(known) > SAME_APPROACH
-        inferred[apart & same & ~irregular[0] & (around[0] != UNRESOLVED)] = UNKNOWN
+        inferred[apart & same & ~irregular[0] & (around[0] != UNRESOLVED)] = UNKNOWN_LABEL
         whole = np.ix_(finer_rows, finer_columns)
         present = self.label[whole]
-        self.label[whole] = np.where(present == UNKNOWN, inferred, present)
-        found_rows, found_columns = np.nonzero((present == UNKNOWN) & (inferred == UNKNOWN))
+        self.label[whole] = np.where(present == UNKNOWN_LABEL, inferred, present)
+        found_rows, found_columns = np.nonzero((present == UNKNOWN_LABEL) & (inferred == UNKNOWN_LABEL))
         self._at(finer_rows[found_rows], finer_columns[found_columns])
 
     def _differs_from_neighbour(self, lattice: Labels) -> Booleans:
@@ -178,5 +178,5 @@ def _neighbours(i: Indices, j: Indices, shape: tuple[int, int]) -> tuple[Indices
     flat = [
         np.clip(i + down, 0, shape[0] - 1) * shape[1] + np.clip(j + across, 0, shape[1] - 1) for down, across in _AROUND
     ]
-    found = np.unique(np.concatenate(flat))
-    return found // shape[1], found % shape[1]
+    flat_indices = np.unique(np.concatenate(flat))
+    return flat_indices // shape[1], flat_indices % shape[1]

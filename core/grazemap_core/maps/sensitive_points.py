@@ -17,7 +17,7 @@ from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane, start_at
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
@@ -31,11 +31,11 @@ FIRST_PERIODS: Final = 16
 LONGER: Final = 64
 """How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
 ones."""
-AT_ONCE: Final = 4
+PERIODS_AT_ONCE: Final = 4
 """Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
 SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
-RESTING: Final = 1e-12
+RESTING_DISTANCE: Final = 1e-12
 """Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""
 MOST_WORK: Final = 300_000_000
 """Limit of the work for a point, in impacts times bits: some two minutes."""
@@ -75,18 +75,18 @@ class Resolver:
     def __init__(self, oscillator: Oscillator, omega: float, max_periods: int = 1000, max_period: int = 32) -> None:
         """Allocate scratch; limits as in `unfolding.unfolding_map_tile`."""
         self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
-        self._settler = Settler(
-            oscillator, Settling(AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
+        self._runner = Runner(
+            oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
         )
-        self._steady = self._settler.steady(np.array([omega]))[0]
+        self._steady = self._runner.steady(np.array([omega]))[0]
 
     def random_states(self, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return random initial states (s, 2, N)."""
-        return self._settler.random_states(self._omega, self._steady, clearance, start)
+        return self._runner.random_states(self._omega, self._steady, clearance, start)
 
     def resolve(self, clearance: Clearance, state: Floats | None = None, phase: float = 0.0) -> Resolution:
         """Decide the motion from displacements and velocities (2, N), or from rest, at a phase of the forcing."""
-        unit = self._settler.unit(self._omega, self._steady, clearance)
+        unit = self._runner.unit(self._omega, self._steady, clearance)
 
         def start(bits: int) -> MultiprecisionRun:
             return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
@@ -94,13 +94,13 @@ class Resolver:
         def restart(states: Floats) -> tuple[Integers, Floats]:
             both = both_clearances(clearance)
             places = states[:, 0] @ self._oscillator.contact
-            free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING * unit
+            free = np.min([np.abs(places - both[0]), np.abs(places + both[1])], axis=0) > RESTING_DISTANCE * unit
             codes = np.full((len(states), lane_state.CODES), ROUNDING_DECIDES)
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
                 start = BetweenStops(np.zeros(states.shape[1:]), states[free] / unit)
-                found = self._settler.run(self._omega, self._steady, np.array([both]), start, phase)
-                codes[free], figures[free] = found[0][0], found[1][0]
+                results = self._runner.run(self._omega, self._steady, np.array([both]), start, phase)
+                codes[free], figures[free] = results[0][0], results[1][0]
             return codes, figures
 
         return resolution(start, restart, LONGER * self._max_periods)
@@ -148,13 +148,13 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
 def _at_once(codes: Integers) -> Booleans:
     """Return which trajectories a verified orbit captures at once."""
     verified = (codes[:, lane_state.REASON] == RESOLVED) & (codes[:, lane_state.UNVERIFIED] == RESOLVED)
-    early = codes[:, lane_state.HALVES_RUN] <= 2 * (AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
+    early = codes[:, lane_state.HALVES_RUN] <= 2 * (PERIODS_AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
     return np.asarray(verified & early)
 
 
 def resolve_grid(
     plane: Plane,
-    task: Settling,
+    settings: RunSettings,
     sensitive: Booleans,
     codes: Integers,
     figures: Floats,
@@ -164,23 +164,23 @@ def resolve_grid(
     Parameters
     ----------
     plane : Plane
-    task : Settling
+    settings : RunSettings
         Not of a sweep.
     sensitive : (n, m, s)
     codes, figures : (CODES, n, m, s), (FIGURES, n, m, s)
-        The results of `planes.PlaneSettler.grid`, changed in place.
+        The results of `planes.PlaneRunner.grid`, changed in place.
     """
     resolved = np.zeros(sensitive.shape, dtype=np.bool_)
     for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
         for row, start in np.argwhere(sensitive[:, i]).tolist():
             oscillator, w, clearance = plane.at_point(row, i)
-            resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
-            begun = start_at(task, w)
+            resolver = Resolver(oscillator, w, settings.max_periods, settings.max_period)
+            begun = start_at(settings, w)
             states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
-            found = resolver.resolve(clearance, states[start])
-            if not found.reason:
+            outcome = resolver.resolve(clearance, states[start])
+            if not outcome.reason:
                 which = row, i, start
                 resolved[which] = True
-                codes[(_OF_MOTION, *which)] = found.codes[list(_OF_MOTION)]
-                figures[(_FIGURES_OF_MOTION, *which)] = found.figures[_FIGURES_OF_MOTION]
+                codes[(_OF_MOTION, *which)] = outcome.codes[list(_OF_MOTION)]
+                figures[(_FIGURES_OF_MOTION, *which)] = outcome.figures[_FIGURES_OF_MOTION]
     return resolved

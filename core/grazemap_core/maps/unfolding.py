@@ -13,13 +13,13 @@ from grazemap_core.checks import checked_order
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
 
-POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
+MAP_POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
 """Initial states of a point: at rest; the final state at the next lower, or higher, value of the vertical parameter; or
 several random states, of which the most frequent motion counts."""
 
@@ -52,7 +52,7 @@ def unfolding_map_tile(
         quasi-periodic motions.
     max_period : int
         Maximum period n of a motion, in forcing periods.
-    policy : one of POLICIES
+    policy : one of MAP_POLICIES
         A sweep goes along the vertical parameter. It starts from rest at the first value, and after a trajectory that
         ended early. If the final state is beyond a stop of the next point, the contact is put on that stop with its
         velocity; this is an impact if it moves into the stop.
@@ -97,7 +97,7 @@ def unfolding_map_tile(
     """
     check_map(plane, max_periods, max_period, policy, initial_conditions)
     resolve_grid = _resolution(policy, observed) if resolve_sensitive else None
-    task = Settling(
+    settings = RunSettings(
         max_periods=max_periods,
         max_period=max_period,
         follow=policy.startswith("sweep"),
@@ -105,12 +105,12 @@ def unfolding_map_tile(
         linearised=not preview,
         observed=observed,
     )
-    settler = PlaneSettler(plane, task)
-    codes, figures = settler.grid(down=policy == "sweep-down")
+    runner = PlaneRunner(plane, settings)
+    codes, figures = runner.grid(down=policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(settler.plane, task, sensitive, codes, figures)
+        resolved = resolve_grid(runner.plane, settings, sensitive, codes, figures)
     return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
 
 
@@ -139,8 +139,8 @@ def check_map(plane: Plane, max_periods: int, max_period: int, policy: str, init
         ("initial_conditions", initial_conditions),
     ):
         checked_order(name, limit, 1)
-    if policy not in POLICIES:
-        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    if policy not in MAP_POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(MAP_POLICIES)}")
 
 
 def named_arrays(
@@ -170,7 +170,7 @@ def named_arrays(
 
 
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
-    """Return uniform random displacements and velocities in (-1, 1) for `Settling.starts`, shape (count, 2, N).
+    """Return uniform random displacements and velocities in (-1, 1) for `RunSettings.starts`, shape (count, 2, N).
 
     So is the contact coordinate.
     """
@@ -229,10 +229,10 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     share = np.zeros(kind.shape[:2])
     motions = np.zeros(kind.shape[:2], dtype=np.int32)
     for pixel in np.ndindex(chosen.shape):
-        found, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
-        known = found[:, 0] != 0
+        distinct_keys, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
+        known = distinct_keys[:, 0] != 0
         # a known motion before an unresolved one
-        best = min(range(len(found)), key=lambda i: (not known[i], -counts[i], first[i]))
+        best = min(range(len(distinct_keys)), key=lambda i: (not known[i], -counts[i], first[i]))
         chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
         motions[pixel] = np.count_nonzero(known)
     return chosen, share, motions

@@ -71,8 +71,8 @@ def _inverses(dynamic: Complexes) -> tuple[Complexes, Booleans]:
     except np.linalg.LinAlgError:
         if len(dynamic) == 1:
             return np.zeros_like(dynamic), np.zeros(1, dtype=np.bool_)
-        each = [_inverses(one[None]) for one in dynamic]
-        return np.concatenate([inverse for inverse, _ in each]), np.concatenate([found for _, found in each])
+        each = [_inverses(matrix[None]) for matrix in dynamic]
+        return np.concatenate([inverse for inverse, _ in each]), np.concatenate([exists for _, exists in each])
 
 
 def _moduli(values: Floats, count: int) -> Floats:
@@ -93,6 +93,6 @@ def _residual(matrices: _RealMatrices, frequencies: Floats, forces: Complexes, x
         np.concatenate((-x.low[:, count:], x.low[:, :count]), axis=1),
     )
     viscous = multiply(exact(both), transformed(damping, swapped))
-    given = exact(np.concatenate((forces.real, forces.imag)).T)
-    result = add(add(given, inertia), negative(add(transformed(stiffness, x), viscous))).rounded
+    load = exact(np.concatenate((forces.real, forces.imag)).T)
+    result = add(add(load, inertia), negative(add(transformed(stiffness, x), viscous))).rounded
     return np.asarray((result[:, :count] + 1j * result[:, count:]).T)

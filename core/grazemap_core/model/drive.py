@@ -57,10 +57,14 @@ class Harmonic:
 def harmonics(parts: Iterable[Harmonic]) -> tuple[Harmonic, ...]:
     """Return harmonics in increasing order, those of one order added up, without those that are zero."""
     of_orders: dict[int, list[Harmonic]] = {}
-    for one in parts:
-        of_orders.setdefault(one.order, []).append(one)
-    found = (_sum(of_orders[order]) for order in sorted(of_orders))
-    return tuple(one for one in found if any(np.any(part) for part in (one.constant, one.rate, one.quadratic)))
+    for part in parts:
+        of_orders.setdefault(part.order, []).append(part)
+    sums = (_sum(of_orders[order]) for order in sorted(of_orders))
+    return tuple(
+        harmonic
+        for harmonic in sums
+        if any(np.any(part) for part in (harmonic.constant, harmonic.rate, harmonic.quadratic))
+    )
 
 
 def _sum(parts: Sequence[Harmonic]) -> Harmonic:
@@ -69,20 +73,20 @@ def _sum(parts: Sequence[Harmonic]) -> Harmonic:
         return parts[0]
     sums = []
     for name in ("constant", "rate", "quadratic"):
-        terms = np.stack([getattr(one, name) for one in parts], axis=1)
+        terms = np.stack([getattr(part, name) for part in parts], axis=1)
         sums.append(np.array([complex(math.fsum(row.real), math.fsum(row.imag)) for row in terms]))
     return Harmonic(parts[0].order, *sums)
 
 
 def fundamental(drive: Iterable[Harmonic]) -> int:
     """Return the greatest common divisor p of the orders, 1 without forces: the period is T = ``2 pi/(p omega)``."""
-    return math.gcd(*(one.order for one in drive)) or 1
+    return math.gcd(*(harmonic.order for harmonic in drive)) or 1
 
 
 def is_half_wave_symmetric(drive: Iterable[Harmonic]) -> bool:
     """Return whether the forces change their sign after half of their period: all orders are odd multiples of p."""
     parts = tuple(drive)
-    return all(one.order // fundamental(parts) % 2 == 1 for one in parts)
+    return all(part.order // fundamental(parts) % 2 == 1 for part in parts)
 
 
 def force(order: int, amplitude: Floats, phase: Floats | None = None, *, unbalance: bool = False) -> Harmonic:
@@ -102,7 +106,7 @@ def base_in_space(amplitude: complex, stiffness: Floats, damping: Floats) -> Har
     `stiffness` and `damping`, (N,), are the forces on the structure at rest by a unit displacement and a unit velocity
     of the ground.
     """
-    forces = [(amplitude * one).astype(np.complex128) for one in (stiffness, damping)]
+    forces = [(amplitude * coefficients).astype(np.complex128) for coefficients in (stiffness, damping)]
     return Harmonic(1, forces[0], forces[1], np.zeros(len(stiffness), dtype=np.complex128))
 
 

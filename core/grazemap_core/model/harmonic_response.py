@@ -19,7 +19,7 @@ from grazemap_core.model.structure import Response
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
-AT_ONCE = 2**16
+FREQUENCIES_AT_ONCE = 2**16
 """Frequencies at which the response is computed together."""
 
 
@@ -64,14 +64,16 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     """
     values = checked_omega(omega)
     require_damped(oscillator)
-    found = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
-    for h, one in enumerate(oscillator.drive):
-        for first in range(0, len(values), AT_ONCE):  # the amplitudes of all masses take memory
-            some = values[first : first + AT_ONCE]
-            response = oscillator.structure.response(one.order * some, one.amplitudes(some), oscillator.contact)
+    coordinates = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
+    for h, harmonic in enumerate(oscillator.drive):
+        for first in range(0, len(values), FREQUENCIES_AT_ONCE):  # the amplitudes of all masses take memory
+            some = values[first : first + FREQUENCIES_AT_ONCE]
+            response = oscillator.structure.response(
+                harmonic.order * some, harmonic.amplitudes(some), oscillator.contact
+            )
             _require_steady(bool(np.all(response.exists)))
-            found[first : first + AT_ONCE, h] = response.coordinate
-    return found
+            coordinates[first : first + FREQUENCIES_AT_ONCE, h] = response.coordinate
+    return coordinates
 
 
 def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[Complexes, Complexes]:
@@ -82,9 +84,11 @@ def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[C
     SteadyMotionError
         A mode has too little damping to resolve its resonance at one of these frequencies.
     """
-    found = [response_and_slope(oscillator, omega, one) for one in oscillator.drive]
-    _require_steady(all(np.all(exists & np.isfinite(slope)) for _, slope, exists in found))
-    return np.stack([value for value, _, _ in found], axis=1), np.stack([slope for _, slope, _ in found], axis=1)
+    responses = [response_and_slope(oscillator, omega, harmonic) for harmonic in oscillator.drive]
+    _require_steady(all(np.all(exists & np.isfinite(slope)) for _, slope, exists in responses))
+    return np.stack([value for value, _, _ in responses], axis=1), np.stack(
+        [slope for _, slope, _ in responses], axis=1
+    )
 
 
 def response_and_slope(
@@ -102,7 +106,7 @@ def response_and_slope(
 def response_slope(oscillator: Oscillator, omega: Floats, harmonic: Harmonic, amplitudes: Complexes) -> Complexes:
     """Return the derivatives (n,) of the contact coordinate in one harmonic, from the amplitudes (n, N) there.
 
-    They are NaN where they do not exist.
+    A derivative that does not exist is NaN.
     """
     structure, order = oscillator.structure, harmonic.order
     moved = 2.0 * order * order * omega[:, None] * (amplitudes @ structure.mass_matrix.T)

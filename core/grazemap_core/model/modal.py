@@ -101,12 +101,12 @@ def modal_model(subject: Oscillator | Structure) -> ModalModel:
     """
     if not isinstance(subject, Oscillator):
         return _decomposition(subject).model
-    found = _decomposition(subject.structure)
-    model, contact = found.model, subject.contact
+    decomposition = _decomposition(subject.structure)
+    model, contact = decomposition.model, subject.contact
     count = model.size
     # a contact within a chain is an elongation, or a sum of some, which differences of displacements would round
     inner = subject.structure.row_of_coordinates(contact)
-    output = (contact, model.from_modal[:count]) if inner is None else (inner, found.columns[:count])
+    output = (contact, model.from_modal[:count]) if inner is None else (inner, decomposition.columns[:count])
     row, impulse = _product(*output), _product(subject.jump, model.to_modal[:, count:].T)
     free = model.frequency_squared == 0.0
     if np.any(row.reshape(count, 2)[free]) or np.any(impulse.reshape(count, 2)[free]):
@@ -120,8 +120,8 @@ def modal_model(subject: Oscillator | Structure) -> ModalModel:
 
 def _product(row: Floats, columns: Floats) -> Floats:
     """Return ``row @ columns``, and 0 where only the rounding of terms that cancel would be left."""
-    found = row @ columns
-    return np.where(np.abs(found) <= VANISHING_WEIGHT * (np.abs(row) @ np.abs(columns)), 0.0, found)
+    product = row @ columns
+    return np.where(np.abs(product) <= VANISHING_WEIGHT * (np.abs(row) @ np.abs(columns)), 0.0, product)
 
 
 def _decomposition(structure: Structure) -> _Decomposition:

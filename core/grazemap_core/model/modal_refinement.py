@@ -26,9 +26,9 @@ class Blocks:
     frequency_squared: Floats
     """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     decay: Floats
-    """(N,) Likewise."""
+    """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     discriminant: Floats
-    """(N,) Likewise."""
+    """(N,) As in `grazemap_core.model.modal.ModalModel`."""
     columns: Floats
     """(2N, 2N) (a_1, b_1, a_2, b_2, ...); rows are the coordinates of the structure."""
     conditioning: float
@@ -113,16 +113,16 @@ def _off_diagonal_update(
     identity = np.eye(2)
     operator = np.einsum("kac,bd->kabcd", blocks[rows], identity) - np.einsum("ac,kdb->kabcd", identity, blocks[cols])
     operator = operator.reshape(-1, 4, 4)
-    given = -error.reshape(count, 2, count, 2)[rows, :, cols, :].reshape(-1, 4, 1)
+    residual = -error.reshape(count, 2, count, 2)[rows, :, cols, :].reshape(-1, 4, 1)
     try:
         if have_equal:
-            solved = np.linalg.pinv(operator, rcond=tolerances.EQUAL_EXPONENTS) @ given
+            solved = np.linalg.pinv(operator, rcond=tolerances.EQUAL_EXPONENTS) @ residual
         else:
-            solved = np.linalg.solve(operator, given)
+            solved = np.linalg.solve(operator, residual)
     except np.linalg.LinAlgError:  # two blocks share an exponent exactly
         return np.full_like(error, np.inf), error
     matrices = []
-    for pairs in (solved, operator @ solved - given):
+    for pairs in (solved, operator @ solved - residual):
         whole = np.zeros((count, 2, count, 2))
         whole[rows, :, cols, :] = pairs.reshape(-1, 2, 2)
         matrices.append(whole.reshape(2 * count, 2 * count))

@@ -108,10 +108,10 @@ class Oscillator:
                 raise ParameterError("damping", f"must be 0 or between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
             links = 2.0 * gamma * stiffness
         else:
-            given = _list("damping", damping, count)  # type: ignore[arg-type]
-            if not np.all(given >= 0.0):
+            numbers = _list("damping", damping, count)  # type: ignore[arg-type]
+            if not np.all(numbers >= 0.0):
                 raise ParameterError("damping", "every number must be 0 or greater")
-            links = given if units == "SI" else 2.0 * given
+            links = numbers if units == "SI" else 2.0 * numbers
         contact = np.zeros(count)
         contact[0] = 1.0
         chain = Chain(mass, stiffness, links, gamma)
@@ -138,9 +138,9 @@ class Oscillator:
         row = _list("contact", contact, count)
         if not np.any(row):
             raise ParameterError("contact", "is a row of zeros, so nothing ever touches a stop")
-        for one in (restitution, restitution_left):
-            if one is not None:
-                _check_restitution(one)
+        for number in (restitution, restitution_left):
+            if number is not None:
+                _check_restitution(number)
         static = np.zeros(count) if bias is None else _list("bias", bias, count)
         left = None if restitution_left is None else float(restitution_left)
         return cls(structure, row, harmonics(drive), float(restitution), static, restitution_left=left)
@@ -203,12 +203,12 @@ class Oscillator:
         """Amplitudes f of forces ``f sin(omega t)``, shape (N,). Raises TypeError if the drive is another one."""
         if not self.drive:
             return np.zeros(self.size)
-        one = self.drive[0]
-        if len(self.drive) > 1 or one.order != 1 or np.any(one.rate) or np.any(one.quadratic):
+        harmonic = self.drive[0]
+        if len(self.drive) > 1 or harmonic.order != 1 or np.any(harmonic.rate) or np.any(harmonic.quadratic):
             raise TypeError("the forces are not one harmonic of constant amplitude")
-        if np.any(one.constant.imag):
+        if np.any(harmonic.constant.imag):
             raise TypeError("the forces differ in phase")
-        return np.ascontiguousarray(one.constant.real)
+        return np.ascontiguousarray(harmonic.constant.real)
 
     @cached_property
     def jump(self) -> Floats:
@@ -234,7 +234,7 @@ class Oscillator:
 
     def _over(self, divisor: int) -> Oscillator:
         """Return the oscillator with all orders divided by a common divisor."""
-        return replace(self, drive=tuple(replace(one, order=one.order // divisor) for one in self.drive))
+        return replace(self, drive=tuple(replace(harmonic, order=harmonic.order // divisor) for harmonic in self.drive))
 
     @cached_property
     def forces(self) -> tuple[Harmonic, ...]:

@@ -45,10 +45,10 @@ def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
         inward = _Inward(times)
-        given = {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
-        bound.arguments.update(given)
-        found: Found = _Outward(times, inward.known).of(function(*bound.args, **bound.kwargs))
-        return found
+        own_arguments = {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
+        bound.arguments.update(own_arguments)
+        result: Found = _Outward(times, inward.known).of(function(*bound.args, **bound.kwargs))
+        return result
 
     return of_own
 
@@ -97,11 +97,11 @@ class _Rescaling:
         if isinstance(value, Iterator):
             return map(self.of, value)
         if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
-            found = [self.of(item) for item in value]
-            same = all(new is old for new, old in zip(found, value, strict=True))
-            return value if same else type(value)(found)
+            items = [self.of(item) for item in value]
+            same = all(new is old for new, old in zip(items, value, strict=True))
+            return value if same else type(value)(items)
         if is_dataclass(value) and not isinstance(value, type):
-            parts = {one.name: getattr(value, one.name) for one in fields(value)}
+            parts = {attribute.name: getattr(value, attribute.name) for attribute in fields(value)}
             changes = self._changes(parts)
             return replace(value, **changes) if changes else value
         if isinstance(value, tuple):
@@ -111,8 +111,8 @@ class _Rescaling:
         return value
 
     def _changes(self, parts: Mapping[str, Any]) -> dict[str, Any]:
-        found = {name: self.part(parts, name, value) for name, value in parts.items()}
-        return {name: value for name, value in found.items() if value is not parts[name]}
+        changes = {name: self.part(parts, name, value) for name, value in parts.items()}
+        return {name: value for name, value in changes.items() if value is not parts[name]}
 
     def part(self, parts: Mapping[str, Any], name: str, value: Any) -> Any:
         """Return one of the attributes of a record, or one of the arguments of a function."""
@@ -123,7 +123,9 @@ class _Rescaling:
         if name in _PHASES:
             return self.phase(value)
         if name == "ranges":
-            return {one: self.frequency(ends) if one == "omega" else ends for one, ends in value.items()}
+            return {
+                parameter: self.frequency(ends) if parameter == "omega" else ends for parameter, ends in value.items()
+            }
         if name in _FREQUENCIES or _varies(parts, name) == "omega":
             return self.frequency(value)
         return self.of(value)
@@ -166,10 +168,10 @@ class _Outward(_Rescaling):
     """From the own frequency to the declared one; a frequency that was given is returned as it was given."""
 
     def frequency(self, value: Any) -> Any:
-        found = np.asarray(value / self.times)
-        for own, given in self.known.items():
-            found = np.where(value == own, given, found)
-        return found if isinstance(value, np.ndarray) else float(found)
+        frequency = np.asarray(value / self.times)
+        for own, declared in self.known.items():
+            frequency = np.where(value == own, declared, frequency)
+        return frequency if isinstance(value, np.ndarray) else float(frequency)
 
     def phase(self, value: Any) -> Any:
         return value / self.times

@@ -61,7 +61,7 @@ def reference_response(oscillator: Oscillator, model: ModalModel, omega: Floats)
     Parameters
     ----------
     model : ModalModel
-        That of the oscillator.
+        The oscillator's modal model.
     omega : (m,)
         Forcing frequencies.
 

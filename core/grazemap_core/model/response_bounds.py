@@ -54,15 +54,15 @@ def second_derivative_bound(oscillator: Oscillator, harmonic: Harmonic, left: Fl
 def _numerators(oscillator: Oscillator, model: ModalModel, harmonic: Harmonic) -> Complexes:
     """Return the coefficients of 1, s, s^2, s^3 in n(s) of every block, shape (N, 4)."""
     count, structure = model.size, oscillator.structure
-    given = np.stack([harmonic.constant, harmonic.rate, harmonic.quadratic], axis=1)
-    accelerations = structure.solve_mass(given.real) + 1j * structure.solve_mass(given.imag)
+    amplitudes = np.stack([harmonic.constant, harmonic.rate, harmonic.quadratic], axis=1)
+    accelerations = structure.solve_mass(amplitudes.real) + 1j * structure.solve_mass(amplitudes.imag)
     forces = (model.to_modal[:, count:] @ accelerations).reshape(count, 2, 3)
     square, twice = model.frequency_squared[:, None], 2.0 * model.decay[:, None]
     # what the contact sees of the blocks' forces, and of these carried on by the blocks' generator
     row = model.contact_row
     direct = np.einsum("ja,jab->jb", row, forces)
     carried = row[:, :1] * forces[:, 1] - row[:, 1:] * (square * forces[:, 0] + twice * forces[:, 1])
-    found = np.zeros((count, 4), dtype=np.complex128)
-    found[:, :3] = (twice * direct + carried) * [1.0, 1j, 1.0]
-    found[:, 1:] += 1j * direct * [1.0, 1j, 1.0]
-    return found
+    numerators = np.zeros((count, 4), dtype=np.complex128)
+    numerators[:, :3] = (twice * direct + carried) * [1.0, 1j, 1.0]
+    numerators[:, 1:] += 1j * direct * [1.0, 1j, 1.0]
+    return numerators

@@ -96,7 +96,7 @@ def summary(oscillator: Oscillator, omega: ArrayLike, times: ArrayLike) -> Struc
         natural_frequencies=natural,
         damping_ratios=_ratios(model),
         contact_weights=weights,
-        harmonics=tuple(harmonic_response(oscillator, frequencies, one) for one in oscillator.drive),
+        harmonics=tuple(harmonic_response(oscillator, frequencies, harmonic) for harmonic in oscillator.drive),
         impulse_response=np.where(moments > 0.0, evaluate(impulse_response(model), moments)[0], 0.0),
     )
 

@@ -8,6 +8,6 @@ solutions of small linear systems in given memory, and adds and multiplies uneva
 - `kernels.double_double`: arithmetic with about 32 digits.
 - `kernels.eigenvalues`: eigenvalues of a small real matrix.
 - `jit.compiled`: the decorators of kernels, `kernel`, `fused_kernel`, `inlined` and `fused_inlined`.
-- `jit.by_reference`: named tuples of arrays passed by reference between kernels.
+- `jit.record_references`: named tuples of arrays passed by reference between kernels.
 - `jit.inlining`: kernels compiled into their callers.
 """

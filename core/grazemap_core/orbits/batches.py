@@ -14,12 +14,12 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, TOUCHES
+from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 
-REASONS = {
+ORBIT_REASONS = {
     CONVERGED: "",
     NOT_CONVERGED: "Newton's method does not converge from this guess. "
     "Remedy: a guess with phases and velocities, as from a trajectory near the motion.",
@@ -30,28 +30,28 @@ REASONS = {
 }
 """Why an orbit is not found, and what to do, by status."""
 
-CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
+CONTACTS = {NO_FURTHER_CONTACT: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
 """Contacts of an orbit with a stop other than its impacts, by the code of `admissibility`."""
 
 
 def solve_sequences(
     problem: OrbitProblem,
     guess: ImpactSequence,
-    gaps: Sequence[Stops],
+    stops: Sequence[Stops],
     phases: Floats,
     velocities: Floats,
     floor: float = -math.inf,
 ) -> tuple[Floats, Floats, OrbitResults]:
     """Return phases and speeds, (m, k) each, and all other results for orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `gaps` are the stops of each orbit, all with the same restitutions; `floor` is
+    Speeds are in the problem's units; `stops` are the stops of each orbit, all with the same restitutions; `floor` is
     that of `admissibility.further_contact`.
     """
     count, blocks = len(guess.stops), len(problem.decay)
-    results, scratch = orbit_results(len(gaps), count, blocks), orbit_scratch(count, blocks)
+    results, scratch = orbit_results(len(stops), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
-    places = np.array([[one.right, one.left] for one in gaps])
-    impacts = Impacts(gaps[0], guess.stops.astype(np.float64), phases, speeds)
-    solve_orbits(problem, impacts, places, floor, results, scratch)
+    gaps = np.array([[pair.right, pair.left] for pair in stops])
+    impacts = OrbitImpacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
+    solve_orbits(problem, impacts, gaps, floor, results, scratch)
     return phases, speeds, results

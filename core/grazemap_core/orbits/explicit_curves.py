@@ -18,7 +18,7 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily, steady_size
-from grazemap_core.orbits.kernels.admissibility import CLEAR, contact_scratch
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, contact_scratch
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
     MotionScratch,
@@ -62,7 +62,7 @@ class SpecialOrbit(NamedTuple):
     admissible: bool
     """Whether the orbit has no contact with a stop other than its impacts."""
     stop: int
-    """Of the further contact of a GR, +1 or -1; else 0."""
+    """Stop of the further contact of a GR, +1 or -1; else 0."""
 
 
 class SecondStop(NamedTuple):
@@ -109,7 +109,7 @@ class StopMotions:
         self.problem = of.family.problem(omega, steady_size(steady), steady)
         self._restitution = restitution
         self._scratch = MotionScratch(
-            stops=np.zeros(1),
+            sides=np.zeros(1),
             phases=np.zeros(1),
             speeds=np.zeros(1),
             flow_between=np.zeros((1, len(self.problem.decay), 4)),
@@ -130,25 +130,25 @@ class StopMotions:
 
     def contacts(self, phases: Floats) -> Contacts:
         """Return whether the orbits at phases (m,) have a further contact."""
-        found = _empty(len(phases))
+        contacts = _empty(len(phases))
         motions = self._motions(SecondStop(0.0, 1.0), self.of.other)
-        contacts_at(self.problem, motions, phases, -ORBIT_FLOOR, found, self._scratch)
-        return found
+        contacts_at(self.problem, motions, phases, -ORBIT_FLOOR, contacts, self._scratch)
+        return contacts
 
     def reach(self, phases: Floats) -> Floats:
         """Return how far the orbits at phases (m,) move toward the other stop: the gap at which they touch it.
 
         Minus infinity without a maximum.
         """
-        found = _empty(len(phases))
+        contacts = _empty(len(phases))
         motions = self._motions(ABSENT, SecondStop(0.0))
-        contacts_at(self.problem, motions, phases, -math.inf, found, self._scratch)
-        return found.excess * self.problem.length
+        contacts_at(self.problem, motions, phases, -math.inf, contacts, self._scratch)
+        return contacts.excess * self.problem.length
 
     def orbits_at(self, phases: Sequence[float]) -> list[SpecialOrbit]:
         """Return the orbits at phases."""
         places = np.array(phases, dtype=np.float64)
-        clear = self.contacts(places).status == CLEAR
+        clear = self.contacts(places).status == NO_FURTHER_CONTACT
         return [self._orbit(phase, bool(fine), 0) for phase, fine in zip(phases, clear, strict=True)]
 
     def special(self, kind: str) -> list[SpecialOrbit]:
@@ -165,17 +165,17 @@ class StopMotions:
             shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.orbits.toward.orders) + 1)
             shares[0], shares[-1] = FROM_THE_GRAZE, 1.0 - FROM_THE_GRAZE
             phases = start + (end - start) * shares
-            fine = self.contacts(phases).status == CLEAR
+            fine = self.contacts(phases).status == NO_FURTHER_CONTACT
             for i in np.flatnonzero(fine[1:] != fine[:-1]).tolist():
                 clear.append(float(phases[i if fine[i] else i + 1]))
                 met.append(float(phases[i + 1 if fine[i] else i]))
         if not clear:
             return []
-        places, found = np.array(clear), _empty(len(clear))
+        places, contacts = np.array(clear), _empty(len(clear))
         motions = self._motions(SecondStop(0.0, 1.0), self.of.other)
-        contacts_begin(self.problem, motions, places, np.array(met), -ORBIT_FLOOR, found, self._scratch)
+        contacts_begin(self.problem, motions, places, np.array(met), -ORBIT_FLOOR, contacts, self._scratch)
         return [
-            self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), found.stop.tolist(), strict=True)
+            self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), contacts.stop.tolist(), strict=True)
         ]
 
     def _phases_of_impacts(self) -> list[tuple[float, float]]:
@@ -199,18 +199,18 @@ def explicit_curves(of: StopFamily, omega: Floats, steady: Complexes) -> dict[st
     steady : (m, H, N + 1)
         From `OrbitFamily.steady_at`.
     """
-    found: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
+    orbits: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
     for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
         here = of.at(frequency, amplitudes)
         for kind in of.types:
-            found[kind].append(here.special(kind))
+            orbits[kind].append(here.special(kind))
     turned = turning_frame(of.family, steady)
-    return {kind: joined(points, turned) for kind, points in found.items()}
+    return {kind: joined(points, turned) for kind, points in orbits.items()}
 
 
 def nearest_special(here: StopMotions, kind: str, gap: float) -> SpecialOrbit:
     """Return the special orbit of a type whose gap is nearest to a given one. Raises ValueError where there is none."""
-    return min(here.special(kind), key=lambda one: abs(one.gap - gap))
+    return min(here.special(kind), key=lambda orbit: abs(orbit.gap - gap))
 
 
 def turning_frame(family: OrbitFamily, steady: Complexes) -> Floats:
@@ -225,20 +225,20 @@ def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCur
     ends: list[int] = []
     for i, here in enumerate(points):
         apart = sorted(
-            (_angle(one.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
+            (_angle(orbit.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
             for k in ends
-            for j, one in enumerate(here)
-            if one.stop == curves[k][i - 1].stop
+            for j, orbit in enumerate(here)
+            if orbit.stop == curves[k][i - 1].stop
         )
         taken: dict[int, int] = {}
         for angle, k, j in apart:
             if angle <= SAME_CURVE_PHASE and j not in taken and k not in taken.values():
                 taken[j] = k
-        for j, one in enumerate(here):
+        for j, orbit in enumerate(here):
             if j not in taken:
                 taken[j] = len(curves)
                 curves.append({})
-            curves[taken[j]][i] = one
+            curves[taken[j]][i] = orbit
         ends = sorted(taken.values())
     return [_curve(curve, len(points)) for curve in curves]
 
@@ -252,10 +252,10 @@ def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
         return whole
 
     admissible: Booleans = np.zeros(size, dtype=np.bool_)
-    admissible[places] = [one.admissible for one in points.values()]
+    admissible[places] = [orbit.admissible for orbit in points.values()]
     stop = np.zeros(size, dtype=np.int64)
-    stop[places] = [one.stop for one in points.values()]
-    gaps, speeds = ([getattr(one, name) for one in points.values()] for name in ("gap", "speed"))
+    stop[places] = [orbit.stop for orbit in points.values()]
+    gaps, speeds = ([getattr(orbit, name) for orbit in points.values()] for name in ("gap", "speed"))
     return OneImpactCurve(filled(gaps), filled(speeds), admissible, stop)
 
 

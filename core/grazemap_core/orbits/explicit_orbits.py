@@ -78,15 +78,15 @@ class Harmonics:
         if not np.any(coefficients):
             return []
         roots = np.roots(coefficients[::-1])
-        slope, found = self.derivative(), []
+        slope, phases = self.derivative(), []
         for root in roots[np.abs(np.abs(roots) - 1.0) <= ON_UNIT_CIRCLE].tolist():
             phase = math.atan2(root.imag, root.real)
             for _ in range(PHASE_POLISHING_STEPS):
                 rate = slope.at(phase)
                 phase -= self.at(phase) / rate if rate != 0.0 else 0.0
             if abs(self.at(phase)) <= ON_UNIT_CIRCLE * (abs(self.constant) + float(np.sum(np.abs(self.amplitudes)))):
-                found.append(within_turn(phase))
-        return apart_on_circle(found)
+                phases.append(within_turn(phase))
+        return apart_on_circle(phases)
 
 
 def within_turn(phase: float) -> float:
@@ -186,42 +186,42 @@ class OneImpactOrbits:
         return ImpactSequence.create(pattern.multiple, [self.stop], [phase], [velocity], pattern.symmetric)
 
 
-def one_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, stop: int) -> list[ImpactSequence]:
+def one_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, stop: int) -> list[ImpactSequence]:
     """Return the impacts of all orbits with one impact on a stop in the family's period, by decreasing speed."""
-    orbits = OneImpactOrbits.of(family, omega, stop, rebound_of(gaps, stop))
-    phases = orbits.phases(gap_of(gaps, stop))
+    orbits = OneImpactOrbits.of(family, omega, stop, rebound_of(stops, stop))
+    phases = orbits.phases(gap_of(stops, stop))
     return [orbits.impacts(phase) for phase in sorted(phases, key=orbits.speed, reverse=True)]
 
 
-def two_impact_sequences(family: OrbitFamily, gaps: Stops, omega: float, first: int) -> list[ImpactSequence]:
+def two_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, first: int) -> list[ImpactSequence]:
     """Return the impacts of orbits with one impact on each stop in the family's period, the one on `first` first.
 
     At a given lag of the second impact the speeds are linear in the steady motion, so the gap of the first stop is a
     trigonometric polynomial of the phase. The gap of the second stop decides over the lag, which is searched on a grid:
     two orbits whose lags differ by less than its step may be missed, and one where the phase ends within a step.
     """
-    lags = _Lags(family, gaps, omega, first)
+    lags = _Lags(family, stops, omega, first)
     turn = 2.0 * math.pi * family.pattern.multiple
     grid = np.linspace(0.0, turn, LAG_STEPS * family.pattern.multiple + 1)[1:-1].tolist()
-    found: list[ImpactSequence] = []
+    sequences: list[ImpactSequence] = []
     before: list[tuple[float, float]] = []
     for place, lag in enumerate(grid):
         here = [(phase, lags.mismatch(lag, phase)) for phase in lags.phases(lag)]
         for phase, mismatch in here:
             near = min(before, key=lambda other: abs(math.remainder(other[0] - phase, 2.0 * math.pi)), default=None)
             if near is not None and near[1] * mismatch <= 0.0 and mismatch != 0.0:
-                found += lags.between(grid[place - 1], lag, near[0])
+                sequences += lags.between(grid[place - 1], lag, near[0])
         before = here
-    return found
+    return sequences
 
 
 class _Lags:
     """Orbits with two impacts, as functions of the lag of the second one and the phase of the first one."""
 
-    def __init__(self, family: OrbitFamily, gaps: Stops, omega: float, first: int) -> None:
-        self.omega, self.stops = omega, (first, -first)
-        self.gaps = [gap_of(gaps, stop) for stop in self.stops]
-        self.rebounds = [rebound_of(gaps, stop) for stop in self.stops]
+    def __init__(self, family: OrbitFamily, stops: Stops, omega: float, first: int) -> None:
+        self.omega, self.sides = omega, (first, -first)
+        self.gaps = [gap_of(stops, stop) for stop in self.sides]
+        self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
         self.multiple, self.span = family.pattern.multiple, family.pattern.spacing(omega)
         self.steady = _steady(family, omega)
         response = family.response
@@ -257,12 +257,12 @@ class _Lags:
         place, rate = self._matrices(lag)
         inverse = np.linalg.inv(np.eye(2) + rate)
         steady = [self.steady, self.steady.turned(lag)]
-        rates = [one.derivative() for one in steady]
+        rates = [motion.derivative() for motion in steady]
         speeds = [rates[0].times(inverse[i, 0]).plus(inverse[i, 1], rates[1]) for i in range(2)]
         places = []
         for i in range(2):
             moved = steady[i].plus(-place[i, 0] * self.omega, speeds[0]).plus(-place[i, 1] * self.omega, speeds[1])
-            places.append(Harmonics(moved.orders, moved.amplitudes, -self.stops[i] * self.gaps[i]))
+            places.append(Harmonics(moved.orders, moved.amplitudes, -self.sides[i] * self.gaps[i]))
         return speeds, places
 
     def phases(self, lag: float) -> list[float]:
@@ -280,7 +280,7 @@ class _Lags:
             phases = self.phases(lag)
             if not phases:
                 raise _PhaseEnds
-            return min(phases, key=lambda one: abs(math.remainder(one - phase, 2.0 * math.pi)))
+            return min(phases, key=lambda other: abs(math.remainder(other - phase, 2.0 * math.pi)))
 
         def test(lag: float) -> float:
             return self.mismatch(lag, nearest(lag))
@@ -292,9 +292,9 @@ class _Lags:
             first = nearest(lag)
         except _PhaseEnds:
             return
-        speeds = [self.omega * one.at(first) for one in self._polynomials(lag)[0]]
-        if all(stop * speed > 0.0 for stop, speed in zip(self.stops, speeds, strict=True)):
-            yield ImpactSequence.create(self.multiple, self.stops, [first, first + lag], speeds)
+        speeds = [self.omega * polynomial.at(first) for polynomial in self._polynomials(lag)[0]]
+        if all(stop * speed > 0.0 for stop, speed in zip(self.sides, speeds, strict=True)):
+            yield ImpactSequence.create(self.multiple, self.sides, [first, first + lag], speeds)
 
 
 class _PhaseEnds(Exception):
@@ -310,5 +310,5 @@ def _zero(test: Callable[[float], float], low: float, high: float) -> float | No
 
 
 def _steady(family: OrbitFamily, omega: float, steady: Complexes | None = None) -> Harmonics:
-    orders = np.array([float(one.order) for one in family.oscillator.forces])
+    orders = np.array([float(harmonic.order) for harmonic in family.oscillator.forces])
     return Harmonics(orders, (family.steady(omega) if steady is None else steady)[:, -1])

@@ -76,8 +76,8 @@ class OrbitFamily:
         ParameterError, SteadyMotionError
             As `steady_at`.
         """
-        found: Complexes = self.steady_at(np.array([omega]))[0]
-        return found
+        steady: Complexes = self.steady_at(np.array([omega]))[0]
+        return steady
 
     def steady_at(self, omega: Floats) -> Complexes:
         """Return `steady` at frequencies (m,), complex (m, H, N + 1).
@@ -92,7 +92,7 @@ class OrbitFamily:
         values = checked_omega(omega)
         parts = [harmonic_amplitudes(self.oscillator, values, harmonic) for harmonic in self.oscillator.forces]
         steady = np.stack([np.column_stack([part.amplitudes, part.coordinate]) for part in parts], axis=1)
-        if not all(0.0 < steady_size(one) < math.inf for one in steady):
+        if not all(0.0 < steady_size(amplitudes) < math.inf for amplitudes in steady):
             raise ParameterError(
                 "omega", "is a frequency at which the amplitude of the contact overflows or underflows"
             )
@@ -120,9 +120,9 @@ class OrbitFamily:
             periodic_impulse=periodic,
             doubled_impulse=doubled,
             periodic_impulse_by_span=periodic_impulse_by_span,
-            orders=np.array([float(one.order) for one in self.oscillator.forces]),
-            steady=np.array([[one.real, one.imag] for one in steady[:, -1] / length]),
-            steady_by_omega=np.array([[one.real, one.imag] for one in slopes]),
+            orders=np.array([float(harmonic.order) for harmonic in self.oscillator.forces]),
+            steady=np.array([[amplitude.real, amplitude.imag] for amplitude in steady[:, -1] / length]),
+            steady_by_omega=np.array([[slope.real, slope.imag] for slope in slopes]),
             steady_unit=1.0,
             omega=float(omega),
             length=float(length),
@@ -154,4 +154,4 @@ def forced(problem: OrbitProblem, factor: float) -> OrbitProblem:
 
 def steady_size(steady: Complexes) -> float:
     """Return a bound of the steady motion of the contact, from its amplitudes (H, N + 1)."""
-    return float(sum(abs(one) for one in steady[:, -1]))
+    return float(sum(abs(amplitude) for amplitude in steady[:, -1]))

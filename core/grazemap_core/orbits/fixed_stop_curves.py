@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
+from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -44,7 +44,7 @@ class FixedStop:
 
 
 @dataclass(frozen=True)
-class Line:
+class FrequencyLine:
     """A line of constant frequency."""
 
     type: str
@@ -60,12 +60,12 @@ class Line:
     reach: float
     """Clearance of the other stop above which it is not touched."""
 
-    def moved(self, offset: float) -> Line:
+    def moved(self, offset: float) -> FrequencyLine:
         """Return the line with `reach` changed from a gap to a clearance."""
         return replace(self, reach=self.reach + offset)
 
 
-def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Line]:
+def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[FrequencyLine]:
     """Yield the lines of motions with one impact on the fixed stop; `reach` is a gap.
 
     Parameters
@@ -89,11 +89,11 @@ def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Line]:
                 begins, ends = (
                     nearest_special(here, kind, float(curve.clearance[k])) for here, k in ((start, i), (end, i + 1))
                 )
-                found = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
-                if found is not None:
-                    here, one = found
-                    reach = float(here.reach(np.array([one.phase]))[0])
-                    yield Line(kind, here.orbits.omega, one.speed, one.admissible, one.stop, reach)
+                solution = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
+                if solution is not None:
+                    here, orbit = solution
+                    reach = float(here.reach(np.array([orbit.phase]))[0])
+                    yield FrequencyLine(kind, here.orbits.omega, orbit.speed, orbit.admissible, orbit.stop, reach)
 
 
 def _between(
@@ -112,7 +112,7 @@ def _between(
         return here, nearest_special(here, kind, first.gap + share * (last.gap - first.gap))
 
     try:
-        place = brentq(lambda one: special(one)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
+        place = brentq(lambda frequency: special(frequency)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
     except ValueError:
         return None
     return special(float(place))
@@ -120,14 +120,14 @@ def _between(
 
 def contacts_with_varied(fixed: FixedStop, omega: Floats, steady: Complexes) -> list[OneImpactCurve]:
     """Return the curves on which motions that strike the fixed stop touch the other one; with its gaps."""
-    found: list[list[SpecialOrbit]] = []
+    orbits: list[list[SpecialOrbit]] = []
     for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
         here = fixed.of.at(frequency, amplitudes)
         phases = here.orbits.phases(fixed.gap)
         reach = here.reach(np.array(phases)) if phases else np.zeros(0)
         each = zip(here.orbits_at(phases), reach.tolist(), strict=True)
-        found.append([one._replace(gap=far, stop=-fixed.of.stop) for one, far in each if np.isfinite(far)])
-    return joined(found, turning_frame(fixed.of.family, steady))
+        orbits.append([orbit._replace(gap=far, stop=-fixed.of.stop) for orbit, far in each if np.isfinite(far)])
+    return joined(orbits, turning_frame(fixed.of.family, steady))
 
 
 def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> OneImpactCurve | None:
@@ -142,7 +142,7 @@ def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> O
     return OneImpactCurve(grazes.clearance, np.zeros(size), ~grazes.virtual, np.full(size, varied.stop))
 
 
-def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[Line]:
+def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[FrequencyLine]:
     """Yield the lines on which the steady motion touches the fixed stop; `reach` is a clearance."""
     assert varied.other is not None
     other, gap = VariedStop(-varied.stop), varied.other
@@ -154,7 +154,9 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
     for i, (before, after) in enumerate(pairwise(values.tolist())):
         if before * after > 0.0:
             continue
-        place = float(brentq(lambda one: apart(np.array([one]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON))
+        place = float(
+            brentq(lambda frequency: apart(np.array([frequency]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON)
+        )
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
-        yield Line("GR", place, 0.0, True, -varied.stop, float(reach))
+        yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))

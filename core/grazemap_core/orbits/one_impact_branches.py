@@ -18,7 +18,13 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Complexes
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ConditioningError, ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, KickedMotion, contact_angle
+from grazemap_core.grazing.kernels.kicked_motion import (
+    ANGLE_NEEDS_MORE_CELLS,
+    FOUND,
+    NEVER,
+    KickedMotion,
+    contact_angle,
+)
 from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
@@ -111,8 +117,8 @@ class OneImpactBranch:
         if height > 1.0:
             return []
         rise = math.asin(height)
-        found = [lean + math.pi - rise, lean + rise]
-        return [angle for angle in dict.fromkeys(found) if -0.5 * math.pi < angle < 0.5 * math.pi]
+        solutions = [lean + math.pi - rise, lean + rise]
+        return [angle for angle in dict.fromkeys(solutions) if -0.5 * math.pi < angle < 0.5 * math.pi]
 
 
 def one_impact_branch(
@@ -162,7 +168,7 @@ def one_impact_branches(
     pattern = Pattern(multiple, symmetric)
     if symmetric and (alone or oscillator.restitution_of(1) != oscillator.restitution_of(-1)):
         raise ParameterError("symmetric", "motions need two stops of equal restitution")
-    if [one.order for one in oscillator.drive] != [1]:
+    if [harmonic.order for harmonic in oscillator.drive] != [1]:
         raise ParameterError("forcing", "has other harmonics than the first, which these closed forms do not cover")
     values = checked_omega(omega)
     steady = harmonic_amplitudes(oscillator, values, oscillator.drive[0])
@@ -210,7 +216,7 @@ def _branch(
 
 
 @dataclass(frozen=True)
-class _Contact:
+class _BranchContact:
     """A further contact of an orbit."""
 
     sine: float
@@ -229,20 +235,20 @@ class _Contact:
 
 def _first_contact(
     response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float, alone: bool
-) -> tuple[_Contact, Admissibility]:
+) -> tuple[_BranchContact, Admissibility]:
     """Return the first further contact on the branch, by decreasing angle from the graze at which the branch begins."""
-    contacts: list[tuple[bool, _Contact]] = []
+    contacts: list[tuple[bool, _BranchContact]] = []
     undecided = False
     blocks = (response.decay, response.discriminant, response.frequency_squared)
     motion = KickedMotion(*blocks, sums.state, sums.displacement, factor, omega)
     for stop in (1,) if alone else (1, -1):
         meets = -1 if pattern.symmetric else 1
         sine, cosine, time, status = contact_angle(motion, pattern.half_periods, stop, meets)
-        if status == TOO_MANY_CELLS:
+        if status == ANGLE_NEEDS_MORE_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
         undecided |= status not in (FOUND, NEVER)
-        contacts.append((status == NEVER, _Contact(sine, cosine, stop, time)))
-    never, first = max(contacts, key=lambda found: (found[0], found[1].angle))
+        contacts.append((status == NEVER, _BranchContact(sine, cosine, stop, time)))
+    never, first = max(contacts, key=lambda contact: (contact[0], contact[1].angle))
     return first, "undecided" if undecided and not never else "decided"
 
 
@@ -254,7 +260,7 @@ def _special_points(
     d: float,
     sums: PeriodicSums,
     rebound: float,
-    contact: _Contact,
+    contact: _BranchContact,
 ) -> tuple[BranchPoint, ...]:
     """Return the special points with a clearance above 0, by decreasing angle."""
     lowest = math.atan2(c, d)

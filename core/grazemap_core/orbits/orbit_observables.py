@@ -43,12 +43,12 @@ class OrbitObserver:
         stops = stops_between(oscillator, clearance, problem.lasting_bound)
         outputs = observed_outputs(self._wanted, models, problem, held, whole_steady(oscillator, omega), whole=True)
         rows = np.empty((len(whole.stops), EVENT_COLUMNS + 2 * oscillator.size))
-        given = np.stack([whole.stops.astype(np.float64), whole.phases, whole.velocities])
-        write_orbit(problem, stops, given, 2.0 * math.pi * whole.period / omega, rows)
-        found, scratch = self._wanted.totals(), self._wanted.scratch(oscillator.size)
+        impact_rows = np.stack([whole.stops.astype(np.float64), whole.phases, whole.velocities])
+        write_orbit(problem, stops, impact_rows, 2.0 * math.pi * whole.period / omega, rows)
+        totals, scratch = self._wanted.totals(), self._wanted.scratch(oscillator.size)
         end = (float(rows[0, HALF] + 2 * whole.period), float(rows[0, TIME]))
-        observe_rows(problem, outputs, stops, rows, end, found, scratch)
-        return self._wanted.figures(found.contacts, found.outputs, omega, whole.period)
+        observe_rows(problem, outputs, stops, rows, end, totals, scratch)
+        return self._wanted.figures(totals.contacts, totals.outputs, omega, whole.period)
 
 
 @in_own_period

@@ -18,7 +18,7 @@ from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.batches import CONTACTS, REASONS, solve_sequences
+from grazemap_core.orbits.batches import CONTACTS, ORBIT_REASONS, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
@@ -83,7 +83,7 @@ class PeriodicOrbit:
     least_period: int
     """Forcing periods after which the motion repeats: `impacts.period`, or less if that is a multiple of it."""
     symmetric: bool
-    """It is its own mirror image half a period later."""
+    """The orbit is its own mirror image half a period later."""
 
     @property
     def isolated(self) -> bool:
@@ -162,12 +162,12 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: Clearance, g
     ConditioningError
         The modal model is ill-conditioned.
     """
-    family, steady, gaps = at_point(oscillator, omega, clearance, guess)
-    if guess.symmetric and not gaps.symmetric:
+    family, steady, stops = at_point(oscillator, omega, clearance, guess)
+    if guess.symmetric and not stops.symmetric:
         guess = guess.whole
         family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
-    problem = family.problem(omega, max(steady_size(steady), gaps.unit), steady)
-    return solved_orbit(family, problem, steady, clearance, gaps, guess)
+    problem = family.problem(omega, max(steady_size(steady), stops.unit), steady)
+    return solved_orbit(family, problem, steady, clearance, stops, guess)
 
 
 def at_point(
@@ -177,10 +177,10 @@ def at_point(
     check_point(omega, 1.0 if isinstance(clearance, tuple) else clearance)
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     steady = family.steady(omega)
-    gaps = stops_between(oscillator, clearance, steady_size(steady))
-    if any(math.isinf(gap_of(gaps, float(stop))) for stop in impacts.whole.stops):
+    stops = stops_between(oscillator, clearance, steady_size(steady))
+    if any(math.isinf(gap_of(stops, float(stop))) for stop in impacts.whole.stops):
         raise ParameterError("stops", "has an impact on a stop that is absent")
-    return family, steady, gaps
+    return family, steady, stops
 
 
 def solved_orbit(
@@ -188,40 +188,40 @@ def solved_orbit(
     problem: OrbitProblem,
     steady: Complexes,
     clearance: Clearance,
-    gaps: Stops,
+    stops: Stops,
     guess: ImpactSequence,
 ) -> PeriodicOrbit:
     """Return the orbit near a guess for equations that have been set up."""
-    phases, speeds, results = solve_sequences(problem, guess, [gaps], guess.phases[None], guess.velocities[None])
+    phases, speeds, results = solve_sequences(problem, guess, [stops], guess.phases[None], guess.velocities[None])
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
-    found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
+    impacts = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
     converged = int(results.status[0]) == CONVERGED
     count = family.oscillator.size
     x, v = np.full(count, np.nan), np.full(count, np.nan)
     state = State(x, v, 0.0)
     multipliers = np.full(2 * count, np.nan, dtype=np.complex128)
-    phase = math.remainder(float(found.phases[0]), 2.0 * math.pi)
+    phase = math.remainder(float(impacts.phases[0]), 2.0 * math.pi)
     if converged:
-        (x, v), at_start = states_at(family, omega, steady, found, (float(found.phases[0]), 0.0))
+        (x, v), at_start = states_at(family, omega, steady, impacts, (float(impacts.phases[0]), 0.0))
         # the contact is on its stop, and strikes it with that velocity, exactly
-        stop, both = int(found.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
+        stop, both = int(impacts.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
         x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
-        v = family.oscillator.with_contact(v, float(found.velocities[0]))
+        v = family.oscillator.with_contact(v, float(impacts.velocities[0]))
         state = State(*at_start, 0.0)
-        stops = found.stops.astype(np.float64)
-        of_blocks = multipliers_of(problem, stops, gaps, phases[0], speeds[0], results.before[0])
+        sides = impacts.stops.astype(np.float64)
+        of_blocks = multipliers_of(problem, sides, stops, phases[0], speeds[0], results.before[0])
         multipliers = with_unseen(family, omega, of_blocks)
-    symmetric = converged and gaps.symmetric and found.mirrors()
+    symmetric = converged and stops.symmetric and impacts.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
         half, multipliers = multipliers, multipliers * multipliers
     return PeriodicOrbit(
         omega=omega,
         clearance=clearance,
-        impacts=found,
+        impacts=impacts,
         converged=converged,
-        reason=REASONS[int(results.status[0])],
+        reason=ORBIT_REASONS[int(results.status[0])],
         residual=float(results.residual[0]),
         steps=int(results.steps[0]),
         kantorovich=float(results.kantorovich[0]),
@@ -233,11 +233,11 @@ def solved_orbit(
         multipliers=multipliers,
         half_multipliers=half,
         stable=bool(np.all(np.abs(multipliers) < 1.0)),
-        physical=converged and bool(np.all(found.stops * found.velocities > 0.0)),
+        physical=converged and bool(np.all(impacts.stops * impacts.velocities > 0.0)),
         contacts=CONTACTS[int(results.contact[0])],
         excess=float(results.excess[0]) * problem.length,
         excess_phase=float(results.phase[0]) - shift,
         excess_stop=int(results.stop[0]),
-        least_period=found.repeats_after() if converged else found.period,
+        least_period=impacts.repeats_after() if converged else impacts.period,
         symmetric=symmetric,
     )

@@ -34,7 +34,7 @@ TRANSIENT_PERIODS = 400
 
 @in_own_period
 def sequence_of_stops(
-    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Sequence[int], seed: int = 0
+    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, sides: Sequence[int], seed: int = 0
 ) -> ImpactSequence | None:
     """Return the impacts of a motion with a given period and stops, or None where none was found.
 
@@ -47,7 +47,7 @@ def sequence_of_stops(
         As for `periodic_orbits.periodic_orbit`.
     period : int
         n, forcing periods, >= 1.
-    stops : sequence of +1 (stop A) or -1 (C)
+    sides : sequence of +1 (stop A) or -1 (C)
         Stops of the impacts of a whole period, in order, starting with any impact.
     seed : int
         Seed of the random initial states that are tried.
@@ -60,19 +60,19 @@ def sequence_of_stops(
         As for `periodic_orbits.periodic_orbit`.
     """
     checked_order("period", period, 1)
-    wanted = np.array(stops)
+    wanted = np.array(sides)
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isin(wanted, (1, -1))):
         raise ParameterError("stops", "must be a list of at least one stop, each 1 or -1")
     forced = forced_oscillator(oscillator, omega, clearance)
-    gaps = forced.stops
-    if any(math.isinf(gap_of(gaps, stop)) for stop in wanted.tolist()):
+    stops = forced.stops
+    if any(math.isinf(gap_of(stops, stop)) for stop in wanted.tolist()):
         raise ParameterError("stops", "has an impact on a stop that is absent")
     if wanted.size == 1 or (wanted.size == 2 and wanted[0] == -wanted[1]):
         explicit = _explicit(forced, period, wanted)
         if explicit is not None:
             return explicit
     for sequence in _settled(forced, seed):
-        mirror = [mirrored(sequence.whole)] if gaps.symmetric else []
+        mirror = [mirrored(sequence.whole)] if stops.symmetric else []
         for candidate in (sequence.whole, *mirror):
             turned = turned_to(candidate, period, wanted)
             if turned is not None:
@@ -82,36 +82,36 @@ def sequence_of_stops(
 
 @in_own_period
 def explicit_sequences(
-    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, stops: Integers
+    oscillator: Oscillator, omega: float, clearance: Clearance, period: int, sides: Integers
 ) -> list[ImpactSequence]:
     """Return the impacts of all orbits with one impact, or with one on each stop; none for other stops.
 
     Raises as `sequence_of_stops`.
     """
-    if not (stops.size == 1 or (stops.size == 2 and stops[0] == -stops[1])):
+    if not (sides.size == 1 or (sides.size == 2 and sides[0] == -sides[1])):
         return []
     family = OrbitFamily.of(oscillator, period, symmetric=False)
-    gaps = stops_between(oscillator, clearance, steady_size(family.steady(omega)))
-    sequences = one_impact_sequences if stops.size == 1 else two_impact_sequences
-    return sequences(family, gaps, omega, int(stops[0]))
+    stops = stops_between(oscillator, clearance, steady_size(family.steady(omega)))
+    sequences = one_impact_sequences if sides.size == 1 else two_impact_sequences
+    return sequences(family, stops, omega, int(sides[0]))
 
 
 def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> ImpactSequence | None:
     """Return the impacts of an orbit with one impact, or one on each stop; one that is admissible, if there is one."""
-    oscillator, omega, gaps = forced.oscillator, forced.omega, forced.stops
-    first, gap = int(wanted[0]), gap_of(gaps, int(wanted[0]))
-    alike = wanted.size == 2 and period % 2 == 1 and gaps.symmetric
-    lone = [one.order for one in oscillator.forces] == [1]
+    oscillator, omega, stops = forced.oscillator, forced.omega, forced.stops
+    first, gap = int(wanted[0]), gap_of(stops, int(wanted[0]))
+    alike = wanted.size == 2 and period % 2 == 1 and stops.symmetric
+    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
     if lone and gap > 0.0 and (wanted.size == 1 or alike):
         branch = one_impact_branch(oscillator, omega, period, alike, first)
         angles = branch.angles(gap)
         if angles:
             return _of_closed_form(branch, angles[-1], first)
-    found = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
-    for sequence in found:
+    sequences = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
+    for sequence in sequences:
         if periodic_orbit(oscillator, omega, forced.clearance, sequence).admissible:
             return sequence
-    return found[0] if found else None
+    return sequences[0] if sequences else None
 
 
 def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactSequence:

@@ -25,7 +25,7 @@ from grazemap_core.simulation.record import Impacts, Record, Sticking
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
-REASON = (
+FOUND_BY_SIMULATION = (
     "found by simulation, not from equations of impact: the contact rests on a stop; the multipliers are those of the "
     "linearised flow, and the residual is the distance between the start and the state a period later, in units of the "
     "distance of the stops"
@@ -42,7 +42,7 @@ class SimulatedOrbit:
     clearance: Clearance
     """Clearances of the stops."""
     motion: Motion
-    """Its name; not verified, and `reason` says why."""
+    """Name of the motion; not verified, and `reason` says why."""
     start: State
     """State at forcing phase 0."""
     impacts: Impacts
@@ -132,7 +132,7 @@ def simulated_orbit(
     return SimulatedOrbit(
         omega=omega,
         clearance=clearance,
-        motion=replace(motion, reason=REASON),
+        motion=replace(motion, reason=FOUND_BY_SIMULATION),
         start=start,
         impacts=period.impacts,
         sticking=period.sticking,

@@ -36,16 +36,16 @@ def states_at(
     """
     model, count, span = family.model, family.model.size, family.pattern.spacing(omega)
     periodic_impulse = model.unit_impulse + before_impulse(family.pattern.kinds[0], model, model.unit_impulse, span)
-    orders = np.array([one.order for one in family.oscillator.forces])
+    orders = np.array([harmonic.order for harmonic in family.oscillator.forces])
     turned = steady[:, :-1] * np.exp(1j * np.outer(phases, orders))[:, :, None]
     place = np.add.reduce(turned.imag, axis=1)
     velocity = np.add.reduce((orders * omega)[:, None] * turned.real, axis=1)
     static = equilibrium(family.oscillator)
-    found = []
+    states = []
     for k, phase in enumerate(phases):
         free = model.from_modal @ _blocks_at(family, omega, sequence, phase, periodic_impulse)
-        found.append((place[k] + free[:count] + static, velocity[k] + free[count:]))
-    return found
+        states.append((place[k] + free[:count] + static, velocity[k] + free[count:]))
+    return states
 
 
 def _blocks_at(
@@ -73,7 +73,7 @@ def _blocks_at(
 
 
 def multipliers_of(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, before: Floats
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, before: Floats
 ) -> Complexes:
     """Return the Floquet multipliers of the blocks over a span, complex (2N,), in the order of `_by_modulus`.
 
@@ -100,7 +100,7 @@ def multipliers_of(
     for i in range(count):
         rows[i] = problem.omega * (place @ change)
         rows[i, size + i] = -speeds[i]
-        rebound = 1.0 + (gaps.restitution_right if stops[i] > 0 else gaps.restitution_left)
+        rebound = 1.0 + (stops.restitution_right if sides[i] > 0 else stops.restitution_left)
         change = change - rebound * (unit_impulse[:, None] * (rate @ change) + drift[:, None] * (place @ change))
         change[:, size + i] += rebound * before[i, 2] * unit_impulse
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
@@ -134,8 +134,8 @@ def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
         raise ConditioningError("the equations of an orbit overflow, so its multipliers are not known")
     space = int(dggev(left, right, lwork=-1)[-2][0])
     # the iteration may fail for a pencil and converge for its transpose, which has the same eigenvalues
-    for one, other in ((left, right), (left.T, right.T)):
-        real, imaginary, below, _, _, _, status = dggev(one, other, compute_vl=0, compute_vr=0, lwork=space)
+    for first, second in ((left, right), (left.T, right.T)):
+        real, imaginary, below, _, _, _, status = dggev(first, second, compute_vl=0, compute_vr=0, lwork=space)
         if status == 0:
             return real + 1j * imaginary, below.astype(np.complex128)
     raise ConditioningError("the multipliers of an orbit could not be computed: the iteration does not converge")

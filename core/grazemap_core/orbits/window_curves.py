@@ -19,29 +19,29 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.orbits.curve_parameter import CurveParameter, MovedGaps, VariedFactor, moved_gaps
 from grazemap_core.orbits.explicit_curves import ABSENT, OneImpactCurve, SecondStop, StopFamily, explicit_curves
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.fixed_stop_curves import (
     FixedStop,
-    Line,
+    FrequencyLine,
     contacts_with_varied,
     graze_lines,
     lines,
     varied_graze,
 )
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
-from grazemap_core.orbits.varied_gaps import Gaps, Varied, VariedFactor, varied_gaps
 from grazemap_core.records import dataclass
 
 NEXT_STEP = 1.2
 """Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
 
-BOTH = VariedStop(1, together=True)
+BOTH_STOPS = VariedStop(1, together=True)
 """The clearance of both stops varies."""
 
 
@@ -77,7 +77,7 @@ class CurvePiece:
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _PieceMotion:
     """What a piece says of its motion."""
 
     period: int
@@ -113,7 +113,7 @@ def window_curves(
     values: tuple[float, float],
     max_multiple: int = 2,
     points: int = 400,
-    varied: Varied = BOTH,
+    varied: CurveParameter = BOTH_STOPS,
 ) -> list[CurvePiece]:
     """Return the curves of motions with one impact in up to `max_multiple` periods, or one on each stop.
 
@@ -153,7 +153,7 @@ def window_curves(
     return [*_between_others(oscillator, window, max_multiple, varied), *_grazing(oscillator, window, varied)]
 
 
-def _are_symmetric(oscillator: Oscillator, varied: Varied) -> bool:
+def _are_symmetric(oscillator: Oscillator, varied: CurveParameter) -> bool:
     """Return whether the stops are symmetric at all values of a parameter."""
     if isinstance(varied, VariedFactor):
         together = varied.name == "forcing" and varied.right == varied.left
@@ -164,35 +164,37 @@ def _are_symmetric(oscillator: Oscillator, varied: Varied) -> bool:
 
 
 def _between_symmetric(
-    oscillator: Oscillator, window: _Window, max_multiple: int, varied: Varied
+    oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
 ) -> Iterator[CurvePiece]:
-    lone = [one.order for one in oscillator.forces] == [1]
-    gaps = varied_gaps(oscillator, varied, 1)
+    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
+    gaps = moved_gaps(oscillator, varied, 1)
     assert gaps is not None  # both stops move
     for multiple in range(1, max_multiple + 1):
         for symmetric in (False, True) if multiple % 2 else (False,):
-            motion = _Motion(multiple, 1, 1 if symmetric else -1, symmetric)
+            motion = _PieceMotion(multiple, 1, 1 if symmetric else -1, symmetric)
             if lone:
                 known = one_impact_curves(oscillator, window.omega, multiple, symmetric)
                 named = {"SN": known.saddle_node, "SB" if symmetric else "PD": known.doubling, "GR": known.contact}
-                found = {kind: [curve] for kind, curve in named.items()}
+                curves_of = {kind: [curve] for kind, curve in named.items()}
             else:
                 family = OrbitFamily.of(oscillator, multiple, symmetric)
                 of = StopFamily(family, 1, SecondStop(0.0, 1.0))
-                found = explicit_curves(of, window.omega, family.steady_at(window.omega))
-            for kind, curves in found.items():
+                curves_of = explicit_curves(of, window.omega, family.steady_at(window.omega))
+            for kind, curves in curves_of.items():
                 for curve in curves:
                     yield from _pieces(kind, _over(curve, gaps), window, motion)
 
 
-def _between_others(oscillator: Oscillator, window: _Window, max_multiple: int, varied: Varied) -> Iterator[CurvePiece]:
+def _between_others(
+    oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
+) -> Iterator[CurvePiece]:
     place = contact_equilibrium(oscillator)
     steady = OrbitFamily.of(oscillator, 1, False).steady_at(window.omega)
     for multiple in range(1, max_multiple + 1):
         family = OrbitFamily.of(oscillator, multiple, False)
         for stop in _stops(varied):
-            motion = _Motion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
-            gaps = varied_gaps(oscillator, varied, stop)
+            motion = _PieceMotion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
+            gaps = moved_gaps(oscillator, varied, stop)
             if gaps is not None:
                 for kind, curves in explicit_curves(StopFamily(family, stop, gaps.other), window.omega, steady).items():
                     for curve in curves:
@@ -207,30 +209,30 @@ def _between_others(oscillator: Oscillator, window: _Window, max_multiple: int, 
                 yield from _pieces("GR", curve.moved(-stop * place), window, motion)
 
 
-def _stops(varied: Varied) -> tuple[int, ...]:
+def _stops(varied: CurveParameter) -> tuple[int, ...]:
     """Return the stops that there are."""
     if isinstance(varied, VariedFactor):
         return tuple(stop for stop in (1, -1) if np.isfinite(varied.clearance(stop)))
     return (1, -1) if varied.together or varied.other is not None else (varied.stop,)
 
 
-def _over(curve: OneImpactCurve, gaps: Gaps) -> OneImpactCurve:
+def _over(curve: OneImpactCurve, gaps: MovedGaps) -> OneImpactCurve:
     """Return a curve by the values of a parameter in place of the gaps of the stop."""
     value = gaps.value(curve.clearance)
     speed = value * curve.impact_velocity if gaps.forces else curve.impact_velocity
     return replace(curve, clearance=value, impact_velocity=speed)
 
 
-def _grazing(oscillator: Oscillator, window: _Window, varied: Varied) -> Iterator[CurvePiece]:
+def _grazing(oscillator: Oscillator, window: _Window, varied: CurveParameter) -> Iterator[CurvePiece]:
     """Yield the curves on which the steady motion touches a stop; a virtual graze is not admissible."""
-    steady = _Motion(1, -1, -1)
+    steady = _PieceMotion(1, -1, -1)
     if isinstance(varied, VariedFactor):
         for stop in _stops(varied):
             yield from _pieces("GR", _graze(oscillator, window, varied, stop), window, steady)
         return
     each = [VariedStop(stop, together=True) for stop in (1, -1)] if varied.together else [varied]
-    for one in each:
-        curve = varied_graze(oscillator, window.omega, one)
+    for varied_stop in each:
+        curve = varied_graze(oscillator, window.omega, varied_stop)
         if curve is not None:
             yield from _pieces("GR", curve, window, steady)
     if not varied.together and varied.other is not None:
@@ -240,7 +242,7 @@ def _grazing(oscillator: Oscillator, window: _Window, varied: Varied) -> Iterato
 
 def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: int) -> OneImpactCurve:
     """Return the curve on which the steady motion touches a stop, over a factor."""
-    gaps = varied_gaps(oscillator, varied, stop)
+    gaps = moved_gaps(oscillator, varied, stop)
     assert gaps is not None  # a factor moves both stops
     motion = steady_motion(oscillator, window.omega)
     gap, other = (motion.toward(side).amplitude for side in (stop, -stop))
@@ -249,7 +251,7 @@ def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: 
     return _over(OneImpactCurve(gap, np.zeros(size), admissible, np.full(size, stop)), gaps)
 
 
-def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _Motion) -> Iterator[CurvePiece]:
+def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
     for members in _runs(window.contains(curve.clearance), curve.admissible, curve.stop):
         if len(members) < 2:
             continue
@@ -269,7 +271,7 @@ def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _Motion) 
         )
 
 
-def _of_line(line: Line, window: _Window, motion: _Motion) -> Iterator[CurvePiece]:
+def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
     """Yield the pieces of a line of constant frequency: the part that is admissible, and the part that is not."""
     cut = min(max(line.reach, window.start), window.stop) if line.admissible else window.stop
     for admissible, start, stop in ((False, window.start, cut), (True, cut, window.stop)):

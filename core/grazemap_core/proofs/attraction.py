@@ -14,9 +14,9 @@ from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.system import Inputs, System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals, exact_inputs, inputs
+from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, decimals, exact_inputs, inputs
 from grazemap_core.proofs.orbits import as_admitted, orbit_theorem
-from grazemap_core.proofs.simulation import Impact, Simulation
+from grazemap_core.proofs.simulation import ProvenImpact, Simulation
 
 MAX_PERIOD = 32
 """Largest period of an orbit that is looked for."""
@@ -24,7 +24,7 @@ REPEATED = 1e-3
 """Relative difference up to which impacts count as repeated."""
 FIRST_PERIODS = 16
 """Periods of the forces after which an orbit is first looked for; then after 1.5 times as many, again and again."""
-SIZES = range(2, 17)
+SIZE_EXPONENTS = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
 BITS_PER_IMPACT = 2
 """Bits of precision for each impact of the transient; about one is lost."""
@@ -36,15 +36,15 @@ SQUARINGS = 60
 """Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
 
 
-def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the orbit that attracts the trajectory from the given state.
 
-    It proves the statement, or, if that has another label, disproves it.
+    The theorem proves the statement, or, if the statement has another label, disproves it.
     """
     names = ("displacement", "velocity", "phase", "label")
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}
-    given = exact_inputs(statement)
-    system = System(search.machine, given)
+    numbers = exact_inputs(statement)
+    system = System(search.machine, numbers)
     start = system.from_equilibrium(request["displacement"], request["velocity"])
     time = exact(request["phase"]) / system.omega
     run = Simulation(system, system.with_phase(start, time).mid(), time.mid(), search.bits)
@@ -52,16 +52,16 @@ def prove_attraction(search: Search, request: Document) -> Iterator[Attempt]:
     while True:
         run.run(begin + periods * turn)
         for impacts in repeated(run.impacts, turn, float(system.omega)):
-            theorem = _arrival(search, given, run, replace(impacts, divisor=search.machine.divisor))
+            theorem = _arrival(search, numbers, run, replace(impacts, divisor=search.machine.divisor))
             if theorem is not None:
-                name = BoundaryProblem(search.machine, given, theorem).label
+                name = BoundaryProblem(search.machine, numbers, theorem).label
                 verdict = "proven" if request.get("label", name) == name else "disproven"
                 yield Attempt(statement, verdict, theorem, search.bits + BITS_PER_IMPACT * len(run.impacts))
                 return
         periods += periods // 2
 
 
-def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[ImpactSequence]:
+def repeated(impacts: list[ProvenImpact], turn: float, omega: float) -> Iterator[ImpactSequence]:
     """Yield the impacts of the last n periods of the forces if they are those of the n periods before."""
     times = np.array([float(impact.time) for impact in impacts])
     speeds = np.array([float(impact.velocity) for impact in impacts])
@@ -79,13 +79,13 @@ def repeated(impacts: list[Impact], turn: float, omega: float) -> Iterator[Impac
             return
 
 
-def _arrival(search: Search, given: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
+def _arrival(search: ProofSearch, numbers: Inputs, run: Simulation, impacts: ImpactSequence) -> Document | None:
     """Return the theorem if the trajectory has entered a ball that contracts, else None."""
     try:
         if impacts.mirrors(2.0 * REPEATED):
-            impacts = as_admitted(search, given, impacts.half())
-        theorem = orbit_theorem(search, given, float(run.system.omega), impacts)
-        problem = BoundaryProblem(search.machine, given, theorem)
+            impacts = as_admitted(search, numbers, impacts.half())
+        theorem = orbit_theorem(search, numbers, float(run.system.omega), impacts)
+        problem = BoundaryProblem(search.machine, numbers, theorem)
         size, norm = _ball(problem)
     except (Refused, Undecided):
         return None
@@ -110,7 +110,7 @@ def _ball(problem: BoundaryProblem) -> tuple[str, arb_mat]:
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
     gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
     clearance = math.floor(math.log10(max(gaps)))
-    for exponent in SIZES:
+    for exponent in SIZE_EXPONENTS:
         size = f"1e{clearance - exponent}"
         try:
             if contracts(problem, problem.centre, norm, exact(size)):

@@ -19,7 +19,7 @@ from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.proofs.certificates import (
     Attempt,
     Document,
-    Search,
+    ProofSearch,
     Undecided,
     core_clearance,
     decimals,
@@ -30,7 +30,7 @@ from grazemap_core.proofs.certificates import (
 from grazemap_core.proofs.orbits import as_admitted, refined, sequence_theorem, starting_sequence
 
 
-def prove_bifurcation(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_bifurcation(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the bifurcation nearest to an orbit, along its branch over the parameter.
 
     The statement names the orbit at the bifurcation by its contacts, not the branch.
@@ -38,7 +38,7 @@ def prove_bifurcation(search: Search, request: Document) -> Iterator[Attempt]:
     yield bifurcation(search, request, nearest_point(search, request))
 
 
-def nearest_point(search: Search, request: Document) -> SpecialPoint:
+def nearest_point(search: ProofSearch, request: Document) -> SpecialPoint:
     """Return the bifurcation of the requested type that lies nearest to the given orbit, in double precision."""
     parameter, place = request["parameter"], (float(request["omega"]), core_clearance(request["clearance"]))
     orbit = periodic_orbit(search.oscillator, *place, starting_sequence(search, request))
@@ -53,25 +53,25 @@ def nearest_point(search: Search, request: Document) -> SpecialPoint:
     return min(points, key=lambda point: abs(point.values.value(parameter) - here))
 
 
-def bifurcation(search: Search, request: Document, point: SpecialPoint) -> Attempt:
+def bifurcation(search: ProofSearch, request: Document, point: SpecialPoint) -> Attempt:
     """Return the statement and the theorem on a special point that is known in double precision."""
     kind, parameter = request["type"], request["parameter"]
     statement = inputs(search, request) | {"type": kind, "parameter": parameter, "range": request["range"]}
-    given = exact_inputs(statement)
+    numbers = exact_inputs(statement)
     impacts, graze = as_on_curve(point)
-    symmetric = as_admitted(search, given, replace(impacts, symmetric=True)).symmetric
+    symmetric = as_admitted(search, numbers, replace(impacts, symmetric=True)).symmetric
     if graze is not None and len(impacts.stops) == 1 and symmetric:  # of the steady motion, which grazes both stops
         impacts = replace(impacts, period=1, symmetric=True)
     if kind == "SB" and not impacts.symmetric:  # at the end of a branch of asymmetric orbits
         impacts = impacts.half()
-    impacts = as_admitted(search, given, impacts)
+    impacts = as_admitted(search, numbers, impacts)
     theorem = sequence_theorem(
-        search, given, point.omega, impacts, value=text(point.values.value(parameter)), graze=graze
+        search, numbers, point.omega, impacts, value=text(point.values.value(parameter)), graze=graze
     )
     if graze is None:
-        theorem["direction"] = [repr(x) for x in _perturbation(search, given, theorem, kind).tolist()]
-    theorem = refined(search, given, theorem, kind)
-    problem = BoundaryProblem(search.machine, given, theorem, kind)
+        theorem["direction"] = [repr(x) for x in _perturbation(search, numbers, theorem, kind).tolist()]
+    theorem = refined(search, numbers, theorem, kind)
+    problem = BoundaryProblem(search.machine, numbers, theorem, kind)
     run = problem.run(problem.centre, checked=False)
     stops, times, velocities = problem.contacts(run, problem.centre[-1] if graze is not None else None)
     box = {
@@ -82,9 +82,9 @@ def bifurcation(search: Search, request: Document, point: SpecialPoint) -> Attem
     return Attempt(statement | {"period": problem.period, "stops": stops, **box}, "proven", theorem)
 
 
-def _perturbation(search: Search, given: Inputs, theorem: Document, kind: str) -> Floats:
+def _perturbation(search: ProofSearch, numbers: Inputs, theorem: Document, kind: str) -> Floats:
     """Return the perturbation that returns times the critical multiplier, to double precision."""
-    problem = BoundaryProblem(search.machine, given, theorem, kind)
+    problem = BoundaryProblem(search.machine, numbers, theorem, kind)
     rows = problem.run(problem.centre, checked=False).derivative.tolist()
     critical = problem.critical * np.eye(len(rows))
     vector: Floats = np.linalg.svd(np.array([[float(x) for x in row] for row in rows]) - critical)[2][-1]

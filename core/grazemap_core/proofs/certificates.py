@@ -25,13 +25,13 @@ class Undecided(Exception):
 
 
 @dataclass(frozen=True)
-class Search:
+class ProofSearch:
     """Inputs of a search."""
 
     oscillator: Oscillator
     """The oscillator."""
     machine: Machine
-    """The same, exactly."""
+    """The oscillator with exact numbers."""
     digits: int
     """Digits of the enclosures."""
 
@@ -67,7 +67,7 @@ def decimals(values: Iterable[arb], digits: int) -> list[str]:
 def exact_oscillator(oscillator: Oscillator) -> Document:
     """Return the matrices, contact row, forcing and bias of an oscillator as rational numbers.
 
-    They are those of the given numbers of a chain, and else of the matrices and amplitudes in double precision.
+    The numbers follow from the given ones of a chain, and else from the matrices and amplitudes in double precision.
     """
     mass, damping, stiffness = _matrices(oscillator)
     exact = {
@@ -134,7 +134,7 @@ def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in rows]
 
 
-def inputs(search: Search, request: Document) -> Document:
+def inputs(search: ProofSearch, request: Document) -> Document:
     """Return frequency, clearances and restitutions of a statement; "varied" for the parameter of a bifurcation."""
     clearance, parameter = request["clearance"], request.get("parameter", "")
     sides = {"right": 1, "left": -1}

@@ -8,14 +8,14 @@ from flint import arb
 
 from grazemap.checker.arithmetic import exact
 from grazemap.checker.theorems import impulse
-from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, decimals
+from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, decimals
 from grazemap_core.proofs.refinement import refine
 
-SAMPLES = 64
+SIGN_SAMPLES = 64
 """Parts of the range of frequencies in which a change of sign is looked for."""
 
 
-def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_codimension_two(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield the theorem on the first zero that is found in the range of frequencies.
 
     Where the maxima of the steady motion are not distinguished, the second statement is on the zero alone.
@@ -26,13 +26,13 @@ def prove_codimension_two(search: Search, request: Document) -> Iterator[Attempt
         return [impulse(search.machine, request["type"], unknowns[0], request["order"])]
 
     low, high = (exact(bound) for bound in request["range"])
-    places = [low + (high - low) * k / SAMPLES for k in range(SAMPLES + 1)]
+    places = [low + (high - low) * k / SIGN_SAMPLES for k in range(SIGN_SAMPLES + 1)]
     values = [function([place])[0] for place in places]
-    changes = [k for k in range(SAMPLES) if values[k] * values[k + 1] < 0]
+    changes = [k for k in range(SIGN_SAMPLES) if values[k] * values[k + 1] < 0]
     if not changes:
-        raise Undecided(f"no change of sign was found at {SAMPLES + 1} frequencies of the range")
+        raise Undecided(f"no change of sign was found at {SIGN_SAMPLES + 1} frequencies of the range")
     near, share = changes[0], values[changes[0]] / (values[changes[0]] - values[changes[0] + 1])
-    start = decimals([places[near] + share * (high - low) / SAMPLES], 20)[0]
+    start = decimals([places[near] + share * (high - low) / SIGN_SAMPLES], 20)[0]
     theorem = refine(
         search,
         {"value": start},

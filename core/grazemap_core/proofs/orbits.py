@@ -20,7 +20,7 @@ from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
 from grazemap_core.proofs.certificates import (
     Attempt,
     Document,
-    Search,
+    ProofSearch,
     Undecided,
     core_clearance,
     decimals,
@@ -33,7 +33,7 @@ WIDER = 1.01
 """Size of the box in which an orbit is shown to be the only one, over that of the states that a statement admits."""
 
 
-def starting_sequence(search: Search, request: Document) -> ImpactSequence:
+def starting_sequence(search: ProofSearch, request: Document) -> ImpactSequence:
     """Return the impacts from which the search starts: those given, or those of an orbit that is found."""
     period, stops = request["period"], request["stops"]
     if "phases" in request:
@@ -49,7 +49,7 @@ def _place(request: Document) -> tuple[float, Any]:
     return float(request["omega"]), core_clearance(request["clearance"])
 
 
-def _converged(search: Search, request: Document, guess: ImpactSequence) -> ImpactSequence:
+def _converged(search: ProofSearch, request: Document, guess: ImpactSequence) -> ImpactSequence:
     """Return the impacts of the orbit near a guess, half of them where the orbit is symmetric."""
     orbit = periodic_orbit(search.oscillator, *_place(request), guess)
     if not orbit.converged:
@@ -57,18 +57,18 @@ def _converged(search: Search, request: Document, guess: ImpactSequence) -> Impa
     return orbit.impacts.half() if orbit.symmetric else orbit.impacts
 
 
-def as_admitted(search: Search, given: Inputs, impacts: ImpactSequence) -> ImpactSequence:
+def as_admitted(search: ProofSearch, numbers: Inputs, impacts: ImpactSequence) -> ImpactSequence:
     """Return the impacts of a symmetric orbit as half of them, if the oscillator is exactly symmetric, else all."""
     try:
-        given.require_symmetric(search.machine)
+        numbers.require_symmetric(search.machine)
     except Refused:
         return impacts.whole
     return impacts
 
 
 def sequence_theorem(
-    search: Search,
-    given: Inputs,
+    search: ProofSearch,
+    numbers: Inputs,
     omega: float,
     impacts: ImpactSequence,
     *,
@@ -100,7 +100,7 @@ def sequence_theorem(
     if graze is not None:
         theorem["graze"], stops, times, speeds = int(stops[0]), stops[1:], times[1:], speeds[1:]
     theorem |= {"stops": stops.tolist(), "times": [repr(t) for t in times.tolist()]}
-    system = System(search.machine, given, None if value is None else exact(value))
+    system = System(search.machine, numbers, None if value is None else exact(value))
     contacts = [
         (stop, arb(time), arb(speed))
         for stop, time, speed in zip(stops.tolist(), times.tolist(), speeds.tolist(), strict=True)
@@ -109,59 +109,59 @@ def sequence_theorem(
     return theorem | {"state": decimals(state.entries(), 20)} | ({} if value is None else {"value": value})
 
 
-def refined(search: Search, given: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
+def refined(search: ProofSearch, numbers: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
     """Return a theorem with the state, the impacts' times and the other unknowns in many digits."""
 
     def equations(now: Document) -> Equations:
-        problem = BoundaryProblem(search.machine, given, now, bifurcation)
+        problem = BoundaryProblem(search.machine, numbers, now, bifurcation)
         return problem.centre, problem.residual
 
     def renewed(now: Document, unknowns: list[arb]) -> Document:
-        problem = BoundaryProblem(search.machine, given, now, bifurcation)
-        numbers = decimals(unknowns, search.digits + 6)
+        problem = BoundaryProblem(search.machine, numbers, now, bifurcation)
+        texts = decimals(unknowns, search.digits + 6)
         size, others = len(problem.state), len(problem.state) + len(problem.names)
         times = problem.run(unknowns, checked=False).times
-        new = {"state": numbers[:size], "times": decimals(times, search.digits + 6)}
+        new = {"state": texts[:size], "times": decimals(times, search.digits + 6)}
         if problem.direction:
-            new["direction"] = numbers[others:]
-        return now | dict(zip(problem.names, numbers[size:], strict=False)) | new
+            new["direction"] = texts[others:]
+        return now | dict(zip(problem.names, texts[size:], strict=False)) | new
 
     return refine(search, theorem, equations, renewed)
 
 
 def orbit_theorem(
-    search: Search, given: Inputs, omega: float, impacts: ImpactSequence, first: int | None = None
+    search: ProofSearch, numbers: Inputs, omega: float, impacts: ImpactSequence, first: int | None = None
 ) -> Document:
     """Return the centre and the radius of the box of an orbit."""
-    return refined(search, given, sequence_theorem(search, given, omega, impacts, first=first))
+    return refined(search, numbers, sequence_theorem(search, numbers, omega, impacts, first=first))
 
 
-def prove_orbit(search: Search, request: Document) -> Iterator[Attempt]:
+def prove_orbit(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     """Yield theorems on the orbits near the given impacts, or with the given stops, and then what contradicts it."""
     names = ("period", "stops", "stable", "phases", "velocities", "radius")
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}
-    given, (omega, clearance) = exact_inputs(statement), _place(request)
+    numbers, (omega, clearance) = exact_inputs(statement), _place(request)
     impacts = starting_sequence(search, request)
-    yield Attempt(statement, "proven", orbit_theorem(search, given, omega, as_admitted(search, given, impacts)))
+    yield Attempt(statement, "proven", orbit_theorem(search, numbers, omega, as_admitted(search, numbers, impacts)))
     if "phases" in statement:
-        theorem = _only_orbit(search, given, statement, impacts.whole)
+        theorem = _only_orbit(search, numbers, statement, impacts.whole)
         yield Attempt(statement, "disproven", theorem)
         return
     for other in explicit_sequences(search.oscillator, omega, clearance, request["period"], impacts.whole.stops):
         try:
-            yield Attempt(statement, "proven", orbit_theorem(search, given, omega, other))
+            yield Attempt(statement, "proven", orbit_theorem(search, numbers, omega, other))
         except (Undecided, Refused):
             continue
 
 
-def _only_orbit(search: Search, given: Inputs, statement: Document, impacts: ImpactSequence) -> Document:
+def _only_orbit(search: ProofSearch, numbers: Inputs, statement: Document, impacts: ImpactSequence) -> Document:
     """Return the theorem on an orbit in a box of states that holds all motions of a statement's box."""
     omega = float(statement["omega"])
     turn = 2.0 * np.pi / search.machine.divisor
     ahead = round((float(statement["phases"][0]) - float(impacts.phases[0])) / turn)
     impacts = replace(impacts, phases=impacts.phases + turn * ahead)
-    theorem = orbit_theorem(search, given, omega, impacts, first=0)
-    problem = BoundaryProblem(search.machine, given, theorem)
+    theorem = orbit_theorem(search, numbers, omega, impacts, first=0)
+    problem = BoundaryProblem(search.machine, numbers, theorem)
     _, states = motions_of_box(problem, STATEMENTS["orbit"](statement, "the statement"))
     reach = max((abs(x - middle).abs_upper() for x, middle in zip(states, problem.state, strict=True)), key=float)
     return theorem | {"radius": (WIDER * reach).str(4, radius=False)}

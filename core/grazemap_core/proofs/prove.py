@@ -14,12 +14,12 @@ from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.attraction import prove_attraction
 from grazemap_core.proofs.bifurcations import prove_bifurcation
-from grazemap_core.proofs.certificates import Attempt, Document, Search, Undecided, exact_oscillator
+from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, exact_oscillator
 from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
 from grazemap_core.records import NamedTuple
 
-KINDS: dict[str, Callable[[Search, Document], Iterator[Attempt]]] = {
+PROOF_ATTEMPTS: dict[str, Callable[[ProofSearch, Document], Iterator[Attempt]]] = {
     "orbit": prove_orbit,
     "attraction": prove_attraction,
     "bifurcation": prove_bifurcation,
@@ -33,7 +33,7 @@ class Proof(NamedTuple):
     """A certificate, or why there is none."""
 
     certificate: Document
-    """Its `verdict` is "proven", "disproven" or "undecided"; its `theorem` is what the checker verifies."""
+    """The `verdict` is "proven", "disproven" or "undecided"; the `theorem` is what the checker verifies."""
     reason: str
     """Why it is undecided; empty if it is not."""
     enclosures: Document
@@ -71,7 +71,7 @@ def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator
     yield Proof(undecided, "no attempt was completed", {})
     machine = Machine(OSCILLATOR(undecided["oscillator"], "the oscillator"))
     for doubling in range(DOUBLINGS):
-        search = Search(oscillator, machine, digits << doubling)
+        search = ProofSearch(oscillator, machine, digits << doubling)
         try:
             with ctx.workprec(search.bits):
                 proof = _decided(search, undecided, request)
@@ -82,10 +82,10 @@ def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator
             return
 
 
-def _decided(search: Search, undecided: Document, request: Document) -> Proof:
+def _decided(search: ProofSearch, undecided: Document, request: Document) -> Proof:
     """Return the first proof that the checker accepts; raise Undecided with why it does not accept the first one."""
     reasons = []
-    for attempt in KINDS[request["kind"]](search, request):
+    for attempt in PROOF_ATTEMPTS[request["kind"]](search, request):
         certificate = undecided | {
             "statement": {"kind": request["kind"], **attempt.statement},
             "verdict": attempt.verdict,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from flint import arb
 
 from grazemap.checker.arithmetic import column, quotients
-from grazemap_core.proofs.certificates import Document, Search, Undecided
+from grazemap_core.proofs.certificates import Document, ProofSearch, Undecided
 
 MAX_STEPS = 30
 """Steps of Newton's method; from double precision it needs three or four."""
@@ -18,13 +18,13 @@ Equations = tuple[list[arb], Callable[[list[arb]], list[arb]]]
 """The unknowns at the start, and the function that vanishes."""
 
 
-def radius_of(search: Search, unknowns: list[arb]) -> arb:
+def radius_of(search: ProofSearch, unknowns: list[arb]) -> arb:
     """Return the radius of the box: that of the enclosures, relative to the largest unknown."""
     return arb(10) ** -search.digits * max(abs(x).abs_upper() for x in unknowns)
 
 
 def refine(
-    search: Search,
+    search: ProofSearch,
     theorem: Document,
     equations: Callable[[Document], Equations],
     renewed: Callable[[Document, list[arb]], Document],

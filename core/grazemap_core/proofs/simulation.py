@@ -18,28 +18,28 @@ from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Undecided
 from grazemap_core.records import NamedTuple
 
-TERMS = 30
-STEP = 2.0
+TAYLOR_TERMS = 30
+SERIES_STEP = 2.0
 """Length of a step of the series, in units of the equations' or the forcing's time scale, the shorter."""
-SAMPLES = np.linspace(0.0, 1.0, 65)
-POWERS = np.vander(SAMPLES, TERMS, increasing=True)
+SAMPLE_TIMES = np.linspace(0.0, 1.0, 65)
+POWERS = np.vander(SAMPLE_TIMES, TAYLOR_TERMS, increasing=True)
 SHORTEST_FLIGHT = 1e-6
 """Time between two impacts, in periods of the forces, below which the contact is taken to come to rest by chatter."""
 BISECTIONS = 40
 """Halvings of the interval between two samples, to about the rounding of the series."""
 
 
-class Impact(NamedTuple):
+class ProvenImpact(NamedTuple):
     """An impact."""
 
     stop: int
-    """Its stop."""
+    """Stop of the impact."""
     time: arb
-    """Its time."""
+    """Time of the impact."""
     velocity: arb
-    """Velocity before it."""
+    """Velocity before the impact."""
     after: arb_mat
-    """State after it."""
+    """State after the impact."""
 
 
 class Simulation:
@@ -48,10 +48,10 @@ class Simulation:
     def __init__(self, system: System, state: arb_mat, time: arb, bits: int):
         """Take the state at a time, both exact up to the precision."""
         self.system, self.bits = system, bits
-        self.impacts: list[Impact] = []
+        self.impacts: list[ProvenImpact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
-            self.length = (STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
+            self.length = (SERIES_STEP / max(system.scale, system.omega.mid() * max(system.orders, default=1))).mid()
             self.stride = system.flow(self.length)
 
     def run(self, until: float) -> None:
@@ -74,11 +74,11 @@ class Simulation:
 
     def _derivatives(self) -> Floats:
         """Return the Taylor coefficients of the contact coordinate in units of the step."""
-        found, state, factor = [], self.state, arb(1)
-        for m in range(TERMS):
-            found.append(float((self.system.rows * state)[0, 0] * factor))
+        coefficients, state, factor = [], self.state, arb(1)
+        for m in range(TAYLOR_TERMS):
+            coefficients.append(float((self.system.rows * state)[0, 0] * factor))
             state, factor = (self.system.matrix * state).mid(), (factor * self.length / (m + 1)).mid()
-        return np.array(found)
+        return np.array(coefficients)
 
     def _contact(self, coefficients: Floats) -> tuple[int, float] | None:
         """Return the stop and the time, in units of the step, of the first contact in the step."""
@@ -117,7 +117,7 @@ class Simulation:
         if self.impacts and self.time - self.impacts[-1].time < SHORTEST_FLIGHT * system.turn:
             raise Undecided("rests")
         self.state, self.left = after.mid(), stop
-        self.impacts.append(Impact(stop, self.time, speed, self.state))
+        self.impacts.append(ProvenImpact(stop, self.time, speed, self.state))
 
 
 def _first_bracket(series: Floats) -> tuple[float, float] | None:
@@ -125,13 +125,13 @@ def _first_bracket(series: Floats) -> tuple[float, float] | None:
     values, slope = POWERS[:, : len(series)] @ series, series[1:] * np.arange(1, len(series))
     slopes = POWERS[:, : len(slope)] @ slope
     beyond = np.flatnonzero(values < 0.0)
-    last = int(beyond[0]) if len(beyond) else len(SAMPLES)
+    last = int(beyond[0]) if len(beyond) else len(SAMPLE_TIMES)
     for k in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))[:last]:
-        low, high = float(SAMPLES[k]), float(SAMPLES[k + 1])
+        low, high = float(SAMPLE_TIMES[k]), float(SAMPLE_TIMES[k + 1])
         lowest = _root(-slope, low, high)
         if k < last and polyval(lowest, series) < 0.0:
             return low, lowest
-    return (float(SAMPLES[max(last - 1, 0)]), float(SAMPLES[last])) if len(beyond) else None
+    return (float(SAMPLE_TIMES[max(last - 1, 0)]), float(SAMPLE_TIMES[last])) if len(beyond) else None
 
 
 def _root(series: Floats, low: float, high: float) -> float:

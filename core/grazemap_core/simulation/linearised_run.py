@@ -13,7 +13,7 @@ from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import reason_of_end
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, Workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, RECORD_FULL, Workspace
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass
@@ -116,5 +116,5 @@ def linearised_run(
         began=half_period(oscillator.size),
     )
     run.require(begun.status)
-    run.work.cursor[ROWS] = 0
+    run.work.cursor[EVENT_COUNT] = 0
     return run

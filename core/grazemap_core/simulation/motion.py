@@ -15,7 +15,7 @@ from grazemap_core.records import dataclass
 KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 """Kinds of motion; the index is the code."""
 
-SENSITIVE: Final = (
+SENSITIVE_REASON: Final = (
     "sensitive: on its way to the orbit the trajectory passed a stop, or hit it, so narrowly that the round-off of a "
     "chaotic transient may have decided it."
 )
@@ -54,7 +54,8 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_CAPTURED: "arrival-slow: the orbit is verified, but within the periods simulated the trajectory did not "
     "come so close to it that it certainly stays there. Remedy: simulate more periods (max_periods); beside a graze or "
     "a bifurcation, move away from it.",
-    codes.ROUNDING_DECIDES: f"{SENSITIVE} Remedy: a certificate (proofs, an attraction) of where the state leads.",
+    codes.ROUNDING_DECIDES: f"{SENSITIVE_REASON} "
+    "Remedy: a certificate (proofs, an attraction) of where the state leads.",
 }
 """Why a motion is unresolved, or is periodic but not verified, and what to do; the key is the code."""
 

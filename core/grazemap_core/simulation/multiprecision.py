@@ -19,12 +19,12 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.cell_problem import Clearance, both_clearances, unit_of_stops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
-from grazemap_core.simulation.multiprecision_modes import Equations, ModalMotion, RunError
+from grazemap_core.simulation.multiprecision_modes import ModalMotion, MotionEquations, RunError
 
 SAMPLES = 128
 """Samples of the motion that are taken at once."""
 SAMPLE_ANGLE = 0.1
-"""Time between two of them, times the largest modulus of an exponent."""
+"""Time between two samples, times the largest modulus of an exponent."""
 PARTS = 16
 """Number of parts into which an interval between samples is divided where a contact is possible."""
 FINEST_ANGLE = 1e-6
@@ -64,31 +64,31 @@ MODES_PER_IMPACT = 9
 TOO_SLOW = "an impact is too close to a graze"
 
 
-class Impact(NamedTuple):
+class PreciseImpact(NamedTuple):
     """An impact, or the end of a chatter or of a rest."""
 
     stop: int
-    """Its stop."""
+    """Stop of the event."""
     time: arb
-    """Its time."""
+    """Time of the event."""
 
 
-class _Contact(NamedTuple):
+class _PreciseContact(NamedTuple):
     """A contact."""
 
     stop: int
-    """Its stop."""
+    """Stop of the contact."""
     time: arb
-    """Its time since the origin."""
+    """Time of the contact since the origin."""
     exponentials: acb_mat
-    """The exponentials there."""
+    """The exponentials at the contact."""
 
 
 class _Flight(NamedTuple):
     """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held."""
 
     terms: list[Complexes]
-    """Those of `ModalMotion`."""
+    """The terms of `ModalMotion`."""
     bend: float
     """Bound of the second derivative of what is observed."""
     rounding: float
@@ -102,7 +102,7 @@ class _Flight(NamedTuple):
 class MultiprecisionRun:
     """A trajectory of an oscillator from a given state.
 
-    All numbers are taken as they are stored, as in `Equations`.
+    All numbers are taken as they are stored, as in `MotionEquations`.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class MultiprecisionRun:
         Impacts times bits so far, a measure of the time that they took.
     period : float
         The forcing period.
-    impacts : list of Impact
+    impacts : list of PreciseImpact
         The impacts so far, without those of a chatter, and where chatters and rests ended.
     states : list of (2, N)
         Displacements and velocities at the starts of the forcing periods so far.
@@ -129,9 +129,9 @@ class MultiprecisionRun:
         """
         self.bits, self.period, self.ended = bits, 2.0 * math.pi / omega, ""
         self._bits, self.work = bits, oscillator.size**3 // MODES_PER_IMPACT * (bits + IMPACT_BITS)
-        self.impacts, self._rests = list[Impact](), 0
+        self.impacts, self._rests = list[PreciseImpact](), 0
         with ctx.workprec(bits):
-            self._equations = equations = Equations(oscillator)
+            self._equations = equations = MotionEquations(oscillator)
             self._restitution = {stop: arb(oscillator.restitution_of(stop)) for stop in (1, -1)}
             self._omega, self._phase, self._length = arb(omega), arb(phase), (2 * arb.pi() / arb(omega)).mid()
             clearances = zip((1, -1), both_clearances(clearance), strict=True)
@@ -200,7 +200,7 @@ class MultiprecisionRun:
         The derivative of q of this order, the first that is not 0, then has the modulus `away`.
         """
         self._time, self._amplitudes, self._searched = time, amplitudes, 0.0
-        self._contact: _Contact | None = None
+        self._contact: _PreciseContact | None = None
         modes = self._modes
         terms = modes.terms(amplitudes, self._longest)
         bounds = modes.bounds(terms, self._longest)
@@ -216,7 +216,7 @@ class MultiprecisionRun:
         right, left = (self._distances.get(stop, math.inf) for stop in (1, -1))
         return float(unit_of_stops(right, left, place))
 
-    def _bounce(self, stop: int, change: float) -> _Contact | None:
+    def _bounce(self, stop: int, change: float) -> _PreciseContact | None:
         """Return the next contact with the stop that was just left, if velocity and acceleration decide it.
 
         `change` bounds the third derivative of q.
@@ -239,7 +239,7 @@ class MultiprecisionRun:
         """Return what is observed, and its first two derivatives, a time after the origin."""
         return [x.real.mid() for x in (self._modes.outputs * self._exponentials(time)).entries()]
 
-    def _strike(self, contact: _Contact) -> None:
+    def _strike(self, contact: _PreciseContact) -> None:
         """Go to the state after an impact."""
         stop, time, before = contact
         now, restitution = (self._time + time).mid(), self._restitution[stop]
@@ -248,7 +248,7 @@ class MultiprecisionRun:
         after = [(a - kick * jump).mid() for a, kick in zip(before.entries(), self._free.kicks, strict=True)]
         chatters = stop == self._flight.left and float(time) < SHORTEST_FLIGHT * self.period
         if not chatters:
-            self.impacts.append(Impact(stop, now))
+            self.impacts.append(PreciseImpact(stop, now))
         self.work += self._bits + IMPACT_BITS
         if restitution == 0 or (chatters and time < self.period * arb(2) ** -int(CHATTER_BITS * self._bits)):
             self._rest(stop, now, after)
@@ -271,7 +271,7 @@ class MultiprecisionRun:
         pressing = -stop * (self._modes.outputs * acb_mat([[a] for a in held]))[0, 0].real
         if pressing > 0 and restitution < 1:
             rest = time + 2 * abs(speed) / (pressing * (1 - restitution))
-            self.impacts.append(Impact(stop, rest.mid()))
+            self.impacts.append(PreciseImpact(stop, rest.mid()))
             self._rests += 1
             if self._rests > MOST_RESTS:
                 raise RunError("the contact comes to rest on a stop again and again")
@@ -282,7 +282,7 @@ class MultiprecisionRun:
         self._take(0)
         self._begin(time, self._free.amplitudes(state, angle), stop, -float(pressing), 2)
 
-    def _release(self, contact: _Contact) -> None:
+    def _release(self, contact: _PreciseContact) -> None:
         """Leave a stop on which the contact rested."""
         stop, time, values = contact
         now = (self._time + time).mid()
@@ -290,7 +290,7 @@ class MultiprecisionRun:
         state = [x.real.mid() for x in (self._modes.vectors * values).entries()]
         if not slope > 0:
             raise RunError("a rest ends with a force that hardly changes")
-        self.impacts.append(Impact(stop, now))
+        self.impacts.append(PreciseImpact(stop, now))
         self._take(0)
         angle = (self._omega * now + self._phase).mid()
         self._begin(now, self._free.amplitudes(state, angle), stop, float(slope), 3)
@@ -314,8 +314,8 @@ class MultiprecisionRun:
         gaps = np.min([gap - stop * motion[:, 0] for stop, gap in self._distances.items()], axis=0)
         near = gaps <= self._margin(times[1] - times[0])
         for i in np.flatnonzero(near[:-1] | near[1:]):
-            found = [(self._of_stop(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels]
-            contacts = [(time, stop) for time, stop in found if time is not None]
+            times_of_stops = [(self._of_stop(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels]
+            contacts = [(time, stop) for time, stop in times_of_stops if time is not None]
             if contacts:
                 return min(contacts, key=lambda contact: float(contact[0]))
         return None
@@ -385,7 +385,7 @@ class MultiprecisionRun:
     def _accuracy(self) -> arb:
         return arb(2) ** (SPARE_BITS - self._bits) / self._modes.fastest
 
-    def _solved(self, near: arb, stop: int) -> _Contact:
+    def _solved(self, near: arb, stop: int) -> _PreciseContact:
         """Return the contact at about a time, by Newton's method with more and more bits."""
         time, place = near, stop * self._levels[stop]
         for halved in range((self._bits // FIRST_BITS).bit_length() - 1, 0, -1):
@@ -394,7 +394,7 @@ class MultiprecisionRun:
                 time = (time - (here - place) / speed).mid()
         return self._polished(time, near, stop)
 
-    def _polished(self, time: arb, near: arb, stop: int) -> _Contact:
+    def _polished(self, time: arb, near: arb, stop: int) -> _PreciseContact:
         """Return the contact at about a time, by Newton's method in all bits."""
         values, place = self._exponentials(time), stop * self._levels[stop]
         for _ in range(NEWTON_STEPS):
@@ -405,7 +405,7 @@ class MultiprecisionRun:
             if not abs(time - near) < FINEST_ANGLE / self._modes.fastest:
                 break
             if abs(step * step * bend / speed) < self._accuracy:
-                return _Contact(stop, time, values)
+                return _PreciseContact(stop, time, values)
         raise RunError(TOO_SLOW)
 
 
@@ -417,17 +417,17 @@ def _polynomial(time: Any, parts: list[Any]) -> Any:
     return total
 
 
-def same_impacts(one: MultiprecisionRun, other: MultiprecisionRun) -> bool:
+def same_impacts(run: MultiprecisionRun, other: MultiprecisionRun) -> bool:
     """Return whether two runs have the same impacts, and can or cannot be continued for the same reason."""
-    if len(one.impacts) != len(other.impacts) or one.ended != other.ended:
+    if len(run.impacts) != len(other.impacts) or run.ended != other.ended:
         return False
-    apart, pairs = 2.0**-SAME_BITS * one.period, zip(one.impacts, other.impacts, strict=True)
+    apart, pairs = 2.0**-SAME_BITS * run.period, zip(run.impacts, other.impacts, strict=True)
     return all(a.stop == b.stop and bool(abs(a.time - b.time) < apart) for a, b in pairs)
 
 
-def known_bits(one: MultiprecisionRun, other: MultiprecisionRun) -> float:
+def known_bits(run: MultiprecisionRun, other: MultiprecisionRun) -> float:
     """Return to how many bits of a forcing period the last of the same impacts of two runs agree."""
-    pairs = zip(one.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
+    pairs = zip(run.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
     with ctx.workprec(FIRST_BITS):
-        apart = [abs(a.time - b.time) / one.period for a, b in pairs]
+        apart = [abs(a.time - b.time) / run.period for a, b in pairs]
         return min((-float(x.log()) / math.log(2.0) for x in apart if x != 0), default=math.inf)

@@ -40,7 +40,7 @@ class RunError(Exception):
     """A run cannot be started or continued; says why."""
 
 
-class Equations:
+class MotionEquations:
     """``M x'' + C x' + K x = forces + bias``, at the precision of the context.
 
     Attributes
@@ -101,7 +101,7 @@ class Equations:
         for j, i in enumerate(others):
             basis[i, j], basis[pivot, j] = arb(1), -self.contact[i] / self.contact[pivot]
         across = basis.transpose()
-        mass, damping, stiffness = (across * one * basis for one in (self._mass, self._damping, self._stiffness))
+        mass, damping, stiffness = (across * matrix * basis for matrix in (self._mass, self._damping, self._stiffness))
         modes = _modes(mass, damping, stiffness)
         jump = arb_mat([[x] for x in self.jump])
         resting = jump * place
@@ -114,7 +114,7 @@ class Equations:
         steady += self._harmonics(omega, basis)
         forces: dict[int | None, list[acb]] = {order: pushed for order, _, pushed in steady}
         row = self._mass.solve(arb_mat([[h] for h in self.contact])).transpose()
-        spring, drag = (list((row * one).entries()) for one in (self._stiffness, self._damping))
+        spring, drag = (list((row * matrix).entries()) for matrix in (self._stiffness, self._damping))
 
         def observed(column: list[acb], order: int | None) -> acb:
             terms = zip((*spring, *drag), column, strict=True)
@@ -132,10 +132,10 @@ class Equations:
 
         Their real parts are the steady motion in the directions of the basis. Raises RunError.
         """
-        across, found = basis.transpose(), []
-        for one in self._oscillator.forces:
-            s = one.order * omega
-            parts = ([acb(x) for x in part.tolist()] for part in (one.constant, one.rate, one.quadratic))
+        across, harmonics = basis.transpose(), []
+        for harmonic in self._oscillator.forces:
+            s = harmonic.order * omega
+            parts = ([acb(x) for x in part.tolist()] for part in (harmonic.constant, harmonic.rate, harmonic.quadratic))
             forces = [a + acb(0, 1) * s * b + s * s * c for a, b, c in zip(*parts, strict=True)]
             amplitudes = [acb(0)] * len(forces)
             if basis.ncols():
@@ -147,8 +147,8 @@ class Equations:
                     raise RunError("there is no steady motion") from None
                 amplitudes = list((acb_mat(basis) * solved).entries())
             column = [x * acb(0, -1) for x in amplitudes] + [x * s for x in amplitudes]
-            found.append((one.order, column, [f * acb(0, -1) for f in forces]))
-        return found
+            harmonics.append((harmonic.order, column, [f * acb(0, -1) for f in forces]))
+        return harmonics
 
 
 class _Modes(NamedTuple):

@@ -29,7 +29,7 @@ from grazemap_core.simulation.kernels.output_rows import (
     INTEGRAL,
     LOWEST,
     PANEL_REACH,
-    SQUARE,
+    SQUARE_INTEGRAL,
     OutputRows,
     OutputScratch,
     output_scratch,
@@ -61,7 +61,7 @@ class Output:
     """A quantity ``displacement x + velocity x'``; displacements as in trajectories."""
 
     name: str
-    """Its name."""
+    """Name of the output."""
     displacement: Floats
     """(N,) As above."""
     velocity: Floats
@@ -129,7 +129,7 @@ class Observables:
         sums = outputs[..., 1:, :]
         with np.errstate(invalid="ignore", divide="ignore"):
             values = _of_contacts(contacts, duration, number)
-            rms = np.sqrt(sums[..., SQUARE] / duration[..., None])
+            rms = np.sqrt(sums[..., SQUARE_INTEGRAL] / duration[..., None])
             mean = sums[..., INTEGRAL] / duration[..., None]
             peak = np.maximum(sums[..., HIGHEST], sums[..., LOWEST])
             if self.of_contact:
@@ -137,8 +137,8 @@ class Observables:
                 values |= dict(zip(_OF_DISPLACEMENT, of_displacement, strict=True))
         means = np.stack([rms, mean, peak], axis=-1)[..., int(self.of_contact) :, :]
         columns = [values[name] for name in self.names]
-        found = np.stack([*columns, *np.moveaxis(means.reshape(*number.shape, -1), -1, 0)], axis=-1)
-        return np.where(number[..., None] > 0.0, found, np.nan)
+        figures = np.stack([*columns, *np.moveaxis(means.reshape(*number.shape, -1), -1, 0)], axis=-1)
+        return np.where(number[..., None] > 0.0, figures, np.nan)
 
 
 def _of_contacts(contacts: Floats, duration: Floats, periods: Floats) -> dict[str, Floats]:
@@ -183,7 +183,7 @@ def observed_outputs(
         Amplitudes of the motion that states lack, with the phase of the forcing at t = 0: those of the displacements,
         and of the velocities divided by i order omega.
     whole : bool
-        It is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
+        Whether that motion is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
     """
     rows, orders = _rows(wanted, models.oscillator), np.asarray(1j * problem.omega * problem.orders[:, None])
     return ObservedOutputs(
@@ -203,15 +203,17 @@ def observed_outputs(
 
 def whole_steady(oscillator: Oscillator, omega: float) -> Complexes:
     """Return the amplitudes of the steady motion, with all modes, as `observed_outputs` takes them, (H, 2, N)."""
-    parts = [harmonic_amplitudes(oscillator, np.array([omega]), one).amplitudes[0] for one in oscillator.forces]
+    parts = [
+        harmonic_amplitudes(oscillator, np.array([omega]), harmonic).amplitudes[0] for harmonic in oscillator.forces
+    ]
     return np.stack([parts, parts], axis=1)
 
 
 def _rows(wanted: Observables, oscillator: Oscillator) -> _Rows:
     nothing, here = np.zeros(oscillator.size), equilibrium(oscillator)
     rows = [(nothing, nothing)] + ([(oscillator.contact, nothing)] if wanted.of_contact else [])
-    constant = [0.0] * len(rows) + [math.fsum(one.displacement * here) for one in wanted.outputs]
-    rows += [(one.displacement, one.velocity) for one in wanted.outputs]
+    constant = [0.0] * len(rows) + [math.fsum(output.displacement * here) for output in wanted.outputs]
+    rows += [(output.displacement, output.velocity) for output in wanted.outputs]
     displacement, velocity = (np.array(part) for part in zip(*rows, strict=True))
     return _Rows(displacement, velocity, np.array(constant))
 
@@ -222,10 +224,10 @@ def _held_rows(rows: _Rows, problem: CellProblem, held: HeldProblem, orders: Com
     steady = (held.steady[..., 0] + 1j * held.steady[..., 1]) * turned[:, None]
     harmonics = steady @ rows.displacement.T + (orders * steady) @ rows.velocity.T
     harmonics[:, 0] = held.steady_table[:, 0, 0] + 1j * held.steady_table[:, 0, 1]
-    found = _output_rows(held, held.from_blocks, rows, harmonics, problem)
-    found.values[0], found.constants[0, 1] = held.output_row[:, :2].ravel(), -held.static_acceleration
-    found.constants[1:, 1] = (rows.displacement @ held.profile)[1:]
-    return found
+    outputs = _output_rows(held, held.from_blocks, rows, harmonics, problem)
+    outputs.values[0], outputs.constants[0, 1] = held.output_row[:, :2].ravel(), -held.static_acceleration
+    outputs.constants[1:, 1] = (rows.displacement @ held.profile)[1:]
+    return outputs
 
 
 def _output_rows(
@@ -258,7 +260,7 @@ def of_record(record: Record, models: HeldModel, wanted: Observables, periods: i
     if not record.end >= (periods - 0.5) * record.period:
         return wanted.nothing
     outputs = observed_outputs(wanted, models, record.problem, record.held, record.steady[:, :, :-1])
-    found, scratch = wanted.totals(), wanted.scratch(len(record.equilibrium))
+    totals, scratch = wanted.totals(), wanted.scratch(len(record.equilibrium))
     end = (float(record.first_half + 2 * periods), 0.0)
-    observe_rows(record.problem, outputs, record.stops, record.rows, end, found, scratch)
-    return wanted.figures(found.contacts, found.outputs, record.problem.omega, periods)
+    observe_rows(record.problem, outputs, record.stops, record.rows, end, totals, scratch)
+    return wanted.figures(totals.contacts, totals.outputs, record.problem.omega, periods)

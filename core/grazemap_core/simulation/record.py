@@ -174,7 +174,7 @@ def first_row(run: Start, first_half: int) -> Floats:
     work: Workspace = run.work
     row = np.zeros((1, workspace.EVENT_COLUMNS + run.u.size))
     row[0, workspace.HALF] = first_half
-    if work.cursor[workspace.HELD] != 0 and work.cursor[workspace.ROWS] == 0:
+    if work.cursor[workspace.HELD] != 0 and work.cursor[workspace.EVENT_COUNT] == 0:
         half_time = 0.5 * run.problem.cells * run.problem.step
         since = (run.held.since[0] - first_half) * half_time + run.held.since[1]
         row[0, [workspace.STOP, workspace.KIND, workspace.DELAY]] = (

@@ -29,7 +29,7 @@ from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
 from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
+from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ZERO_ORDER, Workspace, workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -68,7 +68,7 @@ class ForcedOscillator:
     clearance: Clearance
     """Clearances of the stops."""
     models: HeldModel
-    """Its modal models, with the contact free and at rest."""
+    """The oscillator's modal models, with the contact free and at rest."""
     steady: Complexes
     """(H, 2, N + 1) From `reference_response`."""
 
@@ -138,7 +138,7 @@ class ForcedOscillator:
 
     @property
     def clearances(self) -> tuple[float, float]:
-        """Of the right and of the left stop from q = 0; infinite for an absent one."""
+        """Clearances of the right and of the left stop from q = 0; infinite for an absent one."""
         return both_clearances(self.clearance)
 
     @cached_property
@@ -175,7 +175,7 @@ class Start:
     u: Floats
     """(N, 2) Free state; the kernels change it in place, as well as `held` and `work`."""
     work: Workspace = field(repr=False)
-    """Its record contains the impact at the start, if there is one."""
+    """Workspace, whose record contains the impact at the start, if there is one."""
     status: int
     """OK, or the status with which the trajectory ends at its start."""
 
@@ -199,9 +199,9 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
         raise ParameterError("clearance", "of both stops must be greater than 0")
     models = trajectory_models(oscillator)
     steady = reference_response(oscillator, models.free, values)[0]
-    found = ForcedOscillator(oscillator, omega, clearance, models, steady)
-    _ = found._stops  # checks them
-    return found
+    forced = ForcedOscillator(oscillator, omega, clearance, models, steady)
+    _ = forced._stops  # checks them
+    return forced
 
 
 def initial_state(
@@ -293,7 +293,7 @@ def _start_on_stop(
         if impact_at_stop(problem, stops, u, touch, work):
             return int(rest_after_impact(problem, held, stops, u, 0, 0.0, 0, work))
         return OK
-    work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
+    work.cursor[ANCHOR], work.cursor[ZERO_ORDER] = stop, 1
     work.near[:2] = 0.0, abs(velocity)
     return OK
 

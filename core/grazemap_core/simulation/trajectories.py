@@ -16,11 +16,11 @@ from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_o
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     EVENT_COLUMNS,
+    EVENT_COUNT,
     HALF,
     NOT_FINITE,
     OK,
     RECORD_FULL,
-    ROWS,
     TIME,
     UNDECIDED,
 )
@@ -204,9 +204,9 @@ def _followed(forced: ForcedOscillator, states: Sequence[State], plan: Plan) -> 
     """Yield the recorded trajectories from states, which together have at most the events of the plan."""
     events = plan.most_events
     for state in states:
-        found = _follow(forced, state, plan, events)
-        events -= len(found.record.rows) - 1
-        yield found
+        trajectory = _follow(forced, state, plan, events)
+        events -= len(trajectory.record.rows) - 1
+        yield trajectory
 
 
 def _plan(
@@ -245,9 +245,9 @@ def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> 
     recorded = run.status == OK
     if recorded:
         done = _run_record(run, first_half, last_half, ring, events)
-        if run.status == RECORD_FULL or run.work.cursor[ROWS] > events:
+        if run.status == RECORD_FULL or run.work.cursor[EVENT_COUNT] > events:
             raise RecordSizeError(plan.most_events, plan.most_bytes)
-        rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
+        rows = np.concatenate([rows, run.work.events[: run.work.cursor[EVENT_COUNT]]])
         run.work = run.work._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
 
     period = 2.0 * math.pi / forced.omega
@@ -291,14 +291,14 @@ def _run_transient(run: Start, halves: int, ring: StroboscopicHistory) -> int:
         until = min(done + RECORD_BLOCK, halves)
         done = _run_record(run, done, until, ring, most)
         while run.status == RECORD_FULL:
-            events, last = run.work.events, int(run.work.cursor[ROWS]) - 1
+            events, last = run.work.events, int(run.work.cursor[EVENT_COUNT]) - 1
             if last > 0:  # a graze may continue the last event
                 events[0] = events[last]
-                run.work.cursor[ROWS] = 1
+                run.work.cursor[EVENT_COUNT] = 1
             else:  # half a period has more
                 most *= 4
             done = _run_record(run, done, until, ring, most)
-        run.work.cursor[ROWS] = 0
+        run.work.cursor[EVENT_COUNT] = 0
     return done
 
 

@@ -28,11 +28,15 @@ _SI_EXAMPLE = (
 
 
 def add_processes(commands: Any, flagged: Collection[str]) -> None:
-    """Add a command for each process, and `run` with the same subcommands; only those of `flagged` have flags."""
-    shared = {process: _arguments(process) for process in PROCESSES if process in flagged}
-    _add_each(commands, shared)
+    """Add a command for each process, and `run` with the same subcommands.
+
+    `flagged` are the processes whose flags are added. Only the process of the command line needs them, and making all
+    of them is slow.
+    """
+    flag_parsers = {process: _arguments(process) for process in PROCESSES if process in flagged}
+    _add_each(commands, flag_parsers)
     run = commands.add_parser("run", help="compute a process; the same as its own command")
-    _add_each(run.add_subparsers(required=True, metavar="PROCESS"), shared)
+    _add_each(run.add_subparsers(required=True, metavar="PROCESS"), flag_parsers)
 
 
 def compute(options: argparse.Namespace) -> int:
@@ -41,21 +45,23 @@ def compute(options: argparse.Namespace) -> int:
         ("the output (-o)", options.output, files.OUTPUTS),
         ("the picture (--plot)", options.plot, files.PICTURES),
     ]
-    targets = [output for output in outputs if output[1] is not None]
-    for target in targets:
-        files.check_output(*target)
-        if target[1].suffix in files.PICTURES:
+    targets = [(name, path, suffixes) for name, path, suffixes in outputs if path is not None]
+    for name, path, suffixes in targets:
+        files.check_output(name, path, suffixes)
+        if path.suffix in files.PICTURES:
             files.check_drawn(options.process)
     fields = _request(options.json) if options.json is not None else {}
     values = vars(options)
+    # the texts of the flags that are used, by the places of their fields in the request: ("oscillator", "masses")
     texts = {flag.place: values[flag.pointer] for flag in flags_of(options.process) if flag.pointer in values}
+    # `parsed` has put the errors of the flags into the options
     command_request = CommandRequest(options.process, fields, texts, options.errors)
     with command_request.naming_flags():
         request = command_request.validated()
         with closing(service_or_stack(options.url, options.quiet)) as client:
             result = client.submit(options.process, request).wait(progress=not options.quiet).result()
-    for what, path, _ in targets:
-        files.write(what, path, result, command_request.engineering)
+    for name, path, _ in targets:
+        files.write(name, path, result, command_request.engineering)
     if not targets:
         describe(result)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -65,17 +71,17 @@ def compute(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _add_each(commands: Any, shared: Mapping[str, argparse.ArgumentParser]) -> None:
+def _add_each(commands: Any, flag_parsers: Mapping[str, argparse.ArgumentParser]) -> None:
     for process, request in PROCESSES.items():
         added = commands.add_parser(
             process,
-            parents=[shared[process]] if process in shared else [],
+            parents=[flag_parsers[process]] if process in flag_parsers else [],
             help=request.operation.summary,
             usage="%(prog)s [FLAGS]",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             description=request.operation.description,
         )
-        if process in shared:
+        if process in flag_parsers:
             added.epilog = f"{_SI_EXAMPLE}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%")
 
 
@@ -88,7 +94,7 @@ def _arguments(process: str) -> argparse.ArgumentParser:
         "--json",
         type=Path,
         metavar="FILE",
-        help="the request as JSON, over which flags take precedence; - reads standard input",
+        help="the request as JSON, whose fields flags override; - reads standard input",
     )
     group.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="file of the result: .npz, .json, .png, .svg or .pdf"
@@ -96,7 +102,7 @@ def _arguments(process: str) -> argparse.ArgumentParser:
     group.add_argument("--plot", type=Path, metavar="FILE", help="picture of the result: .png, .svg or .pdf")
     group.add_argument(
         "--url",
-        help="address of a service (default: GRAZEMAP_URL, else one on this machine, else a temporary stack)",
+        help="address of a service (default: GRAZEMAP_URL, else a service on this machine, else a temporary stack)",
     )
     group.add_argument("--quiet", action="store_true", help="no progress bar, and no lines on what the job waits for")
     return parser

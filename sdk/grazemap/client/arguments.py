@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from grazemap.constants import PROBLEM_PREFIX
 from grazemap.errors import ParameterError
 from grazemap.results import PeriodicOrbit, State
 from grazemap.wire import (
@@ -56,7 +57,7 @@ RangesLike = Sequence[float | tuple[float, float] | StateRange | Mapping[str, fl
 
 # The title and the detail of the service's problem.
 _INVALID_REQUEST = Problem(
-    type="urn:grazemap:problem:invalid-request",
+    type=f"{PROBLEM_PREFIX}invalid-request",
     title="Invalid request",
     status=422,
     detail="Values are missing, unknown or out of range; the errors name each of them.",

@@ -32,7 +32,7 @@ _GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 _CLIENT_ID = secrets.token_hex(8)
 # The same problem as the service's own.
 UNKNOWN_JOB = Problem(
-    type="urn:grazemap:problem:unknown-job",
+    type=f"{constants.PROBLEM_PREFIX}unknown-job",
     title="Unknown job",
     status=404,
     detail="There is no job with this id.",

@@ -1,4 +1,4 @@
-"""The last known state of a job, which is common to the handles of both clients."""
+"""The base class of the job handles of both clients: the job as last received from the service."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from grazemap.wire import Job, Problem, ProcessRequest, Progress, Status
 
 
 class JobState:
-    """Base of the handles: the job as last seen."""
+    """Base class of the handles: the job as last seen."""
 
     def __init__(self, connection: AsyncConnection, job: Job, request: ProcessRequest | None = None) -> None:
         self._connection = connection
         self._job = job
-        self._request = request  # None unless this client has submitted the job
+        self._request = request  # to submit it again if the service loses the job; None: not from this client
 
     @property
     def id(self) -> str:
-        """The content-addressed id: equal requests have the same id."""
+        """The content-addressed id: equal requests to the same version of the core have the same id."""
         return self._job.id
 
     @property
@@ -30,7 +30,7 @@ class JobState:
 
     @property
     def request(self) -> dict[str, Any] | None:
-        """The canonical request, with all defaults; None for a long request in a list of jobs, until `refresh`."""
+        """The canonical request, with all defaults; None if a list of jobs left it out as too long: call `refresh`."""
         return self._job.request
 
     @property

@@ -266,7 +266,7 @@ def value_of(field: Field, value: Any) -> Any:
         return _plain(value)
     if field.type == "complex":
         return _complex(value)
-    if field.texts:
+    if field.is_tuple:
         if len(value) > _MAX_TEXTS:
             raise ValueError("a list of texts is too long")
         return tuple(map(TYPES[field.type], value))

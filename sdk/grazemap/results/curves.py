@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-_ASKED = "of continued curves"
-_FOUND = "where an orbit was found"
+_CONTINUED = "of continued curves"
+_ORBIT_FOUND = "where an orbit was found"
 _RANGE_WINDOWS, _AXIS_WINDOWS = "of windows of omega and clearance", "of windows with axes"
 _VARIED_CLEARANCE = "Clearance: of both stops, or of the stop that varies."
 _ONE_VARIES = f"of continued curves {_RANGE_WINDOWS}, where the clearance of one stop varies"
@@ -30,7 +30,7 @@ class PlaneCurve(Record):
     """Base of the curves of a plane."""
 
     type: str = field("Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.", values=BIFURCATIONS)
-    motion: str = field("Name n-p_r-q_l of the motion that ends there, as plain text.")
+    motion: str = field("Name n-p_r-q_l of the motion that ends there, as plain text, for example 1-2r-2l.")
     period: int = field(Common)
     impacts_right: int = field(Common)
     impacts_left: int = field(Common)
@@ -59,18 +59,19 @@ class BifurcationCurve(PlaneCurve):
     """A piece of a curve inside the window."""
 
     admissible: bool = field(
-        Common, description="Whether the orbits are admissible; otherwise the piece is not a border."
+        Common, description="Whether the orbits are admissible; otherwise the piece borders no region of a motion."
     )
     stop: int = field("Stop of a graze: +1 A, -1 C; 0 for other types.")
+    # fields of the base are declared again for their order
     omega: FloatArray | None = field(PlaneCurve)
     clearance: FloatArray | None = field(PlaneCurve)
     horizontal: FloatArray | None = field(PlaneCurve)
     vertical: FloatArray | None = field(PlaneCurve)
-    impact_velocity: FloatArray = field("Minimum impact speed, except that of an impact that vanishes.", "point", "m/s")
+    impact_velocity: FloatArray = field("Lowest speed of the impacts, except of one that vanishes.", "point", "m/s")
     ends: tuple[str, ...] = field(PlaneCurve)
-    of_motion: int | None = field("Position of the motion in `motions`.", when=_ASKED)
-    impact: int | None = field("Number of the impact that vanishes.", when="of grazes where an impact vanishes")
-    stops: tuple[int, ...] | None = field("Stops of all impacts: +1 A, -1 C.", "impact", when=_ASKED, variable=None)
+    of_motion: int | None = field("Position of the motion in `motions`.", when=_CONTINUED)
+    impact: int | None = field("Index, from 0, of the impact that vanishes.", when="of grazes where an impact vanishes")
+    stops: tuple[int, ...] | None = field("Stops of all impacts: +1 A, -1 C.", "impact", when=_CONTINUED, variable=None)
     clearance_right: FloatArray | None = field(
         "Clearance of the right stop, null if there is none.", "point", "m", when=_ONE_VARIES, null=True, variable=None
     )
@@ -78,10 +79,10 @@ class BifurcationCurve(PlaneCurve):
         "Clearance of the left stop, null if there is none.", "point", "m", when=_ONE_VARIES, null=True, variable=None
     )
     phases: FloatArray | None = field(
-        "Phases omega t of the impacts.", "point impact", "rad", when=_ASKED, variable=None
+        "Phases omega t of the impacts.", "point impact", "rad", when=_CONTINUED, variable=None
     )
     velocities: FloatArray | None = field(
-        "Impact velocities, signed.", "point impact", "m/s", when=_ASKED, variable=None
+        "Impact velocities, signed.", "point impact", "m/s", when=_CONTINUED, variable=None
     )
 
     def motion_at(self, index: int) -> dict[str, Any]:
@@ -93,7 +94,7 @@ class BifurcationCurve(PlaneCurve):
             The curve is in closed form, without phases.
         """
         if self.stops is None or self.phases is None or self.velocities is None:
-            raise ValueError("curves in closed form have no phases: request the curves of their motions")
+            raise ValueError("curves in closed form have no phases: name their motions in the request")
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         return {"period": self.period, "stops": list(self.stops), **lists}
 
@@ -122,11 +123,11 @@ class FollowedMotion(Record):
 
     period: int = field(Common)
     stops: tuple[int, ...] = field("Stops of its impacts: +1 A, -1 C.", "impact", variable=None)
-    omega: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_FOUND}")
-    clearance: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_FOUND}", description=_VARIED_CLEARANCE)
-    horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_AXIS_WINDOWS}, {_FOUND}")
-    vertical: float | None = field("Value of the vertical parameter.", when=f"{_AXIS_WINDOWS}, {_FOUND}")
-    label: str | None = field("The name n-p_r-q_l as plain text.", when=_FOUND)
+    omega: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_ORBIT_FOUND}")
+    clearance: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_ORBIT_FOUND}", description=_VARIED_CLEARANCE)
+    horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_AXIS_WINDOWS}, {_ORBIT_FOUND}")
+    vertical: float | None = field("Value of the vertical parameter.", when=f"{_AXIS_WINDOWS}, {_ORBIT_FOUND}")
+    label: str | None = field("The name n-p_r-q_l as plain text.", when=_ORBIT_FOUND)
     admissible: bool = field(Common)
     reason: str | None = field("Why no orbit was found.", when="where no orbit was found")
 
@@ -141,7 +142,7 @@ class BifurcationCurves(Result, process="bifurcation-curves"):
 
     @property
     def plane(self) -> Plane:
-        """The two parameters with the ends of their intervals, and the others."""
+        """The two parameters with the ends of their intervals, and the values of the fixed parameters."""
         return self._plane
 
     @cached_property
@@ -155,7 +156,7 @@ class BifurcationCurves(Result, process="bifurcation-curves"):
 
     @property
     def varied_stop(self) -> str | None:
-        """The stop whose clearance varies, "right" or "left"; None: that of both, or none."""
+        """The stop whose clearance varies, "right" or "left"; None if the clearance of both varies, or of none."""
         varied = [name for name in self.parameters if name in ("clearance_right", "clearance_left")]
         return varied[0].removeprefix("clearance_") if len(varied) == 1 else None
 
@@ -178,5 +179,6 @@ class BifurcationCurves(Result, process="bifurcation-curves"):
         return draw(self, ax, options, admissible=admissible)
 
     def _summary(self) -> str:
-        lost = [motion for motion in self.motions if motion.reason is not None]
-        return counted(self.curves, "piece") + " of curves" + (f", {counted(lost, 'motion')} not found" if lost else "")
+        not_found = [motion for motion in self.motions if motion.reason is not None]
+        text = counted(self.curves, "piece") + " of curves"
+        return text + (f", {counted(not_found, 'motion')} not found" if not_found else "")

@@ -113,7 +113,7 @@ def _value_from_json(field: Field | None, value: Any) -> Any:
     if isinstance(field.type, RecordSchema):
         record = field.type
         return [from_json(record, item) for item in value] if field.dims else from_json(record, value)
-    if not field.dims or (field.texts and field.type != "str"):
+    if not field.dims or (field.is_tuple and field.type != "str"):
         return value
     if field.type == "str":
         return np.asarray(value, dtype=np.str_)

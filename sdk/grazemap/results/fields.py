@@ -91,7 +91,7 @@ class Field:
     """Prefix of the names of a record's fields in a Dataset."""
     coordinate: bool = False
     """Whether it is a coordinate in a Dataset. A field named like its dimension always is one."""
-    texts: bool = False
+    is_tuple: bool = False
     """Whether the values are a tuple in the result, not an array."""
     stored_only: bool = False
     """Whether it is in documents only, and no attribute of the class."""
@@ -109,6 +109,11 @@ class Field:
     def unit_in(self, units: str) -> str:
         """Return its unit in results of an oscillator in SI, or in a nondimensional one; empty: it has none."""
         return self.unit if not self.unit or units == "SI" or self.unit in _ALWAYS else "nondimensional"
+
+    @property
+    def unit_sentence(self) -> str:
+        """Its unit, after a blank, as in " Unit: m in SI."; empty if it has none."""
+        return f" Unit: {self.unit}{'' if self.unit in _ALWAYS else ' in SI'}." if self.unit else ""
 
     def varied(self, **changes: object) -> Field:
         """Return the field with some of its attributes changed."""

@@ -1,4 +1,4 @@
-"""The motions of an unfolding map, from its arrays: in results and in JSON."""
+"""The list of the motions of an unfolding map, from its arrays; results and their JSON have the same list."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Document = dict[str, Any]
 
 
 def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.int64]]:
-    """Return the motions of a map, the largest share first, and the position of each point's motion among them.
+    """Return the motions of a map, the largest share first, and the position of each pixel's motion in this list.
 
     Parameters
     ----------
@@ -25,44 +25,46 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     Returns
     -------
     motions : list of dict
-        label, kind, period, impacts_right, impacts_left (None for a motion that is not periodic), pixels, share and
-        colour (None for one of the "other motions" of the map's picture).
-    motion : (clearance, omega) array
+        label, kind, period, impacts_right and impacts_left (all three None for a motion that is not periodic), pixels,
+        share and colour (None for one of the "other motions" of the map's picture).
+    motion : int array of shape (clearance, omega)
+        Position of each pixel's motion in `motions`.
     """
     kind, kinds = document["kind"], [str(name) for name in document["kinds"]]
-    labels = [kind, *(document[name] for name in ("period", "impacts_right", "impacts_left"))]
-    # most neighbours are equal, so only the first label of each run is sorted
+    arrays = [kind, *(document[name] for name in ("period", "impacts_right", "impacts_left"))]
+    # most neighbours are equal, so only the first pixel of each run is sorted
     begins = np.ones(kind.size, dtype=np.bool_)
-    begins[1:] = np.any([label.ravel()[1:] != label.ravel()[:-1] for label in labels], axis=0)
+    begins[1:] = np.any([array.ravel()[1:] != array.ravel()[:-1] for array in arrays], axis=0)
     starts = np.flatnonzero(begins)
-    codes = np.stack([label.ravel()[starts] for label in labels], axis=-1)
+    codes = np.stack([array.ravel()[starts] for array in arrays], axis=-1)
+    # a motion that is not periodic has only its kind
     codes[codes[:, 0] != (kinds.index("periodic") if "periodic" in kinds else -1), 1:] = 0
     # whole numbers are sorted many times faster than rows
     numbers = np.ravel_multi_index((codes - codes.min(axis=0)).T, np.ptp(codes, axis=0) + 1)
     _, first, places = np.unique(numbers, return_index=True, return_inverse=True)
     lengths = np.diff(starts, append=kind.size)
-    counts = np.bincount(places, weights=lengths).astype(np.int64)
+    pixel_counts = np.bincount(places, weights=lengths).astype(np.int64)
     motions = [
         _motion(kinds[code[0]], code[1:], pixels, kind.size)
-        for code, pixels in zip(codes[first].tolist(), counts.tolist(), strict=True)
+        for code, pixels in zip(codes[first].tolist(), pixel_counts.tolist(), strict=True)
     ]
     order = sorted(range(len(motions)), key=lambda i: (-motions[i]["pixels"], motions[i]["label"]))
     rank = np.argsort(order)
-    largest = [motions[i] for i in order]
-    colours = colours_of_map([entry["label"] for entry in largest], [entry["kind"] for entry in largest])
-    coloured = [{**entry, "colour": colour} for entry, colour in zip(largest, colours, strict=True)]
+    ordered = [motions[i] for i in order]
+    colours = colours_of_map([entry["label"] for entry in ordered], [entry["kind"] for entry in ordered])
+    coloured = [{**entry, "colour": colour} for entry, colour in zip(ordered, colours, strict=True)]
     return coloured, np.repeat(rank[places], lengths).reshape(kind.shape)
 
 
-def _motion(kind: str, counts: list[int], pixels: int, total: int) -> Document:
+def _motion(kind: str, label_numbers: list[int], pixels: int, all_pixels: int) -> Document:
     periodic = kind == "periodic"
-    period, right, left = counts if periodic else (None, None, None)
+    period, right, left = label_numbers if periodic else (None, None, None)
     return {
-        "label": motion_label(*counts) if periodic else kind,
+        "label": motion_label(*label_numbers) if periodic else kind,
         "kind": kind,
         "period": period,
         "impacts_right": right,
         "impacts_left": left,
         "pixels": pixels,
-        "share": pixels / total,
+        "share": pixels / all_pixels,
     }

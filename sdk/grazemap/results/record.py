@@ -2,7 +2,7 @@
 
 A field is an annotated attribute of a class, ``phase: FloatArray = field("Phase of the contact.", "omega", "rad")``.
 Its name is that of the attribute. Whether it is a number, an array, a text, a record, or a list of those follows from
-the annotation. The class is a frozen dataclass, and `Record.schema` has its fields as plain data.
+the annotation. The class behaves like a frozen dataclass, and `Record.schema` has its fields as plain data.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ R = TypeVar("R", bound="Record")
 
 
 class _Declared:
-    """A field before it has the name and the type of an attribute."""
+    """A field as it is declared, before it gets its name and its type from the class."""
 
     def __init__(self, source: str | _Declared | type[Record], default: object, changes: Mapping[str, Any]) -> None:
         self.default = default
         self._source, self._changes = source, changes
 
-    def attributes(self, name: str) -> dict[str, Any]:
-        """Return the attributes of the field, with the type "float" unless that is known."""
+    def arguments(self, name: str) -> dict[str, Any]:
+        """Return the arguments of `Field`; the annotation of the field may replace the type "float" later."""
         if isinstance(self._source, str):
             return {"name": name, "type": "float", "description": self._source, **self._changes}
         source = self._source
-        known = source.attributes(name) if isinstance(source, _Declared) else vars(source.schema[name])
-        return {**known, "name": name, **self._changes}
+        copied = source.arguments(name) if isinstance(source, _Declared) else vars(source.schema[name])
+        return {**copied, "name": name, **self._changes}
 
 
 def field(
@@ -70,24 +70,24 @@ def field(
     Parameters
     ----------
     source : str, class of a record, or field
-        The description of the field, in one sentence. Or another field that it resembles: a class whose field of the
-        same name is meant, or a field that was declared outside of a class.
+        The description of the field, in one sentence. Or what to copy: the field of the same name of a class, for
+        example `Common`, or a field that was declared outside of a class.
     dims : str
         The roles of its dimensions, separated by blanks.
     unit : str
         Unit in SI.
     default
-        The attribute where no value is given. Without a default, a field that not every result has is None, or an empty
-        list.
+        The value of the attribute where none is given. Without a default, a field that not every result has is None, or
+        an empty tuple if it is a list of records.
     more
-        Other attributes of `Field`. `type` replaces the type of the annotation.
+        Other arguments of `Field`, for example `type` for a field that has no annotation.
     """
     changes = {"dims": None if dims is None else tuple(dims.split()), "unit": unit}
     return _Declared(source, default, {name: value for name, value in changes.items() if value is not None} | more)
 
 
 def stored(description: str, **more: Any) -> Any:
-    """Declare a field that is in documents only, and no attribute of the class; it is not annotated."""
+    """Declare a field that only documents have. Objects of the class have no such attribute, so it is not annotated."""
     return _Declared(description, dataclasses.MISSING, more | {"stored_only": True})
 
 
@@ -99,25 +99,29 @@ def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
 
 
 def _signature(cls: type[Record]) -> Signature:
-    """Return the signature of the constructor; from the first default on, fields without one are keyword-only."""
+    """Return the signature of the constructor, in which a field without a default may follow one with a default.
+
+    Python allows this only for keyword-only parameters, so that field and all later ones are keyword-only.
+    """
     parameters: list[Parameter] = []
-    late = False
+    keyword_only = has_default = False
     for attribute in dataclasses.fields(cls) if cls is not Record else ():
         default = Parameter.empty if attribute.default is dataclasses.MISSING else attribute.default
-        late |= default is Parameter.empty and any(parameter.default is not default for parameter in parameters)
-        kind = Parameter.KEYWORD_ONLY if late else Parameter.POSITIONAL_OR_KEYWORD
+        keyword_only |= has_default and default is Parameter.empty
+        has_default |= default is not Parameter.empty
+        kind = Parameter.KEYWORD_ONLY if keyword_only else Parameter.POSITIONAL_OR_KEYWORD
         parameters.append(Parameter(attribute.name, kind, default=default, annotation=attribute.type))
     return Signature(parameters, return_annotation=None)
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field, dataclasses.field))
 class Record:
-    """Base of the classes of records and results: dataclasses whose attributes are fields of documents.
+    """Base of the classes of records and results, whose attributes are fields of documents.
 
     Attributes cannot be set. Two objects are equal if their attributes are equal, unless the class has arrays or
-    requests. The service and the workers need only the schemas. So this base class has the methods that a dataclass
-    would generate, and signature and docstring are made when they are read: generating dozens of dataclasses takes a
-    tenth of a second at import.
+    requests. The service and the workers need only the schemas, and generating dozens of dataclasses takes a tenth of a
+    second at import. So this base class has the methods that `dataclass` would generate for each class, and signature
+    and docstring are made when they are read.
     """
 
     schema: ClassVar[RecordSchema]
@@ -128,11 +132,11 @@ class Record:
     def __init_subclass__(cls) -> None:
         annotations = get_annotations(cls)
         own = _own_fields(cls, annotations)
-        inherited = [attribute for base in cls.__bases__ if issubclass(base, Record) for attribute in _fields_of(base)]
-        fields = (*(attribute for attribute in inherited if attribute.name not in own), *own.values())
+        inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
+        fields = (*(one for one in inherited if one.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
         cls.__dataclass_fields__ = LazyAttribute(_dataclass_fields)  # type: ignore[assignment]
-        cls._comparable = "Any" not in annotations.values() and all(_comparable(attribute) for attribute in fields)
+        cls._comparable = "Any" not in annotations.values() and all(_is_comparable(one) for one in fields)
         cls.__doc__ = LazyAttribute(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
     def __init__(self, *arguments: Any, **keywords: Any) -> None:
@@ -145,7 +149,8 @@ class Record:
             if values[attribute.name] is dataclasses.MISSING:
                 raise TypeError(f"{type(self).__name__}() lacks {attribute.name}")
         if keywords:
-            raise TypeError(f"{type(self).__name__}() has no {', '.join(keywords)}, or it is given twice")
+            name = next(iter(keywords))
+            raise TypeError(f"{type(self).__name__}() {'has two values of' if name in values else 'has no'} {name}")
         vars(self).update(values)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -176,7 +181,7 @@ class Record:
 
 def changed(record: R, **changes: Any) -> R:
     """Return a record or a result with some attributes changed."""
-    # type checkers know `replace` for classes that are decorated as dataclasses alone
+    # type checkers accept `replace` only for classes with the decorator `dataclass`
     return cast("R", replace(cast("Any", record), **changes))
 
 
@@ -191,10 +196,10 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
         if not isinstance(value, _Declared):
             continue
         delattr(cls, name)
-        attributes = value.attributes(name)
-        if not attributes.get("stored_only"):
-            attributes = _typed(attributes, _evaluated(annotations[name], cls.__module__), cls)
-        fields[name] = declared = Field(**attributes)
+        arguments = value.arguments(name)
+        if not arguments.get("stored_only"):
+            arguments = _typed(arguments, _evaluated(annotations[name], cls.__module__), cls)
+        fields[name] = declared = Field(**arguments)
         if value.default is not dataclasses.MISSING:
             setattr(cls, name, value.default)
         elif declared.optional and not declared.stored_only:
@@ -203,8 +208,8 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
 
 
 def named_field(name: str, declared: Any) -> Field:
-    """Return a field that was declared outside of a class, with a name."""
-    return Field(**declared.attributes(name))
+    """Return, under a name, a field that was declared outside of a class."""
+    return Field(**declared.arguments(name))
 
 
 def _evaluated(annotation: Any, module: str) -> Any:
@@ -216,8 +221,8 @@ def _evaluated_text(annotation: str, module: str) -> Any:
     return eval(annotation, vars(sys.modules[module]))
 
 
-def _typed(attributes: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
-    """Return the attributes of a field with the type of its annotation.
+def _typed(arguments: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
+    """Return the arguments of a field with the type of its annotation, unless that is `Any`, or they have a schema.
 
     Raises TypeError where its dimensions do not go with that type.
     """
@@ -226,20 +231,20 @@ def _typed(attributes: Mapping[str, Any], annotation: Any, cls: type[Record]) ->
     kind = kinds[0] if nullable else annotation
     listed = isinstance(kind, GenericAlias) and get_origin(kind) is tuple
     item = get_args(kind)[0] if listed else kind
-    null = attributes.get("null", False) or (nullable and not attributes.get("when"))
-    if item is Any or isinstance(attributes["type"], RecordSchema | RequestDocument):
-        return {**attributes, "null": null}
+    null = arguments.get("null", False) or (nullable and not arguments.get("when"))
+    if item is Any or isinstance(arguments["type"], RecordSchema | RequestDocument):
+        return {**arguments, "null": null}
     is_record = isinstance(item, type) and issubclass(item, Record)
     field_type = item.schema if is_record else (_ARRAYS if item in _ARRAYS else _SCALARS)[item]
-    if bool(attributes.get("dims")) is not (listed or item in _ARRAYS):
-        raise TypeError(f"{cls.__name__}.{attributes['name']}: arrays and lists have dimensions, and nothing else has")
-    return {**attributes, "type": field_type, "null": null, "texts": listed and not is_record}
+    if bool(arguments.get("dims")) is not (listed or item in _ARRAYS):
+        raise TypeError(f"{cls.__name__}.{arguments['name']}: arrays and lists have dimensions, and nothing else has")
+    return {**arguments, "type": field_type, "null": null, "is_tuple": listed and not is_record}
 
 
-def _comparable(attribute: Field) -> bool:
-    if isinstance(attribute.type, RecordSchema):
-        return bool(getattr(attribute.type.kind, "_comparable", False))
-    return isinstance(attribute.type, str) and (not attribute.dims or attribute.texts)
+def _is_comparable(declared: Field) -> bool:
+    if isinstance(declared.type, RecordSchema):
+        return bool(getattr(declared.type.kind, "_comparable", False))
+    return isinstance(declared.type, str) and (not declared.dims or declared.is_tuple)
 
 
 def _with_attributes(docstring: str, cls: type[Record]) -> str:
@@ -250,43 +255,40 @@ def _with_attributes(docstring: str, cls: type[Record]) -> str:
     parts = [summary, "", "Attributes", "----------"]
     is_result = isinstance(cls.schema, ResultSchema)
     roles = cls.schema.roles if isinstance(cls.schema, ResultSchema) else {}
-    for attribute in cls.schema:
-        if not attribute.stored_only:
-            parts += [f"{attribute.name} : {_type(attribute, roles)}", indent(fill(_text(attribute), 108), "    ")]
+    for declared in cls.schema:
+        if not declared.stored_only:
+            parts += [f"{declared.name} : {_type(declared, roles)}", indent(fill(_text(declared), 108), "    ")]
     if is_result:
         parts += [*_members(cls, property), "", "Methods", "-------", *_members(cls, FunctionType)]
     return "\n".join(parts) + (f"\n\n{rest.strip()}\n" if rest.strip() else "\n")
 
 
 def _members(cls: type, kind: type) -> list[str]:
-    """Return the first docstring line of each public property, or method, of a class, below its name."""
+    """Return two lines for each public property (or method) of a class: its name, and its docstring's first line."""
     members = {name: value for base in reversed(cls.__mro__[:-1]) for name, value in vars(base).items()}
     lines = []
     for name, value in sorted(members.items()):
         text = cleandoc(value.__doc__ or "").partition("\n")[0] if isinstance(value, kind) else ""
+        # `derived` and `derived_tables` serve Datasets and tables, not users
         if text and not name.startswith(("_", "derived")):
             lines += [name if kind is property else f"{name}()", f"    {text}"]
     return lines
 
 
-def _type(attribute: Field, roles: Mapping[str, str]) -> str:
-    name = attribute.type.kind.__name__ if isinstance(attribute.type, RecordSchema) else str(attribute.type)
-    name = "dict" if isinstance(attribute.type, RequestDocument) else name
-    if attribute.dims:
-        listed = attribute.texts or isinstance(attribute.type, RecordSchema)
-        dims = [roles.get(role, role) for role in attribute.dims]
+def _type(declared: Field, roles: Mapping[str, str]) -> str:
+    name = declared.type.kind.__name__ if isinstance(declared.type, RecordSchema) else str(declared.type)
+    name = "dict" if isinstance(declared.type, RequestDocument) else name
+    if declared.dims:
+        listed = declared.is_tuple or isinstance(declared.type, RecordSchema)
+        dims = [roles.get(role, role) for role in declared.dims]
         shape = f"({', '.join(dims)}{',' * (len(dims) == 1)})"
         name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
     return (
-        f"{name}, or None"
-        if attribute.optional or (attribute.null and not attribute.dims and name != "float")
-        else name
+        f"{name}, or None" if declared.optional or (declared.null and not declared.dims and name != "float") else name
     )
 
 
-def _text(attribute: Field) -> str:
-    always = attribute.unit_in("nondimensional") == attribute.unit
-    unit = f" Unit: {attribute.unit}{'' if always else ' in SI'}." if attribute.unit else ""
-    when = f" Only {attribute.when}." if attribute.when else ""
-    index = f" Position in `{attribute.index_of}`." if attribute.index_of else ""
-    return attribute.description + index + unit + when
+def _text(declared: Field) -> str:
+    when = f" Only {declared.when}." if declared.when else ""
+    index = f" Position in `{declared.index_of}`." if declared.index_of else ""
+    return declared.description + index + declared.unit_sentence + when

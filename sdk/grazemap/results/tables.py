@@ -161,7 +161,7 @@ def _is_table(field: Field) -> bool:
 
 def _numbers(field: Field) -> bool:
     """Return whether a field is an array of numbers that columns can have."""
-    return bool(field.dims) and field.type in ("float", "int", "bool") and not field.texts
+    return bool(field.dims) and field.type in ("float", "int", "bool") and not field.is_tuple
 
 
 def _lengths(result: Result) -> dict[str, int]:

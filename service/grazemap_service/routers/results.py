@@ -1,7 +1,7 @@
-"""Results: whole results, and finished tiles of a map that is still computed.
+"""Results: whole results, and finished tiles of a map that is still being computed.
 
-A client that has the result already gets 304. A request for a result that was evicted computes it again, and gets 202
-and the job. If other numerics compute it, it has another ETag.
+A client that has the result already gets 304. A request for a result that was evicted, or is of another version of the
+core, starts a job, and gets 202 and this job. A result that other numerics have computed again has another ETag.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from grazemap_service.result_schemas import RESULT, TILE, reference
 from grazemap_worker.store import Requester, ResultInfo
 
 router = APIRouter(tags=["results"])
-# A result of at most so many bytes is read together with its size and entity tag.
+# Results of up to this many bytes are read in the same call as their size and digest.
 _READ_AT_ONCE = 1 << 16
 
 Form = Annotated[
@@ -56,13 +56,13 @@ _IF_NONE_MATCH = {
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
-def _forms(name: str) -> dict[str, Any]:
+def _content(component: str) -> dict[str, Any]:
     """Return the `content` of a response: JSON with the schema of a component, or npz."""
-    return {"application/json": {"schema": reference(name)}, NPZ_TYPE: _BINARY}
+    return {"application/json": {"schema": reference(component)}, NPZ_TYPE: _BINARY}
 
 
 class TileLink(BaseModel):
-    """A finished tile: its rows (clearance) and columns (omega) in the map's grid, stops excluded."""
+    """A finished tile: half-open ranges of rows (clearance) and columns (omega) in the grid; [0, 16] is 0 to 15."""
 
     index: int
     rows: tuple[int, int]
@@ -82,7 +82,7 @@ _RESULT_DOCS: dict[str, Any] = {
     "response_class": Response,
     "openapi_extra": {"parameters": [_IF_NONE_MATCH]},
     "responses": {
-        200: {"description": "The result.", "content": _forms(RESULT)},
+        200: {"description": "The result.", "content": _content(RESULT)},
         202: {"model": Job, "description": "The result was evicted, or is of another version: this job computes it."},
         304: {"description": "The client has it already."},
         **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job", "outdated-job"),
@@ -97,12 +97,11 @@ async def get_result(
     job: KnownJob,
     context: CurrentContext,
     requester: CurrentRequester,
-    form: Form = None,
-    accept: Accept = None,
+    requested_form: Form = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole result; for a failed job, the problem that it failed with."""
-    return await result_response(request, context, job, requester, form, if_none_match)
+    return await result_response(request, context, job, requester, requested_form, if_none_match)
 
 
 async def result_response(
@@ -110,36 +109,38 @@ async def result_response(
     context: Context,
     job: Job,
     requester: Requester,
-    form: str | None = None,
+    requested_form: str | None = None,
     if_none_match: Sequence[str] | None = None,
 ) -> Response:
     """Return a response with the result of a job, in the form that the request accepts."""
-    name = negotiate(", ".join(request.headers.getlist("accept")), form)
+    form = negotiate(", ".join(request.headers.getlist("accept")), requested_form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
     results = context.store.results
     finished = job.status == "successful"
     if finished and job.core_version != context.core_version:
-        return await _computed_again(request, context, job, requester)
+        return await _recompute(request, context, job, requester)
     info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
-    # a job keeps the entity tag of an evicted result, so a client with a copy of it gets 304
+    # a job keeps the digest of an evicted result, so a client with a copy of it gets 304
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
-    headers = cache_headers(etag or "", name)
+    headers = cache_headers(etag or "", form)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if not finished:
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if info is None:
-        return await _computed_again(request, context, job, requester)
-    headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
+        return await _recompute(request, context, job, requester)
+    headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{form}"'
     if request.method == "HEAD":
-        return _head(info, name, headers)
-    if name == "npz" and info.data is not None:
+        return _head(info, form, headers)
+    if form == "npz" and info.data is not None:
         return Response(info.data, media_type=NPZ_TYPE, headers=headers)
-    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: info.data or results.data(job.id))
-    if content is None:
-        return await _computed_again(request, context, job, requester)
-    return ResultResponse(content, context.renderings, name, headers)
+    representation = await context.representations.acquire(
+        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id)
+    )
+    if representation is None:
+        return await _recompute(request, context, job, requester)
+    return ResultResponse(representation, context.representations, form, headers)
 
 
 @router.get(
@@ -150,7 +151,7 @@ async def result_response(
 )
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
-    """List the finished tiles; a job of one tile has none, and those of an assembled map are soon removed."""
+    """List the finished tiles; a job of one tile has none, and the tiles of an assembled map are soon removed."""
     finished = await run_sync(context.store.tiles.finished, job.id, limiter=context.threads)
     plan = await run_sync(context.store.jobs.plan_of, job.id, limiter=context.threads)
     if plan is None:
@@ -167,7 +168,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     summary="One finished tile",
     response_class=Response,
     responses={
-        200: {"description": "The tile's part of the arrays.", "content": _forms(TILE)},
+        200: {"description": "The tile's part of the arrays.", "content": _content(TILE)},
         **problem_responses("unknown-job", "unfinished-tile", "not-acceptable", "outdated-job"),
     },
 )
@@ -176,11 +177,11 @@ async def get_tile(
     job: KnownJob,
     context: CurrentContext,
     index: Annotated[str, Path(description="The tile's number.")],
-    form: Form = None,
+    requested_form: Form = None,
     accept: Accept = None,
 ) -> Response:
     """Return a finished tile."""
-    name = negotiate(", ".join(accept or ()), form)
+    form = negotiate(", ".join(accept or ()), requested_form)
     if job.core_version != context.core_version:
         raise ProblemException("outdated-job")
     # the number of a tile has at most nine digits
@@ -188,22 +189,22 @@ async def get_tile(
     npz = await run_sync(context.store.tiles.data, job.id, number, limiter=context.threads) if number >= 0 else None
     if npz is None:
         raise ProblemException("unfinished-tile")
-    data = await run_in_threadpool(render, npz, name)
-    return Response(data, media_type=MEDIA_TYPES[name], headers={"Vary": "Accept", "Cache-Control": "private"})
+    data = await run_in_threadpool(render, npz, form)
+    return Response(data, media_type=MEDIA_TYPES[form], headers={"Vary": "Accept", "Cache-Control": "private"})
 
 
-async def _computed_again(request: Request, context: Context, job: Job, requester: Requester) -> Response:
+async def _recompute(request: Request, context: Context, job: Job, requester: Requester) -> Response:
     """Return 202 and the job that computes a result again; a HEAD request starts no job."""
     if request.method == "HEAD":
         return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
     return job_response(await run_sync(submit_again, context, job, requester, limiter=context.threads), 202)
 
 
-def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:
+def _head(info: ResultInfo, form: str, headers: dict[str, str]) -> Response:
     """Return the headers of the response to a GET; the length of JSON is left out, as it is not known in advance."""
-    if name == "npz":
+    if form == "npz":
         headers = {**headers, "Content-Length": str(info.size)}
-    response = Response(status_code=200, headers=headers, media_type=MEDIA_TYPES[name])
-    if name != "npz":
+    response = Response(status_code=200, headers=headers, media_type=MEDIA_TYPES[form])
+    if form != "npz":
         del response.headers["content-length"]
     return response

@@ -52,8 +52,8 @@ def two_impact_orbits(seed: int) -> Orbits:
     compared, wrong, worst = 0, 0, 0.0
     for multiple in (1, 2):
         pattern = ImpactSequence.create(multiple, [1, -1], [0.0, 1.0], [1.0, -1.0])
-        family, _, gaps = at_point(oscillator, omega, clearance, pattern)
-        for guess in two_impact_sequences(family, gaps, omega, 1):
+        family, _, stops = at_point(oscillator, omega, clearance, pattern)
+        for guess in two_impact_sequences(family, stops, omega, 1):
             orbit = periodic_orbit(oscillator, omega, clearance, guess)
             if not orbit.isolated:
                 continue

@@ -6,8 +6,10 @@ import contextlib
 import fcntl
 import json
 import os
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -132,7 +134,7 @@ def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(
     try:
         server.wait()
         connect(server.url).set("kept", "yes")
-        until(lambda: not answered or server.look() or server.has_answered)
+        assert server.has_loaded
         assert not answered or not server.look()
         time.sleep(1.1)  # the append-only file is written once a second
         hung = server.pid
@@ -144,6 +146,25 @@ def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(
         assert connect(server.url).get("kept") == b"yes"
     finally:
         server.close()
+
+
+def test_a_redis_that_loads_its_data_lives_but_may_still_refuse_them(tmp_path: Path) -> None:
+    server = RedisServer(tmp_path)
+
+    def answer() -> None:
+        with listener.accept()[0] as connection:
+            connection.recv(100)
+            connection.sendall(b"-LOADING data\r\n")
+
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(server.socket))
+        listener.listen()
+        answering = threading.Thread(target=answer)
+        answering.start()
+        assert server.heard()
+        answering.join()
+    assert not server.has_loaded
+    server.close()
 
 
 def test_a_redis_that_answers_is_not_restarted(tmp_path: Path) -> None:
@@ -171,7 +192,7 @@ def test_data_of_a_newer_redis_are_not_ignored(tmp_path: Path) -> None:
     older.write_text("#!/bin/sh\necho Redis server v=6.2.14 sha=0\n")
     older.chmod(0o755)
     (tmp_path / "data" / "appendonlydir").mkdir(parents=True)
-    with pytest.raises(NoRedisError, match=r"data is of a Redis 7\.0 or newer"), RedisServer(tmp_path / "data", older):
+    with pytest.raises(NoRedisError, match=r"Redis 7\.0 or newer wrote .*data"), RedisServer(tmp_path / "data", older):
         pass
 
 

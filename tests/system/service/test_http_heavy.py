@@ -93,7 +93,7 @@ def test_a_large_result_is_streamed_as_json(client: TestClient, worker: Any, mon
     small = client.get(path)
     assert "content-length" in small.headers
     monkeypatch.setattr(representations, "LARGE_BYTES", 10_000)
-    client.app.state.context.renderings._entries.clear()  # type: ignore[attr-defined]
+    client.app.state.context.representations._entries.clear()  # type: ignore[attr-defined]
     large = client.get(path)
     assert "content-length" not in large.headers
     assert large.content == small.content

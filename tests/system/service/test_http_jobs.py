@@ -203,8 +203,8 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
     first, second, third = (post(client, points) for points in (2, 3, 4))
     assert waiting_for(client, first) == "a worker; none is ready"  # it takes no small jobs
     store.workers.renew(WorkerInfo("small", FINGERPRINT, core_version(), small=True), 60)
-    assert waiting_for(client, first) == "a free worker, beside 2 other jobs"
-    assert waiting_for(client, second) == "a free worker, beside 2 other jobs"
+    assert waiting_for(client, first) == "a free worker; 2 other jobs are unfinished"
+    assert waiting_for(client, second) == "a free worker; 2 other jobs are unfinished"
     worker.begin(first)
     assert waiting_for(client, first) is None
     store.workers.set_compiling("curves", "kernels, compiling for 4 s")
@@ -212,7 +212,7 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
     store.workers.set_compiling("curves", "")
     worker.finish(first)
     assert waiting_for(client, first) is None
-    assert waiting_for(client, second) == "a free worker, beside 1 other job"
+    assert waiting_for(client, second) == "a free worker; 1 other job is unfinished"
 
 
 def test_a_job_without_workers_says_so(client: TestClient, store: Store) -> None:

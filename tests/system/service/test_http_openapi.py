@@ -11,12 +11,12 @@ import pytest
 from jsonschema import Draft202012Validator
 from starlette.testclient import TestClient
 
+from grazemap.constants import PROBLEM_PREFIX
 from grazemap.wire import PROCESSES, Oscillator, parse_request
 from grazemap_service.problems import KINDS
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store
 from grazemap_worker.store.problems import (
-    TYPE_PREFIX,
     costly_problem,
     failure_problem,
     outdated_problem,
@@ -199,7 +199,7 @@ def test_the_guide_lists_every_problem() -> None:
     rows = re.findall(r"^\| `urn:grazemap:problem:([a-z-]+)` \| (\d+) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
     kinds = (failure_problem(kind, 0, Plan()) for kind in get_args(FailureKind))
     problems = [*kinds, costly_problem(1.0, 5.0, 4.0), refused_problem(""), outdated_problem()]
-    from_workers = {problem.type.removeprefix(TYPE_PREFIX) for problem in problems}
+    from_workers = {problem.type.removeprefix(PROBLEM_PREFIX) for problem in problems}
     listed = {name: int(status) for name, status in rows if name not in from_workers}
     assert listed == {name: kind.status for name, kind in KINDS.items()}
     assert {name for name, _ in rows} == from_workers | set(KINDS)

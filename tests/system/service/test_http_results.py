@@ -12,7 +12,7 @@ from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import Problem, parse_request
-from grazemap_service.representations import Renderings
+from grazemap_service.representations import RepresentationCache
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store, core_version
 from tests.support import submitting
@@ -216,14 +216,14 @@ def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store:
 def test_hot_results_stay_under_their_budget() -> None:
     made = []
 
-    async def ask(renderings: Renderings, names: str, size: int = 25) -> None:
+    async def ask(cache: RepresentationCache, names: str, size: int = 25) -> None:
         for name in names:
-            entry = await renderings.give(name, "npz", size, lambda name=name: made.append(name) or bytes(size))
+            entry = await cache.acquire(name, "npz", size, lambda name=name: made.append(name) or bytes(size))
             assert entry is not None
-            renderings.release(entry)
+            cache.release(entry)
 
     async def use() -> None:
-        hot = Renderings(hot_bytes=100, sent_bytes=0)
+        hot = RepresentationCache(cache_bytes=100, sent_bytes=0)
         await ask(hot, "abcdef")
         await ask(hot, "cdef")  # a and b are the oldest
         assert made == list("abcdef")

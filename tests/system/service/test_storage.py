@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import random
@@ -19,7 +20,7 @@ import redis.exceptions
 from grazemap_service import append_only, children, storage
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import PythonChild
-from grazemap_service.redis_server import NoRedisError, RedisServer
+from grazemap_service.redis_server import NoRedisError, RedisServer, find_redis_server
 from grazemap_service.settings import StackSettings
 from grazemap_worker.store import connect
 from grazemap_worker.watchdog import WatchdogSocket
@@ -144,7 +145,7 @@ def test_parts_after_a_damaged_one_are_dropped_too_and_kept(written: Written, tm
         manifest.write(f"file {later.name} seq 2 type i\n")
     done = command("repair", "--data", tmp_path)
     assert done.code == 0
-    (kept,) = (tmp_path / "redis" / append_only.KEPT).iterdir()
+    (kept,) = (tmp_path / "redis" / append_only.COPIES_FOLDER).iterdir()
     lost = len(written.part[:-3]) - damaged_part.stat().st_size + len(content)
     assert f"{lost} bytes are cut off" in done.said
     assert {path.name: path.stat().st_size for path in kept.iterdir()} == {
@@ -161,16 +162,35 @@ def test_the_originals_of_three_repairs_are_kept(written: Written, tmp_path: Pat
         part.write_bytes(written.part + bytes(k + 1))
         with RedisServer(tmp_path):
             pass
-    kept = sorted((tmp_path / append_only.KEPT).iterdir())
+    kept = sorted((tmp_path / append_only.COPIES_FOLDER).iterdir())
     assert [(path / part.name).stat().st_size - len(written.part) for path in kept] == [3, 4, 5]
 
 
 def test_without_room_for_the_original_nothing_is_cut_off(written: Written, tmp_path: Path) -> None:
     part = written.put(tmp_path, written.part + b"x")
-    (tmp_path / append_only.KEPT).touch()
-    with pytest.raises(StorageError, match="copies of the damaged files"), RedisServer(tmp_path):
+    (tmp_path / append_only.COPIES_FOLDER).touch()
+    with pytest.raises(StorageError, match="damaged files cannot be copied"), RedisServer(tmp_path):
         pass
     assert part.read_bytes() == written.part + b"x"
+
+
+def test_repairs_that_cannot_copy_leave_the_copies_of_earlier_ones(
+    written: Written, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part = written.put(tmp_path, written.part + b"x")
+    assert append_only.repair(tmp_path, find_redis_server()) is not None
+    before = {path: path.stat().st_size for path in (tmp_path / append_only.COPIES_FOLDER).rglob("*")}
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(append_only.shutil, "copy2", full)
+    part.write_bytes(written.part + b"xx")
+    for _ in range(4):
+        with pytest.raises(StorageError, match="No space left"):
+            append_only.repair(tmp_path, find_redis_server())
+    assert part.read_bytes() == written.part + b"xx"
+    assert {path: path.stat().st_size for path in (tmp_path / append_only.COPIES_FOLDER).rglob("*")} == before
 
 
 def test_a_start_that_succeeds_checks_nothing(

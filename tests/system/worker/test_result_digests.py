@@ -125,7 +125,7 @@ import ctypes, json
 import scipy.linalg
 from numba.core.registry import cpu_target
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
-from grazemap_core.maps.kernels.lanes import VECTOR
+from grazemap_core.maps.kernels.first_pass import VECTOR
 libraries = {line.split()[-1] for line in open("/proc/self/maps") if "openblas" in line}
 def core(path):
     library = ctypes.CDLL(path)

@@ -52,7 +52,7 @@ def finish(store: Store, *identities: str) -> None:
 def test_a_small_tile_that_overruns_is_moved_alone(store: Store) -> None:
     jobs = [submit_curve(store, number, requester=UNFAIR) for number in range(5)]
     assert claim(store, SMALL[0]) == [job.id for job in jobs]
-    store.tiles.overran(jobs[0].id, 0, SMALL[0].name, 2.0)
+    store.tiles.move_to_next_lane(jobs[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
     assert [lane_of(store, job.id) for job in jobs] == ["short", *["small"] * 4]
     assert store.counts().events == {"overran:small": 1}
@@ -63,7 +63,7 @@ def test_a_small_tile_that_overruns_is_moved_alone(store: Store) -> None:
 def test_the_next_small_tiles_of_its_requester_are_claimed_one_by_one_by_one_worker(store: Store) -> None:
     first = submit_curve(store, 0, requester=UNFAIR)
     assert claim(store, SMALL[0]) == [first.id]
-    store.tiles.overran(first.id, 0, SMALL[0].name, 2.0)
+    store.tiles.move_to_next_lane(first.id, 0, SMALL[0].name, 2.0)
     jobs = [submit_curve(store, number, requester=UNFAIR) for number in range(1, 6)]
     others = [submit_curve(store, number, requester=FAIR) for number in range(10, 13)]
     taken = [claim(store, SMALL[0]) for _ in range(2)]
@@ -79,7 +79,7 @@ def test_the_next_small_tiles_of_its_requester_are_claimed_one_by_one_by_one_wor
 def test_what_overran_counts_for_its_requester(store: Store) -> None:
     unfair = [submit_curve(store, number, requester=UNFAIR) for number in range(40)]
     assert claim(store, SMALL[0]) == [job.id for job in unfair[:16]]
-    store.tiles.overran(unfair[0].id, 0, SMALL[0].name, 2.0)
+    store.tiles.move_to_next_lane(unfair[0].id, 0, SMALL[0].name, 2.0)
     store.workers.remove(SMALL[0].name, return_claims=True)
     fair = [submit_curve(store, 100 + number, requester=FAIR) for number in range(40)]
     store.workers.renew(SMALL[0], LEASE)
@@ -135,7 +135,7 @@ def test_a_short_tile_is_stopped_only_for_others(store: Store) -> None:
     taken = beside(store, first)
     assert taken is not None
     assert taken.job_id == other.id
-    store.tiles.overran(other.id, taken.tile, ORDINARY[0].name, 31.0)
+    store.tiles.move_to_next_lane(other.id, taken.tile, ORDINARY[0].name, 31.0)
     assert lane_of(store, other.id) == "long"
     assert store.counts().events == {"overran:short": 1}
     assert second.id in {identity for identity, _ in pending(store, "f")}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from tests.support.oscillators import DEFAULT
 
 

@@ -24,7 +24,7 @@ PLANTS = {
     "The core is numerics only": ("core/grazemap_core/model/oscillator.py", "from grazemap.wire import Oscillator"),
     "The core's packages import only those below them": (
         "core/grazemap_core/orbits/kernels/newton.py",
-        "from grazemap_core.maps.kernels import lanes",
+        "from grazemap_core.maps.kernels import first_pass",
     ),
     "Only proofs and runs in multi-precision arithmetic need python-flint": (
         "core/grazemap_core/orbits/search.py",

@@ -5,11 +5,11 @@ import pytest
 from scipy.special import comb
 
 from grazemap_core.numerics.kernels.bernstein import (
-    CLEAR,
-    CONTACT,
+    BECOMES_NEGATIVE,
     GRAZE_UNDECIDED,
     MAX_DEPTH,
     STACK_SHAPE,
+    STAYS_POSITIVE,
     first_negative,
     to_bernstein,
 )
@@ -52,7 +52,7 @@ def test_first_of_several_planted_roots_is_found(seed: int) -> None:
         pytest.skip("roots too close for the planted coefficients themselves")
     taylor = planted([*inside.tolist(), *outside])
     status, t = isolate(taylor)
-    assert status == CONTACT
+    assert status == BECOMES_NEGATIVE
     assert t == pytest.approx(inside[0], abs=1e-9)
 
 
@@ -62,19 +62,19 @@ def test_two_roots_close_together_are_both_found(depth: float) -> None:
     for middle in rng.uniform(0.05, 0.95, 100):
         dips = np.array([middle**2 - depth, -2 * middle, 1.0])  # (t - middle)^2 - depth
         status, t = isolate(dips, error=1e-15)
-        assert status == CONTACT
+        assert status == BECOMES_NEGATIVE
         assert t == pytest.approx(middle - np.sqrt(depth), abs=1e-8)
         stays = np.array([middle**2 + depth, -2 * middle, 1.0])
-        assert isolate(stays, error=1e-15)[0] == CLEAR
+        assert isolate(stays, error=1e-15)[0] == STAYS_POSITIVE
 
 
 def test_a_root_at_the_start_that_is_left_is_no_contact() -> None:
-    assert isolate(np.array([1e-17, 0.5, 0.1]))[0] == CLEAR
+    assert isolate(np.array([1e-17, 0.5, 0.1]))[0] == STAYS_POSITIVE
 
 
 def test_a_start_on_the_stop_moving_outward_is_an_immediate_contact() -> None:
     status, t = isolate(np.array([1e-17, -0.5, 0.1]))
-    assert status == CONTACT
+    assert status == BECOMES_NEGATIVE
     assert t < 1e-12
 
 
@@ -94,7 +94,7 @@ def test_search_on_the_first_terms_finds_the_same_root_or_reports_that_it_cannot
 def test_search_on_the_first_terms_does_not_clear_a_slow_start() -> None:
     # leaves slowly, dips below zero by less than what the first terms leave out, and comes back
     taylor = np.array([1e-9, -1e-6, 1e-4, 0.0, 0.0])
-    assert isolate(taylor, error=1e-15)[0] == CONTACT
+    assert isolate(taylor, error=1e-15)[0] == BECOMES_NEGATIVE
     assert isolate(taylor, error=1e-7, short=3)[0] == GRAZE_UNDECIDED
 
 
@@ -111,4 +111,4 @@ def test_first_terms_alone_decide_nothing_where_several_coefficients_are_unsure(
     first = np.min(roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real)
     assert isolate(taylor, error=np.abs(taylor[10:]).sum(), short=9)[0] == GRAZE_UNDECIDED
     status, t = isolate(taylor, error=1e-16)
-    assert (status, t) == (CONTACT, pytest.approx(first, abs=1e-9))
+    assert (status, t) == (BECOMES_NEGATIVE, pytest.approx(first, abs=1e-9))

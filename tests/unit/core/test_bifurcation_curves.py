@@ -10,7 +10,7 @@ import pytest
 
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from tests.support.orbits import in_window, orbit_on, random_chain, sixteen_impacts, start, tangent_flow, two_impacts

@@ -9,7 +9,7 @@ from grazemap_core.codes import ROUNDING_DECIDES, STICKS
 from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
 from grazemap_core.maps.kernels.lane_state import IMPACTS
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -139,10 +139,10 @@ def test_a_trajectory_of_a_sweep_has_the_error_of_the_one_before_unless_that_was
 @pytest.mark.parametrize("stop", [1.0, -1.0])
 @pytest.mark.parametrize("velocity", [0.0, -0.3, 0.3])
 def test_a_state_on_a_stop_is_followed_as_by_a_recorded_trajectory(stop, velocity):
-    settler = Settler(DEFAULT, Settling(8, 32, early=False, linearised=False))
+    runner = Runner(DEFAULT, RunSettings(8, 32, early=False, linearised=False))
     for phase in (0.0, 2.0, 4.0):
         state = State(np.array([0.7 * stop, 0.1, -0.2]), np.array([velocity * stop, 0.1, 0.0]), phase)
-        codes, _ = settler.run_from(0.4, 0.7, state)
+        codes, _ = runner.run_from(0.4, 0.7, state)
         run = trajectory(DEFAULT, 0.4, 0.7, state.displacement, state.velocity, phase, periods=8)
         at_start = run.impacts.time == 0.0
         assert np.count_nonzero(at_start) == (velocity > 0.0)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -91,7 +91,7 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
 class Arrival(NamedTuple):
     """A verified orbit near a trajectory, and what is needed to verify it again."""
 
-    settler: Settler
+    runner: Runner
     problem: Any
     held: Any
     stops: Stops
@@ -101,10 +101,10 @@ class Arrival(NamedTuple):
 
     def ratio(self, change: Floats) -> float:
         """Of the trajectory that is moved by `change`."""
-        scratch = self.settler._scratch["verification"]
+        scratch = self.runner._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        found = verify(self.problem, self.settler._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
+        found = verify(self.problem, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
         scratch.capture.arrival[...] = before
         assert found.reason == RESOLVED
         return float(found.ratio)
@@ -116,9 +116,9 @@ def arrivals(name: str, number: int) -> list[Arrival]:
     found: list[Arrival] = []
     while len(found) < number:
         omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
-        settler = Settler(oscillator, Settling(1000, 32, linearised=False))
-        steady = settler.steady(np.array([omega]))[0]
-        codes, figures = (part[0, 0] for part in settler.run(omega, steady, np.array([clearance]), AtRest()))
+        runner = Runner(oscillator, RunSettings(1000, 32, linearised=False))
+        steady = runner.steady(np.array([omega]))[0]
+        codes, figures = (part[0, 0] for part in runner.run(omega, steady, np.array([clearance]), AtRest()))
         impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
         if codes[lane_state.REASON] != RESOLVED or codes[lane_state.UNVERIFIED] != RESOLVED or impacts == 0:
             continue
@@ -128,20 +128,20 @@ def arrivals(name: str, number: int) -> list[Arrival]:
         problem, held = forced.problems(0.0)
         over_return = np.log(figures[lane_state.MULTIPLIER]) / (2 if symmetric else 1)
         count, returns = int(impacts) // (2 if symmetric else 1), 200 + int(np.log(1e-4) / over_return)
-        found.append(Arrival(settler, problem, held, forced.stops, length, count, returns))
+        found.append(Arrival(runner, problem, held, forced.stops, length, count, returns))
     return found
 
 
 def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[int]]:
     """The state so many half periods later, and the impacts of every return."""
-    u = arrival.settler._scratch["verification"].capture.arrival + change
+    u = arrival.runner._scratch["verification"].capture.arrival + change
     work, impacts = workspace(u.shape[0], 4096), []
     for half in range(halves):
         if half % arrival.length == 0:
             impacts.append(0)
-        work.cursor[ROWS] = 0
+        work.cursor[EVENT_COUNT] = 0
         assert half_period.run_half(arrival.problem, arrival.held, arrival.stops, u, half, work) == OK
-        impacts[-1] += int(work.cursor[ROWS])
+        impacts[-1] += int(work.cursor[EVENT_COUNT])
     return u, impacts
 
 

@@ -20,8 +20,8 @@ from grazemap_core.maps.chaotic_transients import (
     sample,
     sample_of_groups,
 )
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -101,19 +101,19 @@ def test_a_point_is_run_on_along_the_trajectory_of_the_map(
 
 @pytest.mark.parametrize("down", [False, True])
 def test_a_column_is_swept_once_for_all_points_of_its_sample(down: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    plane, sweep, swept = Plane.of(DEFAULT, np.array([0.28]), np.linspace(1.3, 1.6, 12)), PlaneSettler.sweep, []
+    plane, sweep, swept = Plane.of(DEFAULT, np.array([0.28]), np.linspace(1.3, 1.6, 12)), PlaneRunner.sweep, []
 
-    def counted(settler: PlaneSettler, rows: Any, *arguments: Any) -> Any:
+    def counted(runner: PlaneRunner, rows: Any, *arguments: Any) -> Any:
         swept.extend(rows)
-        return sweep(settler, rows, *arguments)
+        return sweep(runner, rows, *arguments)
 
-    monkeypatch.setattr(PlaneSettler, "sweep", counted)
-    task, rows = Settling(40, 4, follow=True), np.array([2, 5, 11])
+    monkeypatch.setattr(PlaneRunner, "sweep", counted)
+    task, rows = RunSettings(40, 4, follow=True), np.array([2, 5, 11])
     codes = chaotic_transients._of_sweep(plane, task, down, rows, np.zeros(3, dtype=np.int64))
     assert len(swept) <= 12 + 3 * (RUN_ON - 1)
     for row, found in zip(rows.tolist(), codes, strict=True):
         path = [*(range(11, row - 1, -1) if down else range(row + 1)), *[row] * (RUN_ON - 1)]
-        whole = sweep(PlaneSettler(plane, task), np.array(path), 0)[0]
+        whole = sweep(PlaneRunner(plane, task), np.array(path), 0)[0]
         np.testing.assert_array_equal(found, whole[-RUN_ON:, 0])
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from grazemap_core.errors import ConditioningError, ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.grazing.kernels.root_isolation import COMPLETE, NEAR_DOUBLE, isolate
-from grazemap_core.grazing.one_stop import grazing_curve
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.kernels.response_sums import IMPULSE
 from grazemap_core.model.modal import modal_model

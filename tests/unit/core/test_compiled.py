@@ -21,9 +21,9 @@ from numba.core.errors import TypingError
 
 import grazemap_core
 from grazemap_core.numerics.jit import compiled
-from grazemap_core.numerics.jit.by_address import ApartKernel
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.inlining import Kernel
+from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
+from grazemap_core.numerics.jit.record_references import reference
 
 MODULES = [
     import_module(info.name)
@@ -44,7 +44,7 @@ ALLOCATES = {
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
 def test_no_kernel_counts_references(module: object) -> None:
-    kinds = Dispatcher | Kernel | ApartKernel
+    kinds = Dispatcher | Kernel | PointerKernel
     kernels = {name: value for name, value in vars(module).items() if isinstance(value, kinds)}
     for name, dispatcher in kernels.items():
         inlined_before = dispatcher.targetoptions.get("inline") == "always"  # it has its callers' options
@@ -145,7 +145,7 @@ def test_outside_kernels_a_reference_is_the_tuple_itself() -> None:
 
 
 def test_a_kernel_that_is_called_by_its_address_is_compiled_when_its_caller_runs() -> None:
-    @compiled.apart_kernel
+    @compiled.pointer_kernel
     def enters(nested: Nested, index: int, number: int) -> int:
         nested.pair.first[index] = number
         return number + 1
@@ -192,7 +192,7 @@ def test_a_process_in_a_hurry_compiles_the_same_machine_code(tmp_path: Path) -> 
 @pytest.mark.parametrize(("features", "lanes"), [("+avx512f", "8"), ("", "4")])
 def test_blocks_of_lanes_are_of_the_processor_that_code_is_generated_for(features: str, lanes: str) -> None:
     """Whatever this one is: kernels for x86-64-v3 that are compiled on a processor with AVX-512 are those of others."""
-    code = "from grazemap_core.maps.kernels.lanes import VECTOR; print(VECTOR)"
+    code = "from grazemap_core.maps.kernels.first_pass import VECTOR; print(VECTOR)"
     environment = os.environ | {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": features}
     said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120)
     assert said.stdout.decode().strip() == lanes

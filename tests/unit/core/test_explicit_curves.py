@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from flint import arb
 
-from grazemap_core.grazing.kernels.kicked_motion import UNDECIDED
-from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
+from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
+from grazemap_core.grazing.kernels.kicked_motion import ANGLE_UNDECIDED
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -21,7 +21,7 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.window_curves import BOTH, CurvePiece, window_curves
+from grazemap_core.orbits.window_curves import BOTH_STOPS, CurvePiece, window_curves
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import OneImpact
 from tests.support.general_systems import random_oscillator
@@ -184,7 +184,7 @@ def test_a_preloaded_stop_has_curves_of_impacting_motions() -> None:
 
 def test_both_stops_of_unlike_restitutions_have_their_own_curves() -> None:
     unlike = dataclasses.replace(DEFAULT, restitution_left=0.6)
-    found = window_curves(unlike, (0.26, 0.3), (1.3, 2.05), 1, 30, BOTH)
+    found = window_curves(unlike, (0.26, 0.3), (1.3, 2.05), 1, 30, BOTH_STOPS)
     for stop, alike in ((1, DEFAULT), (-1, dataclasses.replace(DEFAULT, restitution=0.6))):
         known = [p for p in window_curves(alike, (0.26, 0.3), (1.3, 2.05), 1, 30) if p.type == "SN" and not p.symmetric]
         ours = [p for p in found if p.type == "SN" and (p.impacts_right if stop > 0 else p.impacts_left) == 1]
@@ -227,7 +227,7 @@ def test_special_points_are_decided_where_round_off_hides_the_slow_orbits(symmet
     decided = one_impact_branches.contact_angle
 
     def hidden(motion, half_periods, stop, meets):
-        return (1.0, 0.0, np.nan, UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
+        return (1.0, 0.0, np.nan, ANGLE_UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
 
     monkeypatch.setattr(one_impact_branches, "contact_angle", hidden)
     found = one_impact_curves(DEFAULT, omega, 1, symmetric)

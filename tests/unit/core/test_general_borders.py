@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import Grid, Name
+from grazemap_core.maps.borders.motion_grid import MotionGrid, Name
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -134,7 +134,7 @@ def test_mirror_images_have_names_of_their_own_between_unlike_stops() -> None:
     ):
         arrays = unfolding_map_tile(Plane.of(oscillator, OMEGA[:3], clearance), max_periods=20)
         changed = planted(arrays, (1, 1), kind=PERIODIC, period=1, sticking=False, **impacts)
-        grid = Grid.of(Plane.of(oscillator, OMEGA[:3], clearance), changed)
+        grid = MotionGrid.of(Plane.of(oscillator, OMEGA[:3], clearance), changed)
         assert grid.name_at((1, 1)) == expected
 
 

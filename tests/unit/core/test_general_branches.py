@@ -17,7 +17,7 @@ from grazemap_core.continuation.motion_curves import lies_on, motion_curves
 from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits

@@ -41,10 +41,10 @@ NAMED = [("coco", COCO), ("chain-one-stop", DEFAULT)]
 def test_recorded_orbits_of_one_stop(name: str, oscillator: Oscillator) -> None:
     for known in FIGURES[f"{name}/orbits"]:
         omega, clearance = float(known["omega"]), (float(known["right_stop"]), None)
-        family, _, gaps = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
+        family, _, stops = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
         found = [
             periodic_orbit(oscillator, omega, clearance, guess)
-            for guess in one_impact_sequences(family, gaps, omega, 1)
+            for guess in one_impact_sequences(family, stops, omega, 1)
         ]
         (orbit,) = [one for one in found if one.impacts.velocities[0] == pytest.approx(float(known["v"]), rel=1e-11)]
         assert math.remainder(orbit.phase - float(known["impact_phase_wt"]), 2.0 * math.pi) == pytest.approx(
@@ -202,8 +202,8 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
 def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
     one, orbit = with_orbit(seed)
     assert orbit.label == "1-1r-1l"
-    family, _, gaps = at_point(one.oscillator, one.omega, one.clearance, orbit.impacts)
-    found = two_impact_sequences(family, gaps, one.omega, int(orbit.impacts.stops[0]))
+    family, _, stops = at_point(one.oscillator, one.omega, one.clearance, orbit.impacts)
+    found = two_impact_sequences(family, stops, one.omega, int(orbit.impacts.stops[0]))
     away = [np.max(np.abs(other.velocities - orbit.impacts.velocities)) for other in found]
     assert min(away) < 1e-9
     assert orbit_with(one.oscillator, one.omega, one.clearance, 1, orbit.impacts.stops.tolist()).admissible

@@ -19,7 +19,7 @@ import pytest
 from llvmlite import binding
 
 from benchmarks.ensemble import Ensemble
-from grazemap_core.compiled_ahead import TARGET
+from grazemap_core.compiled_ahead import PROCESSOR
 from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.general_oracle import GeneralOracle
@@ -43,7 +43,7 @@ PLAIN = {"NUMBA_CPU_NAME": "generic"}
 INTERPRETED = {"NUMBA_DISABLE_JIT": "1"}
 COMPILED = {
     "generic": PLAIN,
-    "avx2": TARGET,
+    "avx2": PROCESSOR,
     "no-avx": {"NUMBA_ENABLE_AVX": "0"},
 }
 DETERMINED = ("half", "stop", "kind")

@@ -12,7 +12,7 @@ from flint import arb
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing import codimension_two, peak_search
 from grazemap_core.grazing.codimension_two import CodimensionTwoPoint, codimension_two_points
-from grazemap_core.grazing.one_stop import VariedStop, grazing_curve, stop_grazes
+from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
 from grazemap_core.grazing.peak_search import equal_maxima, vanishing_margins
 from grazemap_core.grazing.peaks import Coefficients, highest_peaks, relative
 from grazemap_core.grazing.poincare_map import compare_returns

@@ -13,7 +13,7 @@ import pytest
 
 import grazemap_core
 from grazemap_core import kernel_folder
-from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, TARGET, has_level_3, made_from
+from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, PROCESSOR, has_level_3, made_from
 from grazemap_core.kernel_folder import folder_name, holds
 
 CORE = Path(grazemap_core.__file__).parent
@@ -203,10 +203,10 @@ def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Pa
 def test_kernels_that_were_compiled_ahead_are_loaded_where_they_fit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in TARGET:  # as `make test NARROW=1` sets it
+    for name in PROCESSOR:  # as `make test NARROW=1` sets it
         monkeypatch.delenv(name, raising=False)
     both = ["copy_vector", "copy_matrix"]
-    assert compiled(tmp_path / "made", **TARGET)[0] == both
+    assert compiled(tmp_path / "made", **PROCESSOR)[0] == both
     package = tmp_path / "installed" / PACKAGE
     shutil.copytree(tmp_path / "made", package)
     (package / "__init__.py").touch()

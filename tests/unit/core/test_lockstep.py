@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
+from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, workspace
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import forced_oscillator, initial_state, start
 from tests.oracles.impact_accuracy import (
@@ -44,9 +44,9 @@ def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int
         for half in range(2 * periods):
             status = half_period.run_half(begun.problem, begun.held, forced.stops, u, half, work)
             assert status == OK
-            if work.cursor[ROWS] >= 2 * FIRST:
+            if work.cursor[EVENT_COUNT] >= 2 * FIRST:
                 break
-        found.append(work.events[: min(work.cursor[ROWS], FIRST), :EVENT_COLUMNS])
+        found.append(work.events[: min(work.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
     return found
 
 
@@ -125,8 +125,8 @@ def test_the_bytes_of_a_lane_do_not_depend_on_the_other_lanes(omega: float) -> N
 
 def test_a_map_counts_the_periods_that_it_computed() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
-    codes, _ = PlaneSettler(
-        Plane.of(DEFAULT, np.array([0.28]), clearances), Settling(30, 8, early=False, linearised=False)
+    codes, _ = PlaneRunner(
+        Plane.of(DEFAULT, np.array([0.28]), clearances), RunSettings(30, 8, early=False, linearised=False)
     ).grid()
     assert (codes[lane_state.HALVES_RUN] == 60).all()
     ensemble = first_impacts(DEFAULT, 0.28, clearances, 30, 0)

@@ -11,10 +11,10 @@ import pytest
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.border_lines import Line, nearest, positions
-from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import Grid, Name
-from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
+from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
+from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, MapBorders, map_borders
+from grazemap_core.maps.borders.motion_grid import MotionGrid, Name
+from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -120,7 +120,7 @@ def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
 
 def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
     arrays, _ = near_the_point()
-    regions = Regions(Grid.of(Plane.of(DEFAULT, OMEGA, CLEARANCE), arrays))
+    regions = Regions(MotionGrid.of(Plane.of(DEFAULT, OMEGA, CLEARANCE), arrays))
     (largest, *_) = sorted(
         (region for region in regions.found if region.name == IMPACT_ON_ONE_STOP), key=lambda one: -len(one.orbits)
     )
@@ -140,7 +140,7 @@ def test_a_motion_that_is_not_found_leaves_its_borders_unexplained():
     omega, clearance, wrong = without_orbit()
     found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
     assert len(found.row) == count(found, "unexplained") == 4
-    assert {REASONS[reason] for reason in found.reason} == {REASONS[1]}
+    assert {BORDER_REASONS[reason] for reason in found.reason} == {BORDER_REASONS[1]}
     np.testing.assert_array_equal(np.argwhere(found.without_orbit), [[1, 2]])
 
 
@@ -150,7 +150,7 @@ def test_a_motion_with_rests_gives_the_reason_why_it_is_not_followed(values):
     wrong = planted(arrays, (1, 2), impacts_right=1, least_impact_velocity=0.0, **values)
     found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
     assert count(found, "unexplained") == 4
-    assert all("rests" in REASONS[reason] for reason in found.reason)
+    assert all("rests" in BORDER_REASONS[reason] for reason in found.reason)
 
 
 def test_a_map_with_one_motion_has_no_borders_and_a_chaotic_point_in_it_is_counted_separately():
@@ -195,7 +195,7 @@ def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound,
     assert len(found.row) == len(free.row)
     left = found.explanation == EXPLANATIONS.index("unexplained")
     assert np.count_nonzero(left) > 10
-    assert all(words in REASONS[reason] for reason in found.reason[left])
+    assert all(words in BORDER_REASONS[reason] for reason in found.reason[left])
     assert [curve.type for curve in found.curves if curve.orbits is not None] == []
     assert count(found, "curve") > 0  # the grazing curve takes nothing
 
@@ -210,7 +210,7 @@ def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
 
 def test_searches_among_random_states_are_bounded(monkeypatch):
     omega, clearance, wrong = without_orbit()
-    monkeypatch.setattr("grazemap_core.maps.borders.region_orbits.BORDER_SEARCH_PERIODS", 0)
+    monkeypatch.setattr("grazemap_core.maps.borders.regions.BORDER_SEARCH_PERIODS", 0)
     monkeypatch.setattr(Regions, "_starts", property(lambda self: pytest.fail("looked for")))
     assert count(map_borders(Plane.of(DEFAULT, omega, clearance), wrong), "unexplained") == 4
 
@@ -246,10 +246,10 @@ def test_a_grid_that_is_not_the_map_s_is_refused():
 def test_distances_are_in_steps_of_the_map_and_from_what_is_drawn():
     values = np.array([1.0, 2.0, 4.0])
     np.testing.assert_allclose(positions(values, np.array([0.5, 1.5, 3.0, 6.0])), [-0.5, 0.5, 1.5, 3.0])
-    line = Line(np.array([0.0, 0.0, 5.0]), np.array([0.0, 4.0, 4.0]))
+    line = BorderLine(np.array([0.0, 0.0, 5.0]), np.array([0.0, 4.0, 4.0]))
     places = np.array([[1.0, 2.0], [2.0, 5.0], [-3.0, 0.0]])
     np.testing.assert_allclose(nearest(line, np.array([True, True, True]), places), [1.0, 1.0, 3.0])
     # the second piece is left out, and the second place is nearest to the end of the first
     np.testing.assert_allclose(nearest(line, np.array([True, False, False]), places), [1.0, np.sqrt(5.0), 3.0])
     assert np.all(np.isinf(nearest(line, np.zeros(3, dtype=bool), places)))
-    np.testing.assert_allclose(nearest(Line(np.ones(1), np.ones(1)), np.ones(1, dtype=bool), places[:1]), [1.0])
+    np.testing.assert_allclose(nearest(BorderLine(np.ones(1), np.ones(1)), np.ones(1, dtype=bool), places[:1]), [1.0])

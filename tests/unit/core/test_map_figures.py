@@ -6,8 +6,8 @@ import pytest
 from grazemap_core.codes import NOT_CLOSED
 from grazemap_core.errors import LinearisationError
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.monodromy import monodromy
@@ -106,8 +106,8 @@ def test_chaos_with_uneven_growth_is_named() -> None:
 def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     """Motions that are not named because they take two periods and more, and go on with growth until the last one."""
     clearances = np.linspace(1.2, 2.1, 64)
-    task = Settling(80, 1, early=False)
-    codes, figures = PlaneSettler(Plane.of(DEFAULT, np.array([0.27]), clearances), task).grid()
+    task = RunSettings(80, 1, early=False)
+    codes, figures = PlaneRunner(Plane.of(DEFAULT, np.array([0.27]), clearances), task).grid()
     exponents = figures[lane_state.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
     grown = np.flatnonzero((codes[lane_state.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
     compared = 0
@@ -141,8 +141,8 @@ def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
     rng = np.random.default_rng(3)
     clearances = np.sort(rng.uniform(1.2, 2.1, 96))
     omegas = rng.uniform(0.26, 0.32, 5)
-    quick, _ = PlaneSettler(Plane.of(DEFAULT, omegas, clearances), Settling(1000, 32)).grid()
-    slow, _ = PlaneSettler(Plane.of(DEFAULT, omegas, clearances), Settling(1000, 32, early=False)).grid()
+    quick, _ = PlaneRunner(Plane.of(DEFAULT, omegas, clearances), RunSettings(1000, 32)).grid()
+    slow, _ = PlaneRunner(Plane.of(DEFAULT, omegas, clearances), RunSettings(1000, 32, early=False)).grid()
     named = (quick[lane_state.REASON] == 0) & (slow[lane_state.REASON] == 0)
     assert named.mean() > 0.8
     assert (quick[lane_state.REASON] == 0).sum() >= (slow[lane_state.REASON] == 0).sum()

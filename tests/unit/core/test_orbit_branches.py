@@ -11,7 +11,7 @@ import pytest
 
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.continuation.special_points import NOT_SOLVED, Segment
+from grazemap_core.continuation.special_points import ORBITS_NOT_SOLVED, BranchSegment
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.model.oscillator import Oscillator
@@ -112,7 +112,7 @@ def test_a_branch_to_its_first_special_points_is_the_beginning_of_the_whole_one(
 
 def test_test_functions_too_small_to_be_multiplied_are_compared_correctly():
     """The determinant over a hundred impacts may be 1e-200."""
-    piece = object.__new__(Segment)
+    piece = object.__new__(BranchSegment)
     piece.end, piece.at = 1.0, float  # type: ignore[assignment,method-assign]
     assert piece.zero(lambda s: 1e-200 * (1.0 + s), 0.0, 1.0) is None
     assert piece.zero(lambda s: 1e-200 * (s - 0.25), 0.0, 1.0) == pytest.approx(0.25)
@@ -129,11 +129,11 @@ def test_a_special_point_between_orbits_that_are_not_solved_for_says_so(monkeypa
         path.evaluate(path.unknowns(each, values)) for each, values in zip(impacts, branch.points[place:], strict=False)
     )
     along = path.tangent(first.unknowns, second.unknowns - first.unknowns)
-    points = Segment(path, first, second, along).special_points(turns=False)
+    points = BranchSegment(path, first, second, along).special_points(turns=False)
     assert [(point.status, point.reason) for point in points] == [("converged", "")] * len(points) != []
     monkeypatch.setattr(path, "correct", lambda *_: None)
-    points = Segment(path, first, second, along).special_points(turns=False)
-    assert [(point.status, point.reason) for point in points] == [("guess", NOT_SOLVED)] * len(points) != []
+    points = BranchSegment(path, first, second, along).special_points(turns=False)
+    assert [(point.status, point.reason) for point in points] == [("guess", ORBITS_NOT_SOLVED)] * len(points) != []
 
 
 def test_special_points_are_zeros_of_the_test_functions_in_50_digits():

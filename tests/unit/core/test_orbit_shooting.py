@@ -9,7 +9,7 @@ import pytest
 
 from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily, steady_size
@@ -58,10 +58,10 @@ def problem_of(chain: Oscillator, orbit: PeriodicOrbit) -> tuple[OrbitProblem, S
     return problem, room
 
 
-def dense(problem: OrbitProblem, impacts: ImpactSequence, gaps: Stops, phases, speeds):  # type: ignore[no-untyped-def]
+def dense(problem: OrbitProblem, impacts: ImpactSequence, stops: Stops, phases, speeds):  # type: ignore[no-untyped-def]
     count = len(impacts.stops)
     residual, jacobian, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 1)), np.zeros((count, 3))
-    assemble(problem, impacts.stops.astype(float), gaps, phases, speeds, residual, jacobian, before)
+    assemble(problem, impacts.stops.astype(float), stops, phases, speeds, residual, jacobian, before)
     return residual, jacobian[:, : 2 * count], before
 
 
@@ -77,29 +77,29 @@ def test_there_are_orbits_of_many_kinds() -> None:
 def test_shooting_agrees_with_the_direct_sums(place: int) -> None:
     """Residuals, Newton step and norm of the inverse at a point off the orbit; multipliers on it."""
     chain, orbit = orbits()[place]
-    impacts, gaps = orbit.impacts, stops_between(chain, orbit.clearance, 0.0)
-    stops = impacts.stops.astype(float)
+    impacts, stops = orbit.impacts, stops_between(chain, orbit.clearance, 0.0)
+    sides = impacts.stops.astype(float)
     problem, room = problem_of(chain, orbit)
     count = len(impacts.stops)
     rng = np.random.default_rng(place)
     speeds = impacts.velocities / (problem.omega * problem.length) * (1.0 + 1e-3 * rng.normal(size=count))
     phases = impacts.phases + 1e-3 * rng.normal(size=count)
-    residual, jacobian, before = dense(problem, impacts, gaps, phases, speeds)
-    largest, terms = shoot(problem, stops, gaps, phases, speeds, room)
+    residual, jacobian, before = dense(problem, impacts, stops, phases, speeds)
+    largest, terms = shoot(problem, sides, stops, phases, speeds, room)
     # both are sums of terms that cancel
     assert np.abs(room.residual.T.ravel() - residual).max() <= 1e-14 * terms
     assert largest == np.abs(room.residual).max()
     assert np.abs(room.before - before).max() <= 1e-13 * terms
-    norm = solve_step(problem, stops, gaps, speeds, room)
+    norm = solve_step(problem, sides, stops, speeds, room)
     step = np.linalg.solve(jacobian, -residual)
     assert norm == pytest.approx(np.abs(step).max(), rel=1e-9)
     np.testing.assert_allclose(room.step.T.ravel(), step, rtol=0.0, atol=1e-9 * np.abs(step).max())
     inverse = np.abs(np.linalg.inv(jacobian)).sum(axis=1).max()
-    assert norm_of_inverse(problem, stops, gaps, speeds, room) == pytest.approx(inverse, rel=1e-9)
+    assert norm_of_inverse(problem, sides, stops, speeds, room) == pytest.approx(inverse, rel=1e-9)
 
     speeds, phases = impacts.velocities / (problem.omega * problem.length), impacts.phases
-    shoot(problem, stops, gaps, phases, speeds, room)
-    assert solve_step(problem, stops, gaps, speeds, room) < 1e-11
+    shoot(problem, sides, stops, phases, speeds, room)
+    assert solve_step(problem, sides, stops, speeds, room) < 1e-11
     told = np.sort(np.abs(np.linalg.eigvals(room.turned[:, :-1])))[::-1]
     expected = orbit.half_multipliers if impacts.symmetric else orbit.multipliers
     np.testing.assert_allclose(told[:2], np.sort(np.abs(expected))[::-1][:2], rtol=1e-8)
@@ -111,7 +111,7 @@ def test_a_singular_matrix_has_no_step() -> None:
     problem, room = problem_of(chain, orbit)
     impacts = orbit.impacts
     speeds = np.zeros(len(impacts.stops))
-    stops, gaps = impacts.stops.astype(float), stops_between(chain, orbit.clearance, 0.0)
-    shoot(problem, stops, gaps, impacts.phases, speeds, room)
+    sides, stops = impacts.stops.astype(float), stops_between(chain, orbit.clearance, 0.0)
+    shoot(problem, sides, stops, impacts.phases, speeds, room)
     room.before[:, 1] = 0.0
-    assert solve_step(problem, stops, gaps, speeds, room) == np.inf
+    assert solve_step(problem, sides, stops, speeds, room) == np.inf

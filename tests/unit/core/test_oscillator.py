@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.monodromy import monodromy

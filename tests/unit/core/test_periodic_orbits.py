@@ -15,12 +15,12 @@ from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -180,13 +180,13 @@ def test_the_derivatives_are_those_of_the_equations():
         for damping in (0.08, [0.05, 0.2, 1.5]):
             oscillator = Oscillator.create([1.0, 2.0, 1.5], [1.0, 1.5, 0.7], damping, [1.0, 0.3, -0.2], 0.7)
             family, omega, count = OrbitFamily.of(oscillator, 1, symmetric), 0.9, 3
-            stops, gaps = np.array([1.0, -1.0, 1.0]), stops_between(oscillator, 0.7, 0.0)
+            sides, stops = np.array([1.0, -1.0, 1.0]), stops_between(oscillator, 0.7, 0.0)
             phases, speeds = np.array([0.3, 1.1, 2.4]), rng.normal(size=count)
 
-            def residual(phases, speeds, omega, family=family, stops=stops, gaps=gaps):
+            def residual(phases, speeds, omega, family=family, sides=sides, stops=stops):
                 problem = family.problem(omega, 2.0, family.steady(omega))
                 left, matrix, before = np.zeros(6), np.zeros((6, 7)), np.zeros((3, 3))
-                assemble(problem, stops, gaps, phases, speeds, left, matrix, before)
+                assemble(problem, sides, stops, phases, speeds, left, matrix, before)
                 return left, matrix, before
 
             _, matrix, before = residual(phases, speeds, omega)
@@ -205,8 +205,8 @@ def test_the_derivatives_are_those_of_the_equations():
             sign = -1.0 if symmetric else 1.0
             assemble(
                 whole.problem(omega, 2.0, whole.steady(omega)),
-                np.concatenate([stops, sign * stops]),
-                gaps,
+                np.concatenate([sides, sign * sides]),
+                stops,
                 np.concatenate([phases, phases + turn]),
                 np.concatenate([speeds, sign * speeds]),
                 np.zeros(12),
@@ -215,7 +215,7 @@ def test_the_derivatives_are_those_of_the_equations():
             )
             doubled = np.zeros((6, 6))
             problem = family.problem(omega, 2.0, family.steady(omega))
-            assemble_doubled(problem, stops, gaps, phases, speeds, before, doubled)
+            assemble_doubled(problem, sides, stops, phases, speeds, before, doubled)
             rows, first = np.r_[0:3, 6:9], both[np.r_[0:3, 6:9]]
             assert rows.shape == (6,)
             # a change of velocities is mirrored too: phases come back with -1, velocities with -sign
@@ -247,12 +247,12 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric)
     steady = family.steady(0.27)
     problem = family.problem(0.27, max(steady_size(steady), float(np.max(clearances))), steady)
-    gaps = [stops_between(DEFAULT, float(one), 0.0) for one in clearances]
+    stops = [stops_between(DEFAULT, float(one), 0.0) for one in clearances]
     guesses = [np.tile(values, (20, 1)) for values in (orbit.impacts.phases, orbit.impacts.velocities)]
-    phases, speeds, many = solve_sequences(problem, orbit.impacts, gaps, *guesses, floor=-ORBIT_FLOOR)
+    phases, speeds, many = solve_sequences(problem, orbit.impacts, stops, *guesses, floor=-ORBIT_FLOOR)
     multipliers = many.real + 1j * many.imaginary
     assert np.all(many.status == CONVERGED)
-    assert np.all(many.contact == CLEAR)
+    assert np.all(many.contact == NO_FURTHER_CONTACT)
     assert np.all(np.abs(multipliers) < 1.0)
     assert np.max(many.kantorovich) < 0.5
     for i in (0, 7, 19):

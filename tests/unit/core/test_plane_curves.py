@@ -12,7 +12,7 @@ from grazemap.wire import planes as wire
 from grazemap_core.continuation.branches import OrbitPoint
 from grazemap_core.continuation.motion_curves import motion_curves, orbit_in_window
 from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint, check_domain, check_interval
-from grazemap_core.grazing.one_stop import VariedStop, grazing_curve, stop_grazes
+from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.margins import steady_on
 from grazemap_core.maps.plane_grazes import GrazeLine, graze_lines
@@ -21,10 +21,10 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator, Variants
+from grazemap_core.orbits.curve_parameter import VariedFactor
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.varied_gaps import VariedFactor
 from grazemap_core.orbits.window_curves import CurvePiece, window_curves
 from tests.support.borders import count
 from tests.support.oscillators import DEFAULT, VARYING, biased

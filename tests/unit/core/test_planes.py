@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
-from grazemap_core.contact.cell_problem import UNIT, reference_state, trajectory_models
+from grazemap_core.contact.cell_problem import STOPS_UNIT, reference_state, trajectory_models
 from grazemap_core.continuation.parameters import ParameterPoint
-from grazemap_core.maps import planes, settling
+from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.margins import grazing_margins
-from grazemap_core.maps.planes import Axis, Plane, PlaneSettler
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.unfolding import random_starts, unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.simulation.observables import Observables, Output
@@ -111,9 +111,10 @@ def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     """A lane with tables of its own does what it does among lanes that share them, to the byte."""
     oscillator, clearance, omega, damping = APART[name]
     at = ParameterPoint.of(oscillator, 0.29, clearance)
-    found = PlaneSettler(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), Settling(PERIODS, 8))
+    found = PlaneRunner(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), RunSettings(PERIODS, 8))
     codes, figures = found.grid()
-    for attribute in ("_BYTES_APART", "CAN_RUN_APART"):  # a lane for each trajectory, then one after the other
+    # a lane for each trajectory, then one after the other
+    for attribute in ("_BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):
         monkeypatch.setattr(planes, attribute, 0)
         other_codes, other_figures = found.grid()
         np.testing.assert_array_equal(codes, other_codes)
@@ -144,9 +145,9 @@ def test_a_map_over_the_forces_at_powers_of_two_is_that_over_the_clearance():
 def test_a_sweep_hands_on_the_physical_state(up):
     """The end of each trajectory is the state of the real oscillator after as many periods."""
     found = plane("clearance" if up == "omega" else "omega", up, biased())
-    settler = PlaneSettler(found, Settling(4, 8, early=False, linearised=False, follow=True))
+    runner = PlaneRunner(found, RunSettings(4, 8, early=False, linearised=False, follow=True))
     ends = []
-    final_state = Settler.final_state
+    final_state = Runner.final_state
 
     def kept(*arguments):
         ends.append(final_state(*arguments))
@@ -154,8 +155,8 @@ def test_a_sweep_hands_on_the_physical_state(up):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Plane, "is_swept_by_kernels", False)
-        patch.setattr(Settler, "final_state", kept)
-        settler.sweep(np.arange(found.shape[0]), 1)
+        patch.setattr(Runner, "final_state", kept)
+        runner.sweep(np.arange(found.shape[0]), 1)
     state = None
     for row, end in enumerate(ends):
         oscillator, omega, clearance = found.at_point(row, 1)
@@ -262,21 +263,25 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
         row = model.contact_row.ravel()
         for index in range(len(task.stops)):
             for direction in task.directions:
-                u = task.base[index] + task.stops[index, UNIT] * direction + task.offset[index] * task.aside[index]
+                u = (
+                    task.base[index]
+                    + task.stops[index, STOPS_UNIT] * direction
+                    + task.offset[index] * task.aside[index]
+                )
                 place = float(row @ u.ravel()) + steady
                 seen.append(place)
                 assert -task.stops[index, 1] < place < task.stops[index, 0]
         column.results.codes[...], column.results.figures[...] = 0, 0.0
 
-    monkeypatch.setattr(settling, "settle_column", kept)
+    monkeypatch.setattr("grazemap_core.maps.runner.settle_column", kept)
     pair = np.array([[np.inf if side is None else side for side in clearance]])
     found = Plane.of(VARYING, np.array([0.29]), pair)
-    task = Settling(5, 2, starts=random_starts(VARYING, 40, 0))
-    settler = PlaneSettler(found, task)
+    task = RunSettings(5, 2, starts=random_starts(VARYING, 40, 0))
+    runner = PlaneRunner(found, task)
     model = trajectory_models(VARYING).free
-    reference = Settler(VARYING, task).steady(np.array([0.29]))[0]
+    reference = Runner(VARYING, task).steady(np.array([0.29]))[0]
     steady = float(reference_state(reference, np.array([1.0]), 0.29, 0.0)[:3] @ VARYING.contact)
-    settler.points(np.array([0]), np.array([0]))
+    runner.points(np.array([0]), np.array([0]))
     assert len(seen) == 40
     if None not in clearance:
         assert np.ptp(seen) > 0.8 * sum(clearance)

@@ -10,7 +10,7 @@ import pytest
 
 from grazemap.checker import check
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator

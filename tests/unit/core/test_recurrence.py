@@ -9,7 +9,7 @@ import pytest
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points, families_of_order
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.grazing.poincare_map import simulated_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence, xi_along

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from grazemap_core.arrays import Floats
 from grazemap_core.maps.inferred_points import check_sample
-from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.tolerances import SAME_APPROACH
 
 IRREGULAR, MOTION = 2, 3  # the labels from MOTION on are motions
@@ -36,8 +36,8 @@ class Picture:
 
     def blank(self) -> Refinement:
         shape = self.truth.shape
-        label, computed = np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
-        return Refinement(label, computed, lambda found: np.isin(found, [SENSITIVE, IRREGULAR]), self.compute)
+        label, computed = np.full(shape, UNKNOWN_LABEL, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
+        return Refinement(label, computed, lambda found: np.isin(found, [SENSITIVE_LABEL, IRREGULAR]), self.compute)
 
 
 def blobs(seed: int, shape: tuple[int, int], labels: int, roughness: float) -> NDArray[np.int32]:
@@ -60,7 +60,7 @@ def test_no_point_of_a_part_with_a_computed_point_is_inferred_to_have_another_mo
 ) -> None:
     picture = Picture(blobs(seed, (rows, columns), labels, roughness))
     grid = picture.refined()
-    assert (grid.label != UNKNOWN).all()
+    assert (grid.label != UNKNOWN_LABEL).all()
     assert (picture.asked == grid.computed).all()  # nothing twice
     assert (grid.label == picture.truth)[grid.computed].all()
     wrong = wrong_motions(grid, picture.truth)
@@ -106,7 +106,7 @@ def test_points_among_irregular_and_unresolved_points_are_left_unresolved() -> N
 
 def test_no_label_is_inferred_among_sensitive_points() -> None:
     truth = np.full((65, 65), MOTION)
-    truth[16:49, 16:49] = SENSITIVE
+    truth[16:49, 16:49] = SENSITIVE_LABEL
     grid = Picture(truth).refined()
     inside = grid.label[17:48, 17:48][~grid.computed[17:48, 17:48]]
     assert inside.size

@@ -8,7 +8,7 @@ from flint import arb
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, exact_mapping, leading_mapping
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.grazing.poincare_map import compare_returns, mapped_return, mapped_returns, simulated_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.return_maps import flow_jacobian, return_jacobian, return_map, surface_projection

@@ -15,9 +15,9 @@ from grazemap_core.contact.cell_problem import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import Plane, PlaneSettler
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
-from grazemap_core.maps.settling import Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
@@ -26,12 +26,12 @@ from grazemap_core.simulation.multiprecision import (
     LONGEST_ANGLE,
     ROUNDING,
     SHORTEST_FLIGHT,
-    Impact,
     MultiprecisionRun,
+    PreciseImpact,
     known_bits,
     same_impacts,
 )
-from grazemap_core.simulation.multiprecision_modes import Equations
+from grazemap_core.simulation.multiprecision_modes import MotionEquations
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.slow.resolved_points import ONE_MASS, SENSITIVE, exact_label, general_points, late_points, resolved_point
@@ -200,7 +200,7 @@ def test_double_precision_shows_the_sums_of_equal_exponents(name):
     oscillator, omega, _ = EQUAL[name]
     random = np.random.default_rng(0)
     with ctx.workprec(192):
-        motion = Equations(oscillator).free(arb(omega))
+        motion = MotionEquations(oscillator).free(arb(omega))
         longest = LONGEST_ANGLE / motion.fastest
         for _ in range(5):
             state = [arb(x) for x in random.normal(size=2 * oscillator.size).tolist()]
@@ -287,8 +287,8 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
 )
 def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplier):
     omega, clearance = np.array([0.5, 1.0]) * point.omega, np.array([1.0, 1.1]) * point.clearance
-    task = Settling(1000, 32)
-    before = PlaneSettler(Plane.of(point.oscillator, omega, clearance), task).grid()
+    task = RunSettings(1000, 32)
+    before = PlaneRunner(Plane.of(point.oscillator, omega, clearance), task).grid()
     codes, figures = (part.copy() for part in before)
     sensitive = np.zeros((2, 2, 1), dtype=bool)
     sensitive[0, 1, 0] = True
@@ -307,13 +307,13 @@ def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplie
 def all_sensitive(monkeypatch):
     """Planted: every trajectory of a map counts as sensitive."""
 
-    class Planted(PlaneSettler):
+    class Planted(PlaneRunner):
         def grid(self, down=False):
             codes, figures = super().grid(down)
             codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
             return codes, figures
 
-    monkeypatch.setattr(unfolding, "PlaneSettler", Planted)
+    monkeypatch.setattr(unfolding, "PlaneRunner", Planted)
 
 
 CRITICAL = Point(
@@ -428,7 +428,7 @@ def test_runs_that_never_have_the_same_impacts_end():
     class Planted:
         def __init__(self, bits: int) -> None:
             self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))]
-            self.impacts, self.work = [Impact(1, 1.0 / bits)], bits
+            self.impacts, self.work = [PreciseImpact(1, 1.0 / bits)], bits
 
         def run(self, periods: int) -> None:
             pass
@@ -442,7 +442,7 @@ def test_runs_with_different_impacts_decide_nothing():
     class Planted:
         def __init__(self, bits: int) -> None:
             self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))] * 100
-            self.impacts, self.work = [Impact(1, 2.0 ** (-bits // 16))], bits
+            self.impacts, self.work = [PreciseImpact(1, 2.0 ** (-bits // 16))], bits
 
         def run(self, periods: int) -> None:
             pass
@@ -456,7 +456,7 @@ def test_runs_with_different_impacts_decide_nothing():
     assert same_impacts(Planted(1024), Planted(2048))
     assert not same_impacts(Planted(512), Planted(1024))
     other = Planted(2048)
-    other.impacts = [Impact(-1, other.impacts[0].time)]
+    other.impacts = [PreciseImpact(-1, other.impacts[0].time)]
     assert not same_impacts(Planted(2048), other)
 
 

@@ -8,21 +8,21 @@ from flint import arb
 from numpy.typing import NDArray
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, workspace
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
-from grazemap_core.maps.kernels.own_tables import SHARED_TABLES
+from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.settling import impulse_blocks, shared_model
+from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.maps.tolerances import ERROR_SAFETY
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.simulation.start import forced_oscillator, initial_state
 from grazemap_core.simulation.start import start as begin
 from tests.oracles.fifty_digits import digits
@@ -64,8 +64,8 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0
-        group.tally[LEAST_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
-    return group.events[0, : group.cursor[0, ROWS]].copy(), np.array(widths)
+        group.tally[MIN_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
+    return group.events[0, : group.cursor[0, EVENT_COUNT]].copy(), np.array(widths)
 
 
 @pytest.mark.thorough

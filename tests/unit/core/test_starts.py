@@ -11,9 +11,9 @@ from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.basin_fractions import from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.kernels.lane_state import CODES, FIGURES, HALVES_RUN, IMPACTS, REASON, UNVERIFIED
-from grazemap_core.maps.planes import Axis, Plane, PlaneSettler
+from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.sensitive_points import Resolution, Resolver, resolve_grid
-from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
@@ -24,7 +24,7 @@ from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
 PERIODS = 6
-SHORT = Settling(PERIODS, 2, early=False, linearised=False)
+SHORT = RunSettings(PERIODS, 2, early=False, linearised=False)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
 PRELOADED = (-0.2, 1.0)
 
@@ -53,7 +53,7 @@ def about_middle(forced: ForcedOscillator, starts):
 def test_the_states_of_an_ensemble_begin_where_they_are(oscillator, omega: float, clearance: Clearance):
     starts = random_starts(oscillator, 12, 4)
     plane = Plane.of(oscillator, np.array([omega]), np.array([both_clearances(clearance)]))
-    codes, _ = PlaneSettler(plane, SHORT._replace(starts=starts)).points(np.array([0]), np.array([0]))
+    codes, _ = PlaneRunner(plane, SHORT._replace(starts=starts)).points(np.array([0]), np.array([0]))
     forced = forced_oscillator(oscillator, omega, clearance)
     alone = [impacts(forced, *state) for state in about_middle(forced, starts)]
     assert codes[0, :, HALVES_RUN].tolist() == [2 * PERIODS] * len(starts)
@@ -75,7 +75,7 @@ def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, cle
     up = Coordinate("velocity", 1, np.array([-0.4, 0.0, 0.7]))
     state, added = initial_states(forced, across, up, None, None)
     for part in (added, added[1:2, 1:2]):  # a single state is no other case
-        codes, _ = run_states(Settler(oscillator, SHORT), forced, state, part, 0.5)
+        codes, _ = run_states(Runner(oscillator, SHORT), forced, state, part, 0.5)
         alone = [impacts(forced, *one, 0.5) for one in (state + part).reshape(-1, *state.shape)]
         assert codes[:, IMPACTS].tolist() == alone
 
@@ -90,7 +90,7 @@ def test_random_states_of_fractions_begin_where_they_are_with_a_bias_that_preloa
     rng = np.random.default_rng(2)
     states = rng.uniform(-0.3, 0.3, (10, 2, 3))
     states = states[np.abs(states[:, 0] @ pressed.contact) < 0.29]
-    codes, _ = run_states(Settler(pressed, SHORT), forced, *from_rest(forced, states), 0.0)
+    codes, _ = run_states(Runner(pressed, SHORT), forced, *from_rest(forced, states), 0.0)
     assert codes[:, IMPACTS].tolist() == [impacts(forced, *state) for state in states]
 
 
@@ -128,19 +128,19 @@ def test_a_sweep_starts_from_rest_on_a_preloaded_stop_after_a_trajectory_that_en
     oscillator = at_resonance()
     at = ParameterPoint.of(oscillator, 1.0, (-0.1, 1.0))
     plane = Plane(oscillator, at, Axis("omega", np.array([1.0, 1.1])), Axis("restitution", np.array([0.0, 0.9])))
-    swept, _, end = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.arange(2), 0)
-    _, _, alone = PlaneSettler(plane, SHORT._replace(follow=True)).sweep(np.array([1]), 0)
-    np.testing.assert_array_equal(end.settler.state, alone.settler.state)
+    swept, _, end = PlaneRunner(plane, SHORT._replace(follow=True)).sweep(np.arange(2), 0)
+    _, _, alone = PlaneRunner(plane, SHORT._replace(follow=True)).sweep(np.array([1]), 0)
+    np.testing.assert_array_equal(end.run_end.state, alone.run_end.state)
     assert swept[0, 0, REASON] == NO_STICKING_FLOW
-    (from_rest_at_second,), _ = PlaneSettler(plane, SHORT).points(np.array([1]), np.array([0]))
+    (from_rest_at_second,), _ = PlaneRunner(plane, SHORT).points(np.array([1]), np.array([0]))
     np.testing.assert_array_equal(swept[1], from_rest_at_second)
     assert swept[1, 0, HALVES_RUN] == 2 * PERIODS
 
 
 def test_nothing_is_handed_on_before_a_run():
-    settler = Settler(DEFAULT, SHORT._replace(follow=True))
+    runner = Runner(DEFAULT, SHORT._replace(follow=True))
     conditions = Plane.of(DEFAULT, np.array([0.29]), np.array([1.0])).conditions(np.array([0]), np.array([0]))
-    assert settler.final_state(0.29, settler.steady(np.array([0.29]))[0], conditions) is None
+    assert runner.final_state(0.29, runner.steady(np.array([0.29]))[0], conditions) is None
 
 
 @pytest.mark.parametrize("by_kernels", [True, False])
@@ -148,11 +148,11 @@ def test_a_sweep_that_goes_on_later_is_the_one_that_was_not_left(by_kernels, mon
     """Also where it was left for other runs, and a trajectory begins with the error of the one before."""
     monkeypatch.setattr(Plane, "is_swept_by_kernels", by_kernels)
     plane = Plane.of(DEFAULT, np.array([0.28]), np.array([1.383333, 1.390909, 1.398485, 1.45]))
-    task, down = Settling(300, 8, follow=True), np.array([3, 2, 1, 0])
-    whole, whole_figures, _ = PlaneSettler(plane, task).sweep(down, 0)
-    settler = PlaneSettler(plane, task)
-    first, first_figures, end = settler.sweep(down[:2], 0)
-    settler.sweep(np.full(3, 2), 0, end)
-    second, second_figures, _ = settler.sweep(down[2:], 0, end)
+    task, down = RunSettings(300, 8, follow=True), np.array([3, 2, 1, 0])
+    whole, whole_figures, _ = PlaneRunner(plane, task).sweep(down, 0)
+    runner = PlaneRunner(plane, task)
+    first, first_figures, end = runner.sweep(down[:2], 0)
+    runner.sweep(np.full(3, 2), 0, end)
+    second, second_figures, _ = runner.sweep(down[2:], 0, end)
     np.testing.assert_array_equal(np.concatenate([first, second]), whole)
     np.testing.assert_array_equal(np.concatenate([first_figures, second_figures]), whole_figures)

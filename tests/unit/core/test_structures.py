@@ -282,7 +282,7 @@ def test_the_response_at_many_frequencies_takes_the_memory_of_some(monkeypatch: 
     oscillator = Oscillator.create(np.ones(64), np.ones(64), 0.05, np.ones(64), 0.8)
     omega = np.linspace(0.2, 3.0, 2**14)
     whole = harmonic_response.contact_response(oscillator, omega)
-    monkeypatch.setattr(harmonic_response, "AT_ONCE", 2**10)
+    monkeypatch.setattr(harmonic_response, "FREQUENCIES_AT_ONCE", 2**10)
     tracemalloc.start()
     found = harmonic_response.contact_response(oscillator, omega)
     _, peak = tracemalloc.get_traced_memory()

@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from grazemap_core.contact.kernels.workspace import (
     CHATTER,
     EVENT_COLUMNS,
+    EVENT_COUNT,
     HELD,
     IMPACT,
     IMPACT_AND_REST,
@@ -16,14 +17,13 @@ from grazemap_core.contact.kernels.workspace import (
     OK,
     RECORD_FULL,
     RELEASE,
-    ROWS,
     STOP,
     TIME,
     workspace,
 )
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
+from grazemap_core.numerics.kernels.eigenvalues import QR_NOT_CONVERGED, eigenvalues
 from grazemap_core.simulation.kernels.lyapunov import begin_matrix, leading_multiplier, tangents
 from grazemap_core.simulation.kernels.recorded_run import half_period
 from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, run_half_linearised
@@ -77,7 +77,7 @@ def test_changes_evolve_as_the_difference_of_two_50_digit_runs(seed: int) -> Non
     seen = set()
     for _ in range(2):
         run.advance(1, np.zeros((2 * oscillator.size, 0)))
-        seen |= set(run.work.events[: run.work.cursor[ROWS], KIND].astype(int).tolist())
+        seen |= set(run.work.events[: run.work.cursor[EVENT_COUNT], KIND].astype(int).tolist())
     # the rounding of an input travels as any other change does
     carried = max(1.0, float(np.max(np.abs(result.matrix))))
     np.testing.assert_allclose(run.physical, end, rtol=0, atol=1e-13 * carried * (clearance + omega * clearance))
@@ -215,7 +215,7 @@ def test_a_record_that_is_too_short_leaves_everything_as_it_was() -> None:
 def test_a_graze_has_no_derivative() -> None:
     run = linearised_run(DEFAULT, 0.29, 1.6, None, None, 0.0)
     work = workspace(3, events=1)
-    work.cursor[ROWS] = 1
+    work.cursor[EVENT_COUNT] = 1
     work.events[0, [TIME, STOP]] = 1.0, 1.0
     assert carry_tangent(run.problem, run.held, run.stops, 0, False, work, np.eye(6)) == GRAZED
     with pytest.raises(LinearisationError, match="graze"):
@@ -247,4 +247,4 @@ def test_eigenvalues_of_small_matrices() -> None:
             assert np.linalg.svd(matrix - value * np.eye(n), compute_uv=False)[-1] < 1e-14 * norm
         coefficients = np.poly(found / norm)
         np.testing.assert_allclose(coefficients, np.poly(matrix / norm), rtol=0, atol=1e-12)
-    assert eigenvalues(np.array([[1.0, np.nan], [0.0, 1.0]]), np.empty(2), np.empty(2)) == NOT_CONVERGED
+    assert eigenvalues(np.array([[1.0, np.nan], [0.0, 1.0]]), np.empty(2), np.empty(2)) == QR_NOT_CONVERGED

@@ -15,7 +15,7 @@ from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, largest_overshoot, mapping_error
-from grazemap_core.grazing.one_stop import VariedStop, grazing_curve
+from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact
@@ -27,8 +27,8 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.curve_parameter import VariedFactor
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.varied_gaps import VariedFactor
 from grazemap_core.orbits.window_curves import window_curves
 from grazemap_core.simulation.monodromy import monodromy
 from tests.oracles.next_contacts import simulated_contact

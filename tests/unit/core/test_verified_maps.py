@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from grazemap_core import codes
-from grazemap_core.maps.planes import Plane, PlaneSettler
-from grazemap_core.maps.settling import Settling
+from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import impacts_of
@@ -139,7 +139,7 @@ def test_a_point_that_is_not_verified_has_a_reason() -> None:
 
 def test_a_motion_that_is_named_at_the_end_is_not_verified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
-    codes, figures = PlaneSettler(Plane.of(DEFAULT, *grid), Settling(400, 32, early=False)).grid()
+    codes, figures = PlaneRunner(Plane.of(DEFAULT, *grid), RunSettings(400, 32, early=False)).grid()
     found = arrays_of(codes[..., 0], figures[..., 0])
     named = found["kind"] == PERIODIC
     assert named.any()

@@ -7,7 +7,7 @@ import pytest
 
 from grazemap.wire import Oscillator as Request
 from grazemap.wire.linear import steady_amplitude
-from grazemap_core.grazing.one_stop import VariedStop, stop_grazes
+from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_worker.processes.conversion import core_oscillator
 from tests.oracles.steady_displacements import forced_response

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from tests.support.thorough import KERNELS_FIRST
 
@@ -37,7 +37,7 @@ import sys
 from typing import NamedTuple
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.record_references import reference
 
 class Pair(NamedTuple):
     first: np.ndarray
@@ -61,7 +61,7 @@ def add_nested(nested):
     return total
 add_nested = compiled.kernel(add_nested)
 
-@compiled.apart_kernel
+@compiled.pointer_kernel
 def last(nested, place):
     nested.pair.first[place] += nested.pair.second[place]
     return place + 1
@@ -82,7 +82,7 @@ assert (sys.getrefcount(nested.pair.first), sys.getrefcount(nested.pair.second))
 
 COMPUTED = """
 import numpy as np
-from grazemap_core.grazing.one_stop import grazing_curve
+from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 curve = grazing_curve(oscillator, np.linspace(0.2, 0.4, 20), max_order=2)

@@ -13,8 +13,8 @@ from grazemap import constants, errors
 from tests.support.sdk_played import Lines, Played
 
 
-def reply(status: int, **headers: str) -> httpx2.Response:
-    body = json.dumps({"type": "urn:x", "title": "T", "status": status}).encode()
+def reply(status: int, kind: str = "urn:x", **headers: str) -> httpx2.Response:
+    body = json.dumps({"type": kind, "title": "T", "status": status}).encode()
     return httpx2.Response(
         status, headers={name.replace("_", "-"): value for name, value in headers.items()}, content=body
     )
@@ -93,7 +93,7 @@ def test_no_attempt_starts_after_the_deadline(play):
         (403, errors.AuthenticationError),
         (404, errors.NotFound),
         (406, errors.ServiceProblem),
-        (409, errors.ResultNotReady),
+        (409, errors.ServiceProblem),
         (413, errors.ParameterError),
         (422, errors.ParameterError),
         (429, errors.QueueFull),
@@ -106,6 +106,20 @@ def test_each_problem_has_its_exception(play, status, expected):
         play(reply(status, x_request_id="abc")).send(0)
     assert type(caught.value) is expected
     assert (caught.value.status, caught.value.request_id) == (status, "abc")
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("unfinished-job", errors.ResultNotReady),
+        ("dismissed-job", errors.ServiceProblem),
+        ("outdated-job", errors.ServiceProblem),
+    ],
+)
+def test_only_an_unfinished_job_is_to_be_waited_for(play, kind, expected):
+    with pytest.raises(errors.ServiceProblem) as caught:
+        play(reply(409, f"urn:grazemap:problem:{kind}")).send(0)
+    assert type(caught.value) is expected
 
 
 @pytest.mark.parametrize("content", [b"<html>Bad gateway</html>", b"", b'{"error": 1}', b"\xff\xfe"])

@@ -82,6 +82,13 @@ def test_a_stack_that_prints_no_address_is_reported(stack, line):
         grazemap.local()
 
 
+def test_a_stack_that_closes_its_output_and_goes_on_is_reported(stack, monkeypatch):
+    monkeypatch.setattr("grazemap.constants.LOCAL_STOP_TIMEOUT", 0.3)
+    stack("import os, time; os.close(1); time.sleep(60)")
+    with pytest.raises(StackError, match="did not print its address"):
+        grazemap.local()
+
+
 def test_a_stack_that_ignores_a_request_to_stop_is_killed(stack, monkeypatch):
     monkeypatch.setattr("grazemap.constants.LOCAL_STOP_TIMEOUT", 0.3)
     stack("import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN);" + READY + "time.sleep(60)")

@@ -99,7 +99,7 @@ def check_fields(record, document, made):
             np.testing.assert_array_equal(np.stack([value.real, value.imag], axis=-1), expected)
         else:
             np.testing.assert_array_equal(value, expected)
-            assert not field.dims or isinstance(value, tuple if field.texts else np.ndarray)
+            assert not field.dims or isinstance(value, tuple if field.is_tuple else np.ndarray)
 
 
 @pytest.mark.parametrize("process", [name for name in REQUESTS if name != ADAPTIVE])

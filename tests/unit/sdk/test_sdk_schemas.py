@@ -65,7 +65,7 @@ class Other(Record):
 
 def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
     """It is written once: no name, type or need is given beside the attribute's own."""
-    found = {one.name: (one.type, one.dims, one.null, one.optional, one.texts) for one in Sample.schema}
+    found = {one.name: (one.type, one.dims, one.null, one.optional, one.is_tuple) for one in Sample.schema}
     assert found == {
         "number": ("float", (), False, False, False),
         "name": ("str", (), True, False, False),

@@ -167,7 +167,7 @@ def period_cost(
     return float(period_costs(oscillator, Points.create([(omega, clearance)]), lanes=lanes)[0])
 
 
-def longest_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
+def period_cost_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
     """Return the cost of a forcing period of a request with a single frequency and clearance."""
     return period_cost(request.oscillator, request.omega, request.clearance)
 
@@ -218,7 +218,7 @@ class Samples:
         return seconds / self._count + periods * cost / rates.PERIODS_PER_SECOND
 
 
-def longest_period(varied: Plane | Line) -> float:
+def longest_period_cost(varied: Plane | Line) -> float:
     """Return the largest cost of a forcing period at the ends of a line, or at the corners of a plane."""
     points = varied.corners()
     return max(period_cost(point.oscillator, point.omega, point.clearance) for point in points)

@@ -146,10 +146,11 @@ PEAKS_SECONDS = 4.0e-2
 MAPPING_SECONDS = 0.25
 OVERSHOOT_SECONDS = 4.0e-3
 OVERSHOOT_MASS_SECONDS = 1.0e-4
-# Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle.
+# Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle; the
+# core's EXPONENT_PERIODS.
 DIAGRAM_SETTLING_PERIODS = 500
 # Factor by which a forcing period takes longer with the growth of small changes.
-GROWTH_SLOWER = 2.0
+GROWTH_FACTOR = 2.0
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; the maximum is 12,000.
 SEARCH_PERIODS = 150.0
 # Seconds for one frequency of the bifurcation curves in closed form, for each period up to the longest; and per mass.

@@ -15,14 +15,14 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BasinFractionsRequest, StateRange, grid_points, grid_values
 from grazemap_worker.planning import Plan, Tile, rates
-from grazemap_worker.planning.costs import Samples, longest_period, setup_seconds
+from grazemap_worker.planning.costs import Samples, longest_period_cost, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, points_pointer
 from grazemap_worker.processes.basins import plan_of_states
-from grazemap_worker.processes.conversion import core_line, joined, known, label
+from grazemap_worker.processes.conversion import core_line, join_tiles, label, without_none
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
-    from grazemap_core.maps.basin_fractions import Point, Ranges
+    from grazemap_core.maps.basin_fractions import Point, StateRanges
     from grazemap_core.maps.basins import Attractor
 
 
@@ -65,7 +65,7 @@ def assemble(
     from grazemap_core.maps.basin_fractions import basin_fractions, random_states
     from grazemap_core.maps.chaotic_transients import chance_in_fractions
 
-    whole = joined(plan, tiles)
+    whole = join_tiles(plan, tiles)
     points = _points(request)
     ranges = _ranges(request, points)
     states = random_states(points, ranges, request.states, request.seed)
@@ -82,7 +82,7 @@ def assemble(
         ],
         displacement=ranges.displacement,
         velocity=ranges.velocity,
-        **known({"chance_to_settle": chance}),
+        **without_none({"chance_to_settle": chance}),
     )
 
 
@@ -92,7 +92,7 @@ def _points(request: BasinFractionsRequest) -> list[Point]:
     return points_along(core_line(request.line))
 
 
-def _ranges(request: BasinFractionsRequest, points: list[Point]) -> Ranges:
+def _ranges(request: BasinFractionsRequest, points: list[Point]) -> StateRanges:
     from grazemap_core.maps.basin_fractions import ranges_of
 
     return ranges_of(points, *map(_pairs, (request.displacement, request.velocity)))
@@ -113,7 +113,7 @@ PROCESS = Process(
     assembled=assemble,
     tiling=_tiling,
     counts=_counts,
-    longest_period=lambda request: longest_period(request.line),
+    longest_period_cost=lambda request: longest_period_cost(request.line),
     kernels="maps",
     per_mass_count=True,
 )

@@ -16,14 +16,21 @@ from grazemap_worker.planning.costs import (
     Points,
     SettlingEstimate,
     chance_seconds,
-    longest_at_point,
     period_cost,
+    period_cost_at_point,
     settling,
     setup_seconds,
 )
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
 from grazemap_worker.planning.plan import even_pieces, pixels_per_tile, with_estimate
-from grazemap_worker.processes.conversion import core_clearance, core_oscillator, joined, known, label, reasons
+from grazemap_worker.processes.conversion import (
+    core_clearance,
+    core_oscillator,
+    join_tiles,
+    label,
+    reasons,
+    without_none,
+)
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
@@ -95,7 +102,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
     from grazemap_core.maps.basins import attractors
     from grazemap_core.maps.chaotic_transients import chance_in_basins
 
-    whole = joined(plan, tiles)
+    whole = join_tiles(plan, tiles)
     labels, every_attractor = attractors(whole)
     chance = chance_in_basins(whole["kind"], *_arguments(request, slice(None), slice(None)))
     sides = {name: grid_values(getattr(request, name).values) for name in ("horizontal", "vertical")}
@@ -109,7 +116,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         attractors=list(map(_attractor, every_attractor)),
         **{name: whole[name] for name in _STATE_ARRAYS},
         reasons=np.array(reasons()),
-        **known(boundary | {"chance_to_settle": chance}),
+        **without_none(boundary | {"chance_to_settle": chance}),
     )
 
 
@@ -147,7 +154,7 @@ PROCESS = Process(
     assembled=assemble,
     tiling=_tiling,
     counts=_counts,
-    longest_period=longest_at_point,
+    longest_period_cost=period_cost_at_point,
     kernels="maps",
     per_mass_count=True,
 )

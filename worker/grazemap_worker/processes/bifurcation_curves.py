@@ -16,7 +16,7 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
-from grazemap_worker.planning.costs import branch_point_seconds, longest_period, period_cost
+from grazemap_worker.planning.costs import branch_point_seconds, longest_period_cost, period_cost
 from grazemap_worker.planning.rates import (
     CURVE_POINT_BRANCHES,
     CURVE_POINT_MASS_SECONDS,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from grazemap_core.continuation.bifurcation_curves import BifurcationCurve
     from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.maps.planes import Axis, Plane
-    from grazemap_core.orbits.varied_gaps import Varied
+    from grazemap_core.orbits.curve_parameter import CurveParameter
 
 _SHARED_PARAMETERS = {"clearance", "forcing"}
 """Parameters that change both stops alike."""
@@ -84,8 +84,8 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     return len(gaps) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
 
 
-def _longest_period(request: BifurcationCurvesRequest) -> float | None:
-    return None if request.is_explicit else longest_period(request.plane)
+def _longest_period_cost(request: BifurcationCurvesRequest) -> float | None:
+    return None if request.is_explicit else longest_period_cost(request.plane)
 
 
 NOTHING_FOUND = (
@@ -145,18 +145,18 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
     ]
 
 
-def _varied(name: str, parameters: Parameters) -> Varied:
+def _varied(name: str, parameters: Parameters) -> CurveParameter:
     """Return the curve parameter of the core: the stop, or the factor of the forces, that varies."""
-    from grazemap_core.grazing.one_stop import VariedStop
-    from grazemap_core.orbits.varied_gaps import VariedFactor
-    from grazemap_core.orbits.window_curves import BOTH
+    from grazemap_core.grazing.grazing_curve import VariedStop
+    from grazemap_core.orbits.curve_parameter import VariedFactor
+    from grazemap_core.orbits.window_curves import BOTH_STOPS
 
     right, left = parameters.right, parameters.left
     if not name.startswith("clearance"):
         gaps = (math.inf if gap is None else gap for gap in (right, left))
         return VariedFactor("bias" if name == "bias" else "forcing", *gaps)
     if name == "clearance":
-        return BOTH
+        return BOTH_STOPS
     return VariedStop(1, left) if name == "clearance_right" else VariedStop(-1, right)
 
 
@@ -254,6 +254,6 @@ PROCESS = Process(
     whole=compute,
     periods=_periods,
     seconds=expected_seconds,
-    longest_period=_longest_period,
+    longest_period_cost=_longest_period_cost,
     kernels="orbits",
 )

@@ -12,9 +12,9 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationDiagramsRequest, grid_points, grid_values
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
+from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period_cost, setup_seconds
 from grazemap_worker.planning.limits import MAX_RESULT_BYTES, Count, RequestLimits, points_pointer
-from grazemap_worker.processes.conversion import core_line, counted, known
+from grazemap_worker.processes.conversion import core_line, reporting_progress, without_none
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 from grazemap_worker.processes.trajectories import motion_document
@@ -34,22 +34,22 @@ def _seconds(request: BifurcationDiagramsRequest) -> float:
     costs = len(values) * samples.mean_cost(lanes=False)
     watched = periods + rates.DIAGRAM_SETTLING_PERIODS
     settling = samples.settling(watched)
-    # a motion that has not settled is classified once more from the end of the record
+    # a motion that has not settled is classified once more from the end of the recorded periods
     classified = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
-    seconds = costs * (periods + rates.GROWTH_SLOWER * classified) / rates.PERIODS_PER_SECOND
+    seconds = costs * (periods + rates.GROWTH_FACTOR * classified) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
-    orbit = settling.orbit_seconds
-    seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
+    seconds += len(values) * (setup_seconds(request.oscillator) + settling.orbit_seconds)
     return seconds + len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
 
 
 def _counts(request: BifurcationDiagramsRequest, limits: RequestLimits) -> list[Count]:
-    values, periods = grid_points(request.axis.values), request.transient_periods + request.periods
+    points, periods = grid_points(request.axis.values), request.transient_periods + request.periods
+    # the error names the larger of the two
     pointer = "/transient_periods" if request.transient_periods > request.periods else "/periods"
     return [
-        Count(points_pointer("axis/values", request.axis.values), "points", values, limits.points),
-        Count("/periods", "samples", values * request.periods, limits.points),
-        Count(pointer, "periods", values * periods, limits.tile_periods),
+        Count(points_pointer("axis/values", request.axis.values), "points", points, limits.points),
+        Count("/periods", "samples", points * request.periods, limits.points),
+        Count(pointer, "periods", points * periods, limits.tile_periods),
     ]
 
 
@@ -58,7 +58,7 @@ REPORTS = 100
 
 
 def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocument:
-    """Return parameter (n,) and sections, one record for each value in increasing order. Raises CoreError."""
+    """Return the values of the parameter in increasing order, and a section for each value. Raises CoreError."""
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
@@ -73,16 +73,15 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocumen
         MAX_RESULT_BYTES,
         core_observables(request),
     )
-    increasing = list(counted(computed, len(values), report, REPORTS))
-    if request.policy == "sweep-down":
-        increasing.reverse()
+    swept = list(reporting_progress(computed, len(values), report, REPORTS))
+    increasing = swept[::-1] if request.policy == "sweep-down" else swept
     watched = request.transient_periods + request.periods + EXPONENT_PERIODS
     chance = chance_in_diagram(line, increasing, watched, request.max_period)
     return document_of(
         results.BifurcationDiagram,
         parameter=values,
         sections=list(map(_section, increasing)),
-        **known({"chance_to_settle": chance}),
+        **without_none({"chance_to_settle": chance}),
         **observed_document(request, np.stack([section.figures for section in increasing], axis=1)),
     )
 
@@ -97,7 +96,7 @@ PROCESS = Process(
     periods=_periods,
     seconds=_seconds,
     counts=_counts,
-    longest_period=lambda request: longest_period(request.line),
+    longest_period_cost=lambda request: longest_period_cost(request.line),
     kernels="diagrams",
     per_mass_count=True,
 )

@@ -14,7 +14,7 @@ from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
     from grazemap_core.grazing.codimension_two import CodimensionTwoPoint
-    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.grazing.grazing_curve import VariedStop
     from grazemap_core.model.oscillator import Oscillator
 
 
@@ -30,7 +30,7 @@ def varied_stops(
     request: CodimensionTwoPointsRequest | GrazingCurvesRequest | DiscontinuityMappingsRequest,
 ) -> list[VariedStop]:
     """Return the stops with separate grazing curves; an empty list if both stops are always grazed at once."""
-    from grazemap_core.grazing.one_stop import VariedStop
+    from grazemap_core.grazing.grazing_curve import VariedStop
     from grazemap_core.model.drive import is_half_wave_symmetric
     from grazemap_core.model.equilibrium import contact_equilibrium
 

@@ -21,17 +21,17 @@ from grazemap_worker.processes.process import Report
 if TYPE_CHECKING:
     from grazemap_core.continuation.parameters import ParameterPoint
     from grazemap_core.maps.basins import Attractor
-    from grazemap_core.maps.planes import Line as CoreLine
+    from grazemap_core.maps.planes import ParameterLine as CoreLine
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
     from grazemap_core.simulation.motion import Motion
 
 Item = TypeVar("Item")
 STOPS = {"A": 1, "C": -1}
-"""The sides of the stops by the names of the stops in the paper."""
+"""Stop A of the paper is on the right (+1), stop C on the left (-1)."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
-    """Return the core's oscillator. Equal oscillators give the same object for a while, because it keeps its modes.
+    """Return the core's oscillator. The last ones are kept, because an oscillator keeps the modes that it has computed.
 
     Raises
     ------
@@ -58,22 +58,28 @@ def _core_oscillator(text: str) -> CoreOscillator:
     )
 
 
-def _general(described: Oscillator) -> CoreOscillator:
+def _general(oscillator: Oscillator) -> CoreOscillator:
     from grazemap_core.model.drive import base_in_space, base_with_stops, force
     from grazemap_core.model.matrices import Matrices as CoreMatrices
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
     from grazemap_core.model.structure import Structure
 
     structure: Structure
-    if described.matrices is None:
+    if oscillator.matrices is None:
         structure = CoreOscillator.create(
-            described.masses, described.stiffnesses, described.damping, [0.0] * described.size, 1.0, described.units
+            oscillator.masses,
+            oscillator.stiffnesses,
+            oscillator.damping,
+            [0.0] * oscillator.size,
+            1.0,
+            oscillator.units,
         ).structure
     else:
-        damping = described.matrices.damping
-        kinds: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
-        structure = CoreMatrices.create(described.matrices.mass, described.matrices.stiffness, **kinds)
-    orders = described.orders  # without harmonics whose amplitudes cancel exactly; rounded sums need not be zero
+        damping = oscillator.matrices.damping
+        damping_arguments: dict[str, Any] = {"damping": damping} if isinstance(damping, list) else damping.model_dump()
+        structure = CoreMatrices.create(oscillator.matrices.mass, oscillator.matrices.stiffness, **damping_arguments)
+    # without the harmonics whose amplitudes cancel exactly; here their rounded sum might not be zero
+    orders = oscillator.orders
     parts = [
         force(
             forcing.harmonic,
@@ -81,29 +87,29 @@ def _general(described: Oscillator) -> CoreOscillator:
             None if forcing.phase is None else np.array(forcing.phase),
             unbalance=forcing.law == "unbalance",
         )
-        for forcing in described.harmonics or [Forcing.model_validate({"amplitude": described.forcing})]
+        for forcing in oscillator.harmonics or [Forcing.model_validate({"amplitude": oscillator.forcing})]
         if forcing.harmonic in orders
     ]
-    if described.base is not None and 1 in orders:
-        base = described.base
-        influence = np.ones(described.size) if base.influence is None else np.array(base.influence)
+    if oscillator.base is not None and 1 in orders:
+        base = oscillator.base
+        influence = np.ones(oscillator.size) if base.influence is None else np.array(base.influence)
         amplitude = base.amplitude * complex(np.cos(base.phase), np.sin(base.phase))
         if base.stops_move:
             parts.append(base_with_stops(amplitude, structure.mass_matrix @ influence))
         else:
             parts.append(base_in_space(amplitude, *structure.ground_forces(influence)))
-    restitution = described.restitution
+    restitution = oscillator.restitution
     right, left = (restitution, None) if isinstance(restitution, float) else (restitution.right, restitution.left)
     same = left is None or left == right
     return CoreOscillator.of_structure(
-        structure, described.contact_row, parts, right, described.bias, None if same else left
+        structure, oscillator.contact_row, parts, right, oscillator.bias, None if same else left
     )
 
 
 def core_line(line: Line) -> CoreLine:
     """Return the core's line of one parameter. Raises CoreError."""
     from grazemap_core.maps.planes import Axis
-    from grazemap_core.maps.planes import Line as CoreLine
+    from grazemap_core.maps.planes import ParameterLine as CoreLine
 
     oscillator = varying_oscillator(line.parameters.oscillator, line.axis.vary)
     axis = Axis(line.axis.vary, grid_values(line.axis.grid))
@@ -111,7 +117,7 @@ def core_line(line: Line) -> CoreLine:
 
 
 def varying_oscillator(oscillator: Oscillator, *varied: str) -> CoreOscillator:
-    """Return the core's oscillator; the structural ones of the named parameters may vary."""
+    """Return the core's oscillator, in which structural parameters among `varied`, such as a mass, may change."""
     base, names = core_oscillator(oscillator), [name for name in varied if is_structural(name)]
     if not names:
         return base
@@ -140,7 +146,11 @@ def core_clearance(clearance: float | ClearancePair) -> float | tuple[float | No
 
 
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
-    """Return the JSON pointer to the field of a request that an error of the core names, or None."""
+    """Return the JSON pointer to the field of a request that an error of the core names, or None.
+
+    For example "masses" is at /oscillator/masses, "velocity" at /initial/velocity, "states[3].phase" at
+    /initial/3/phase.
+    """
     if request.oscillator.matrices is not None and name in Matrices.model_fields:
         return f"/oscillator/matrices/{name}"
     if name in Oscillator.model_fields:
@@ -168,20 +178,20 @@ def label(motion: Motion | Attractor) -> str | None:
     return motion_label(motion.period, motion.impacts_right, motion.impacts_left)
 
 
-def known(values: Mapping[str, Any]) -> Document:
+def without_none(values: Mapping[str, Any]) -> Document:
     """Return the values that are not None."""
     return {name: value for name, value in values.items() if value is not None}
 
 
 def empty_record(record: RecordSchema, **values: Any) -> Document:
-    """Return the document of a record that was not found: fields without a value are empty arrays, NaN, 0 or False."""
+    """Return the document of a record when nothing was found, for example no orbit; see `empty_value`."""
     return {
         field.name: empty_value(field) for field in record if not field.optional and field.name not in values
     } | values
 
 
 def empty_value(field: Field) -> Any:
-    """Return the value of a field, other than a text, in the document of a record that was not found."""
+    """Return the value of a field that has none: NaN, 0, False, or an empty array. Texts have no such value."""
     if isinstance(field.type, RecordSchema):
         return [] if field.dims else empty_record(field.type)
     if field.dims:
@@ -189,19 +199,19 @@ def empty_value(field: Field) -> Any:
     return {"float": np.nan, "int": 0, "bool": False}[str(field.type)]
 
 
-def counted(items: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
-    """Yield `count` items, and report the number of yielded items about `times` times."""
+def reporting_progress(items: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
+    """Yield the items, and report about `times` times how many of the `count` items have been yielded."""
     for done, item in enumerate(items):
         if done % -(-count // times) == 0:
             report(done, count)
         yield item
 
 
-def joined(plan: Plan, tiles: Sequence[Document], but: Container[str] = ()) -> Document:
-    """Return the arrays of the grid, joined from the arrays of its tiles in the order of the plan; leave out `but`."""
+def join_tiles(plan: Plan, tiles: Sequence[Document], omitted: Container[str] = ()) -> Document:
+    """Return the arrays of the grid, joined from the arrays of its tiles in the order of the plan."""
     whole = {}
     for name in tiles[0]:
-        if name not in but:
+        if name not in omitted:
             whole[name] = np.empty((plan.rows, plan.columns), dtype=tiles[0][name].dtype)
             for tile, part in zip(plan.tiles, tiles, strict=True):
                 whole[name][tile.rows, tile.columns] = part[name]

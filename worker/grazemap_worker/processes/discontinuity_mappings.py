@@ -11,23 +11,24 @@ from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, RequestLimits
 from grazemap_worker.processes.codimension_two_points import varied_stops
-from grazemap_worker.processes.conversion import STOPS, core_oscillator
+from grazemap_worker.processes.conversion import STOPS, core_oscillator, without_none
 from grazemap_worker.processes.process import Process, Report
 
 
-def _longest_period(request: DiscontinuityMappingsRequest) -> float:
+def _longest_period_cost(request: DiscontinuityMappingsRequest) -> float:
     return period_cost(request.oscillator, request.omega, max(request.overshoot))
 
 
 def _seconds(request: DiscontinuityMappingsRequest) -> float:
-    cost = _longest_period(request)
+    cost = _longest_period_cost(request)
     seconds = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    # half periods if both stops are grazed at once, else whole ones
     returns = request.returns * (1 if request.are_alike else 2)
     return rates.MAPPING_SECONDS + len(request.overshoot) * (seconds + returns * cost / rates.PERIODS_PER_SECOND)
 
 
 def _counts(request: DiscontinuityMappingsRequest, limits: RequestLimits) -> list[Count]:
-    # two states at every return: that of the map and that of the motion
+    # at every return, the state of the map and the state of the simulated motion
     numbers = 2 * (2 * request.oscillator.size + 1) * (request.returns + 1) * len(request.overshoot)
     return [
         Count("/returns", "bytes", numbers * BYTES_PER_NUMBER, limits.result_bytes),
@@ -36,7 +37,7 @@ def _counts(request: DiscontinuityMappingsRequest, limits: RequestLimits) -> lis
 
 
 def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocument:
-    """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
+    """Return the grazing point, the mapped states and their errors, Jacobians, the sequence xi, and later returns.
 
     Raises CoreError.
     """
@@ -55,26 +56,26 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
 
     oscillator = core_oscillator(request.oscillator)
     stop = STOPS[request.stop]
-    varied = next((varied for varied in varied_stops(request) if varied.stop == stop), None)
-    point = grazing_point(oscillator, request.omega, stop, varied)
+    varied_stop = next((varied for varied in varied_stops(request) if varied.stop == stop), None)
+    point = grazing_point(oscillator, request.omega, stop, varied_stop)
     overshoot = np.array(request.overshoot)
     largest = largest_overshoot(point)
     if np.any(overshoot > largest):
         raise ParameterError("overshoot", f"must be at most {largest:.6g}, the end of the mapping's domain")
     sequence = recurrence_sequence(point, request.returns)
-    omegas, distance = np.full(len(overshoot), request.omega), overshoot / point.amplitude
-    contact = next_contact(oscillator, omegas, distance, request.returns, stop, varied)
+    omegas, relative_overshoot = np.full(len(overshoot), request.omega), overshoot / point.amplitude
+    contact = next_contact(oscillator, omegas, relative_overshoot, request.returns, stop, varied_stop)
     errors = mapping_error(point, overshoot)
 
     size = len(point.state)
-    beyond, displacement, compared = np.empty((len(overshoot), size)), np.empty((len(overshoot), size)), []
+    start_offsets, change, comparisons = np.empty((len(overshoot), size)), np.empty((len(overshoot), size)), []
     for k, depth in enumerate(overshoot.tolist()):
         report(k, len(overshoot))
-        beyond[k] = start = beyond_stop(point, depth)
+        start_offsets[k] = start = beyond_stop(point, depth)
         exact = request.order == "exact"
-        displacement[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
-        compared.append(compare_returns(point, np.zeros(size), request.returns, depth, request.order))
-    state = point.state + beyond
+        change[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
+        comparisons.append(compare_returns(point, np.zeros(size), request.returns, depth, request.order))
+    state = point.state + start_offsets
     return document_of(
         results.DiscontinuityMapping,
         sequence,
@@ -85,26 +86,28 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
         overshoot=overshoot,
         largest_overshoot=largest,
         state=state,
-        mapped=state + displacement,
-        displacement=displacement,
+        mapped=state + change,
+        displacement=change,
         size=errors.displacement,
         error=errors.leading,
         error_of_second_order=errors.second,
         fitted_order=errors.leading_order,
         fitted_order_of_second=errors.second_order,
         jacobian=return_jacobian(point),
-        jacobian_opposite=return_jacobian(point.next()),
+        jacobian_opposite=return_jacobian(point.next()),  # of the next return, which is at the other stop
         next_contact=contact,
-        **({"margin": point.margin} if np.isfinite(point.margin) else {}),
+        **without_none({"margin": point.margin if np.isfinite(point.margin) else None}),
         returns=document_of(
             results.Returns,
-            mapped=np.array([returns.mapped.deviation for returns in compared]),
-            simulated=np.array([returns.simulated.deviation for returns in compared]),
-            mapped_overshoot=np.array([returns.mapped.overshoot for returns in compared]),
-            simulated_overshoot=np.array([returns.simulated.overshoot for returns in compared]),
-            error=np.array([returns.error for returns in compared]),
+            mapped=np.array([returns.mapped.deviation for returns in comparisons]),
+            simulated=np.array([returns.simulated.deviation for returns in comparisons]),
+            mapped_overshoot=np.array([returns.mapped.overshoot for returns in comparisons]),
+            simulated_overshoot=np.array([returns.simulated.overshoot for returns in comparisons]),
+            error=np.array([returns.error for returns in comparisons]),
         ),
     )
 
 
-PROCESS = Process(whole=compute, seconds=_seconds, counts=_counts, longest_period=_longest_period, kernels="orbits")
+PROCESS = Process(
+    whole=compute, seconds=_seconds, counts=_counts, longest_period_cost=_longest_period_cost, kernels="orbits"
+)

@@ -44,7 +44,7 @@ def compute(request: GrazingCurvesRequest, report: Report) -> ClassDocument:
     The special points are the codimension-two points of all kinds between the first and the last omega, up to the
     default max_multiple. Raises CoreError.
     """
-    from grazemap_core.grazing.one_stop import grazing_curve, stop_grazes
+    from grazemap_core.grazing.grazing_curve import grazing_curve, stop_grazes
     from grazemap_core.grazing.recurrence import xi_along
     from grazemap_core.model.equilibrium import contact_equilibrium
 

@@ -17,7 +17,13 @@ from grazemap.wire.planes import is_structural, with_parameter
 from grazemap.wire.states import LONGEST_PERIOD
 from grazemap.wire.structure import as_pair
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import Points, branch_point_seconds, contact_force, longest_at_point, period_impacts
+from grazemap_worker.planning.costs import (
+    Points,
+    branch_point_seconds,
+    contact_force,
+    period_cost_at_point,
+    period_impacts,
+)
 from grazemap_worker.processes import periodic_orbits
 from grazemap_worker.processes.conversion import core_oscillator, empty_record, fields, varying_oscillator
 from grazemap_worker.processes.observables import core_observables, observed_document
@@ -222,6 +228,6 @@ PROCESS = Process(
     periods=periodic_orbits.expected_periods,
     seconds=_seconds,
     counts=periodic_orbits.counts,
-    longest_period=longest_at_point,
+    longest_period_cost=period_cost_at_point,
     kernels="orbits",
 )

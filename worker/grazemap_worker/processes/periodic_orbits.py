@@ -11,7 +11,7 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import PeriodicOrbitsRequest
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import longest_at_point, period_cost, setup_seconds
+from grazemap_worker.planning.costs import period_cost, period_cost_at_point, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator, empty_record, empty_value, fields
 from grazemap_worker.processes.observables import core_observables, observed_document
@@ -224,6 +224,6 @@ PROCESS = Process(
     periods=expected_periods,
     seconds=expected_seconds,
     counts=counts,
-    longest_period=longest_at_point,
+    longest_period_cost=period_cost_at_point,
     kernels="orbits",
 )

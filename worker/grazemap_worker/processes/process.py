@@ -18,7 +18,7 @@ Report = Callable[[int, int], object]
 
 @dataclass(frozen=True, kw_only=True)
 class Process:
-    """The functions that plan and compute a process. The first argument of each is the validated request.
+    """The functions that plan and compute a process. They take the validated request first, but `lasting` a document.
 
     A process with one tile has `whole`, `seconds` and, if it simulates, `periods`. A process with several tiles has
     `tile`, `assembled` and `tiling`.
@@ -32,7 +32,7 @@ class Process:
     """(request, plan, tiles, report): joins the documents of the tiles, in the order of the plan; `report` is used for
     plans with steps after the tiles."""
     lasting: Callable[[Document], bool] = lambda document: True
-    """(document): whether the result also answers later submissions of the request; otherwise they compute it again."""
+    """(document): whether later submissions of the same request get this result. If not, they compute it again."""
 
     seconds: Callable[[Any], float] | None = None
     """The expected processor time in seconds."""
@@ -41,21 +41,21 @@ class Process:
     tiling: Callable[[Any], Plan] | None = None
     """The tiles, with the expected time and forcing periods."""
     after: Callable[[Any], list[Step]] = lambda request: []
-    """The steps after the tiles."""
+    """The steps after the tiles, for example the continuation of the curves that explain the borders of a map."""
 
     counts: Callable[[Any, RequestLimits], list[Count]] = lambda request, limits: []
     """The counts that the server limits. The service checks them before it makes a plan, so that a range of 10**18
     points costs nothing."""
-    longest_period: Callable[[Any], float | None] = lambda request: None
+    longest_period_cost: Callable[[Any], float | None] = lambda request: None
     """The cost of the longest simulated forcing period, as `costs.period_cost` returns it; None without simulation.
     Like the counts, it is checked before the plan is made, because numbers of the plan could overflow."""
 
     kernels: str = "curves"
-    """The step of `grazemap_core.warmup` that compiles the kernels, without the number of masses."""
+    """The step of `grazemap_core.warmup` that compiles the kernels, for example "diagrams"; see `per_mass_count`."""
     own_tables: Callable[[Any], bool] = lambda request: False
-    """Whether trajectories from rest have their own tables, which need further kernels."""
+    """Whether every point of a map has its own tables of the motion between impacts, which need further kernels."""
     per_mass_count: bool = False
-    """Whether the kernels are compiled separately for each number of masses."""
+    """Whether the kernels are compiled for each number of masses, which is then added to the name of the step."""
 
     def plan(self, request: Any) -> Plan:
         """Return the tiles of a request, and the estimate of its cost."""

@@ -14,9 +14,9 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.planning import rates
-from grazemap_worker.planning.costs import Points, longest_at_point, observed_seconds, period_cost, setup_seconds
+from grazemap_worker.planning.costs import Points, observed_seconds, period_cost, period_cost_at_point, setup_seconds
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MAX_RESULT_BYTES, Count, RequestLimits
-from grazemap_worker.processes.conversion import core_clearance, core_oscillator, counted, label
+from grazemap_worker.processes.conversion import core_clearance, core_oscillator, label, reporting_progress
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
 
@@ -93,7 +93,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
         return _document(trajectory, observed(trajectory))
     documents = [
         _document(trajectory, observed(trajectory))
-        for trajectory in counted(computed, len(request.states), report, REPORTS)
+        for trajectory in reporting_progress(computed, len(request.states), report, REPORTS)
     ]
     return document_of(results.Trajectories, trajectories=documents)
 
@@ -146,6 +146,6 @@ PROCESS = Process(
     periods=_periods,
     seconds=_seconds,
     counts=_counts,
-    longest_period=longest_at_point,
+    longest_period_cost=period_cost_at_point,
     kernels="trajectories",
 )

@@ -12,7 +12,7 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.planning.costs import longest_period
+from grazemap_worker.planning.costs import longest_period_cost
 from grazemap_worker.planning.limits import Count, RequestLimits, Step
 from grazemap_worker.planning.rates import (
     BORDERS_POINT_SECONDS,
@@ -130,14 +130,14 @@ def _silent(done: int, total: int) -> None:
 
 def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:
     """Return arrays (p,) of the pairs of neighbouring points on borders, and the curves that explain the borders."""
-    from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
+    from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, map_borders
 
     borders = map_borders(unfolding_maps.core_plane(request.plane), whole, report)
     return document_of(
         results.MapBorders,
         borders,
         explanations=np.array(EXPLANATIONS),
-        reasons=np.array(REASONS),
+        reasons=np.array(BORDER_REASONS),
         curves=[_curve(borders, number, curve, request) for number, curve in enumerate(borders.curves)],
         without_orbit=int(np.count_nonzero(borders.without_orbit)),
     )
@@ -165,7 +165,7 @@ PROCESS = Process(
     assembled=assemble,
     tiling=_tiling,
     counts=_counts,
-    longest_period=lambda request: longest_period(request.plane),
+    longest_period_cost=lambda request: longest_period_cost(request.plane),
     after=_after,
     kernels="diagrams",
     own_tables=lambda request: unfolding_maps.own_tables(request.unfolding_map),

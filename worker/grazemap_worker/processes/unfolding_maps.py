@@ -19,16 +19,16 @@ from grazemap.results.unfolding import FiguresAtComputedPoints
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap.wire.planes import AXES, Plane, is_scalar, is_structural
 from grazemap_worker.planning import Plan, Tile, rates
-from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period, setup_seconds
+from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period_cost, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
 from grazemap_worker.planning.plan import even_pieces, pixels_per_tile, with_estimate
 from grazemap_worker.processes.conversion import (
     fields,
-    joined,
-    known,
+    join_tiles,
     parameter_point,
     reasons,
     varying_oscillator,
+    without_none,
 )
 from grazemap_worker.processes.observables import OUTPUTS, core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
@@ -150,11 +150,11 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
-    from grazemap_core.simulation.motion import KINDS, SENSITIVE
+    from grazemap_core.simulation.motion import KINDS, SENSITIVE_REASON
 
     plane, settings = core_plane(request.plane).part(tile.rows, tile.columns), fields(request, *_SETTINGS)
     texts = reasons()
-    texts[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
+    texts[ROUNDING_DECIDES] = f"{SENSITIVE_REASON} {_remedy_of_sensitive(request)}"
     arrays: Document
     if request.adaptive:
         arrays = _adaptive_document(adaptive_map_tile(plane, **settings))
@@ -180,10 +180,10 @@ def assemble(
     from grazemap_core.maps.chaotic_transients import chance_in_map
 
     plane = core_plane(request.plane)
-    whole = joined(plan, tiles, but=(*_OF_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
+    whole = join_tiles(plan, tiles, omitted=(*_OF_AXES, *_NAMES, _AT_COMPUTED, OUTPUTS))
     if OUTPUTS in tiles[0]:
         outputs = zip(*(tile[OUTPUTS] for tile in tiles), strict=True)
-        whole[OUTPUTS] = [parts[0] | joined(plan, parts, but=("name", "unit")) for parts in outputs]
+        whole[OUTPUTS] = [parts[0] | join_tiles(plan, parts, omitted=("name", "unit")) for parts in outputs]
     if request.adaptive:
         whole |= _completed(request, plan, tiles, whole, report)
     chance = chance_in_map(whole["kind"], plane, **fields(request, *_SETTINGS))
@@ -192,7 +192,7 @@ def assemble(
         **_axes(request, plane),
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
-        **known({"chance_to_settle": chance}),
+        **without_none({"chance_to_settle": chance}),
     )
 
 
@@ -266,7 +266,7 @@ def _completed(
         if len(rows):
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
-    return {_AT_COMPUTED: document_of(FiguresAtComputedPoints, **figures), **known({"inferred_wrong": wrong})}
+    return {_AT_COMPUTED: document_of(FiguresAtComputedPoints, **figures), **without_none({"inferred_wrong": wrong})}
 
 
 def _dense_array(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:
@@ -282,7 +282,7 @@ PROCESS = Process(
     assembled=assemble,
     tiling=tiling,
     counts=counts,
-    longest_period=lambda request: longest_period(request.plane),
+    longest_period_cost=lambda request: longest_period_cost(request.plane),
     kernels="maps",
     own_tables=own_tables,
     per_mass_count=True,

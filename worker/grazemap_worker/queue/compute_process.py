@@ -32,13 +32,12 @@ _LOOK_SECONDS = 0.5
 _NEAR_LIMIT = 0.7
 # Bytes in the unit of ru_maxrss: kilobytes, on macOS bytes.
 _PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
-# Exit status of a process that its worker killed, and of a process that found the store full.
-_KILLED = -signal.SIGKILL
-STORE_FULL_STATUS = 3
+_KILLED = -signal.SIGKILL  # exit status of a process that its worker killed
+STORE_FULL_STATUS = 3  # exit status of a process that found the store full
 
 
 def _never_interrupt(_activity: object) -> None:
-    """Return that there is no reason to stop the process."""
+    """Return None: nothing is to be done first."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +47,9 @@ class ProcessEnd:
     status: int
     """Its exit status."""
     kind: FailureKind | None = None
-    """Why its job fails, if it was killed."""
+    """Why its attempt counts as failed; None if it does not."""
     limit: str = ""
-    """Which limit it exceeded; empty for none."""
+    """A phrase about the limit that it exceeded, for `failure_problem`; empty for none."""
 
 
 class Activity(NamedTuple):
@@ -65,7 +64,7 @@ class Activity(NamedTuple):
     seconds: float
     """Maximum processor time for the tile."""
     limited_by_job: bool
-    """Whether `seconds` is what the job has left, which is then less than the limit of a tile."""
+    """Whether `seconds` is the time that the job has left, because that is less than the limit of a tile."""
 
 
 class SharedState:
@@ -116,7 +115,7 @@ class ComputeProcess:
                 status = run()
             finally:
                 os._exit(status)  # never return into the worker's code
-        # called in both processes, because either may be first; the group makes a stop reach the children too
+        # called in both processes, because either may be first; the group makes a pause reach the children too
         with suppress(OSError):
             os.setpgid(self._pid, self._pid)
 
@@ -132,13 +131,14 @@ class ComputeProcess:
         Parameters
         ----------
         is_wanted : callable
-            Returns whether a job is wanted. While the process stores a tile, it is called with an empty text.
+            Returns whether a job is wanted. While the process stores a tile, the id is empty: it may then finish.
         interruption : callable
-            Called with the activity of a process that computes. Returns what the worker is to do first, or None. The
-            process is stopped while the worker does it.
+            Called with the activity of a process that computes. Returns more urgent work for the worker, or None. The
+            process is paused while the worker does it.
         """
         descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
-        liveness, killed = Liveness(self._pid, with_children=True), ProcessEnd(0)
+        liveness = Liveness(self._pid, with_children=True)
+        killed: ProcessEnd | None = None
         ended = False
         try:
             while True:
@@ -150,23 +150,23 @@ class ComputeProcess:
                 if pid:
                     ended = True
                     return self._ended(status, usage, killed)
-                if killed.status:
+                if killed is not None:
                     continue
                 activity = self._state.read()
                 hangs = liveness.hangs(computing=activity.computing)
                 if liveness.cpu_seconds > activity.began + activity.seconds:
-                    verdict = ProcessEnd(_KILLED, "timeout", f"its limit is {activity.seconds:.0f} s of processor time")
+                    end = ProcessEnd(_KILLED, "timeout", f"its limit is {activity.seconds:.0f} s of processor time")
                 elif hangs:
-                    verdict = ProcessEnd(_KILLED, "hung", f"each time none for {HUNG_SECONDS:.0f} s")
+                    end = ProcessEnd(_KILLED, "hung", f"each time for {HUNG_SECONDS:.0f} s")
                 elif not is_wanted(activity.job_id if activity.computing else ""):
-                    verdict = ProcessEnd(_KILLED)
+                    end = ProcessEnd(_KILLED)
                 else:
                     if activity.computing and (action := interruption(activity)) is not None:
-                        self._stop_during(action)
+                        self._pause_during(action)
                     continue
                 if self._state.read() == activity:  # otherwise the process has begun something else
                     os.kill(self._pid, signal.SIGKILL)
-                    killed = verdict
+                    killed = end
         finally:
             if descriptor is not None:
                 os.close(descriptor)
@@ -174,15 +174,15 @@ class ComputeProcess:
                 os.kill(self._pid, signal.SIGKILL)
                 os.waitpid(self._pid, 0)
 
-    def _stop_during(self, action: Callable[[], None]) -> None:
+    def _pause_during(self, action: Callable[[], None]) -> None:
         os.killpg(self._pid, signal.SIGSTOP)
         try:
             action()
         finally:
             os.killpg(self._pid, signal.SIGCONT)
 
-    def _ended(self, status: int, usage: resource.struct_rusage, killed: ProcessEnd) -> ProcessEnd:
-        if killed.status:
+    def _ended(self, status: int, usage: resource.struct_rusage, killed: ProcessEnd | None) -> ProcessEnd:
+        if killed is not None:
             return killed
         code = os.waitstatus_to_exitcode(status)
         # LLVM and other libraries abort when they get no memory

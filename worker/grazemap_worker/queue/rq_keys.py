@@ -1,4 +1,4 @@
-"""The undocumented names of RQ's keys in Redis.
+"""The undocumented names of RQ's keys in Redis. An entry is what RQ calls a job.
 
 They are read from RQ's objects, so that the environment variable RQ_KEY_PREFIX applies. It must be the same for every
 service and worker on one Redis.
@@ -12,46 +12,46 @@ from rq.job import Job
 from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
 ALL_QUEUES = Queue.redis_queues_keys
-"""Set of the keys of all queues, of whichever application."""
+"""The key of the set of the keys of all queues, also of those of other applications."""
 ALL_WORKERS = Worker.redis_workers_keys
-"""Set of the keys of all workers."""
+"""The key of the set of the keys of all workers."""
 
 
 def entry_key(entry: str) -> str:
-    """Return the key of the hash of an entry."""
+    """Return the key of an entry, which is a hash."""
     return Job.key_for(entry)
 
 
 def queue_of(queue_key: str) -> str:
-    """Return the name of the queue with a key."""
+    """Return the name of the queue that has this key."""
     return queue_key.removeprefix(Queue.redis_queue_namespace_prefix)
 
 
-def waiting_key(target: Queue) -> str:
+def waiting_key(queue: Queue) -> str:
     """Return the key of the list of a queue's entries."""
-    return str(target.key)
+    return str(queue.key)
 
 
-def taken_key(target: Queue) -> str:
+def taken_key(queue: Queue) -> str:
     """Return the key of the list of a queue's entries that workers have taken and not begun."""
-    return str(target.intermediate_queue_key)
+    return str(queue.intermediate_queue_key)
 
 
-def started_key(target: Queue) -> str:
+def started_key(queue: Queue) -> str:
     """Return the key of the sorted set of running executions ("entry:execution"), by the time at which they expire."""
-    return str(target.started_job_registry.key)
+    return str(queue.started_job_registry.key)
 
 
-def failed_key(target: Queue) -> str:
+def failed_key(queue: Queue) -> str:
     """Return the key of the sorted set of failed entries, by the time until which they are kept."""
-    return str(target.failed_job_registry.key)
+    return str(queue.failed_job_registry.key)
 
 
-def worker_keys(name: str) -> tuple[str, str]:
-    """Return two keys of a worker: that of its description, and that of the set of its executions."""
-    return Worker.redis_worker_namespace_prefix + name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name)
+def worker_keys(worker_name: str) -> tuple[str, str]:
+    """Return two keys: of the description of a worker, and of the set of its executions."""
+    return Worker.redis_worker_namespace_prefix + worker_name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(worker_name)
 
 
-def listeners_key(name: str) -> str:
+def listeners_key(queue_name: str) -> str:
     """Return the key of the set of workers that listen to a queue."""
-    return str(WORKERS_BY_QUEUE_KEY % name)
+    return str(WORKERS_BY_QUEUE_KEY % queue_name)

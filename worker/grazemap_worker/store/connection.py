@@ -27,8 +27,9 @@ from grazemap_worker.store.keys import PREFIX
 # Seconds until a command fails: longer than any script takes, short enough for a client. RQ's workers set their own
 # timeout for blocking reads.
 SOCKET_TIMEOUT = 5.0
+# Codes of errors after which a later attempt may succeed.
 _AWAY = re.compile(r"\b(?:MISCONF|OOM|LOADING|READONLY|BUSY|MASTERDOWN|NOREPLICAS|TRYAGAIN)\b")
-# Errors of writes for lack of memory or disk space. Redis does not report why a snapshot failed, so any reason counts.
+# Errors of writes for lack of memory or disk space. Redis does not say why a snapshot failed, so all count.
 _FULL = re.compile(r"\bOOM\b|\bMISCONF\b.*(?:No space left|quota exceeded|File too large|RDB snapshots)")
 
 
@@ -38,8 +39,8 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, pa
     Parameters
     ----------
     tries : int
-        1: a command fails at once when Redis is unavailable (the service). More: it is sent again after 0.05, 0.1, ...
-        1 s (the workers, so that no finished tile is lost; every step of the store may be repeated).
+        1 for the service: a command fails at once when Redis is unavailable. More for the workers: it is sent again
+        after 0.05, 0.1, ... 1 s, so that no finished tile is lost. A step of the store may safely run twice.
     password : str, optional
         A password in the URL overrides it.
     """
@@ -66,7 +67,10 @@ def script_text(name: str) -> str:
 
 
 def is_away(error: RedisError) -> bool:
-    """Return whether Redis takes no commands for now, according to its error, so that a later attempt may succeed."""
+    """Return whether a later attempt may succeed: Redis is down, loading, full, read-only, or refuses the password.
+
+    A password counts, because it is changed in Redis and in the settings one after the other.
+    """
     if isinstance(error, ConnectionError | TimeoutError | OutOfMemoryError | ReadOnlyError):
         return True
     # the text of an error inside a script has the code anywhere in it
@@ -74,7 +78,7 @@ def is_away(error: RedisError) -> bool:
 
 
 def is_full(error: RedisError) -> bool:
-    """Return whether Redis refuses writes, but no reads, because it is out of disk or memory; `is_away` is true too."""
+    """Return whether Redis refuses writes for lack of disk or memory, but answers reads; `is_away` is true too."""
     return isinstance(error, OutOfMemoryError) or _FULL.search(str(error)) is not None
 
 
@@ -88,7 +92,7 @@ class Scripts:
 
     def run(self, name: str, *data: bytes, **arguments: Any) -> Any:
         """Return the answer of a script. Arguments that are not None are sent as JSON, then `data` as bytes."""
-        return self._script(name)(args=_sent(data, arguments))
+        return self._script(name)(args=_encoded(data, arguments))
 
     def run_each(self, name: str, calls: Sequence[tuple[Sequence[bytes], Mapping[str, Any]]]) -> list[Any]:
         """Return the answers of a script to several calls (bytes, arguments), or a RedisError in place of an answer.
@@ -96,13 +100,13 @@ class Scripts:
         The calls are sent together. Commands of other clients may run between them.
         """
         script, pipeline = self._script(name), self.redis.pipeline(transaction=False)
-        sent = [_sent(data, arguments) for data, arguments in calls]
-        for arguments in sent:
+        encoded = [_encoded(data, arguments) for data, arguments in calls]
+        for arguments in encoded:
             pipeline.evalsha(script.sha, 0, *arguments)
         # Redis does not keep its scripts over a restart
         return [
             script(args=arguments) if isinstance(answer, NoScriptError) else answer
-            for answer, arguments in zip(pipeline.execute(raise_on_error=False), sent, strict=True)
+            for answer, arguments in zip(pipeline.execute(raise_on_error=False), encoded, strict=True)
         ]
 
     def _script(self, name: str) -> Any:
@@ -111,5 +115,5 @@ class Scripts:
         return self._scripts[name]
 
 
-def _sent(data: Sequence[bytes], arguments: Mapping[str, Any]) -> list[str | bytes]:
+def _encoded(data: Sequence[bytes], arguments: Mapping[str, Any]) -> list[str | bytes]:
     return [PREFIX, json.dumps({key: value for key, value in arguments.items() if value is not None}), *data]

@@ -1,4 +1,4 @@
-"""Job records: they are submitted, read, listed, bound to a fingerprint, and ended; and the events of jobs."""
+"""The records of jobs, from submission to end, and the events of jobs."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class Jobs:
         requester: Requester = ANONYMOUS,
         max_seconds: float | None = None,
     ) -> list[tuple[Job, WorkerQueue | None] | BacklogFull | RedisError]:
-        """Start the jobs of requests, unless they exist already; all requests are sent to Redis together.
+        """Start the jobs of requests, unless they exist already; all commands are sent to Redis together.
 
-        A job is stopped when its processor time exceeds both `max_seconds` and `SPENT_FACTOR` times its estimate.
+        A job ends when its processor time exceeds both `max_seconds` and `SPENT_FACTOR` times its estimate.
 
         Returns
         -------
@@ -73,9 +73,10 @@ class Jobs:
             For each request a pair (job, queue), or an error if nothing was stored. The id of the job is the hash of
             process, core version and canonical request. The queue is the one whose workers are to be woken, because
             the job is new or was started again: it had failed, had been dismissed, or had lost its result. It is None
-            if the job existed and goes on. The errors are `BacklogFull`, if the unfinished tiles of all jobs would be
-            more than `max_pending_tiles` or the bytes of their requests more than `MAX_RECORD_BYTES`; `QuotaExceeded`,
-            if the unfinished tiles of this requester would be more than its limit; or the `RedisError` of the script.
+            if the job is waiting or running, or has its result. The errors are `BacklogFull`, if the unfinished tiles
+            of all jobs would be more than `max_pending_tiles`, or the bytes of their requests more than
+            `MAX_RECORD_BYTES`; `QuotaExceeded`, if the unfinished tiles of this requester would be more than its limit;
+            or the `RedisError` of the script.
         """
         common = {
             "core_version": core_version,
@@ -110,34 +111,34 @@ class Jobs:
         workers = cache(lambda: max(1, len(self._workers.live())))  # read once, and only after a refusal
         outcomes: list[tuple[Job, WorkerQueue | None] | BacklogFull | RedisError] = []
         answers = self._scripts.run_each("submit", calls)
-        for submission, (_, sent), answer in zip(submissions, calls, answers, strict=True):
+        for submission, (_, arguments), answer in zip(submissions, calls, answers, strict=True):
             if isinstance(answer, RedisError):
                 outcomes.append(answer)
             elif answer[0] in (b"full", b"quota"):
-                max_tiles = requester.max_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
+                max_tiles = (requester.max_tiles or 0) if answer[0] == b"quota" else max_pending_tiles
                 wait = math.ceil((answer[1] + submission.plan.count - max_tiles) * TILE_SECONDS / workers())
-                kind = QuotaExceeded if answer[0] == b"quota" else BacklogFull
-                outcomes.append(kind(retry_after=min(120, max(1, wait))))
-            elif (job := self._seen(str(sent["id"]), answer[1])) is None:
+                error = QuotaExceeded if answer[0] == b"quota" else BacklogFull
+                outcomes.append(error(retry_after=min(120, max(1, wait))))
+            elif (job := self._job_from_answer(str(arguments["id"]), answer[1])) is None:
                 # its record could not be read, and was removed
                 outcomes += self.submit([submission], core_version, max_pending_tiles, requester, max_seconds)
             elif answer[0] == b"started":
-                bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
-                outcomes.append((job, WorkerQueue(bound.decode(), sent["lane"] == "small")))
+                fingerprint = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
+                outcomes.append((job, WorkerQueue(fingerprint.decode(), arguments["lane"] == "small")))
             else:
                 outcomes.append((job, None))
         return outcomes
 
-    def get(self, identity: str, requester: str = "", *, with_request: bool = True) -> Job | None:
+    def get(self, job_id: str, requester: str = "", *, with_request: bool = True) -> Job | None:
         """Return a job, or None if there is none with this id; renew the requester's subscription to it."""
-        longest = None if with_request else 0
-        answer = self._scripts.run("look", id=identity, asker=requester, interest=SUBSCRIPTION_SECONDS, longest=longest)
-        return None if answer is None else self._seen(identity, answer)
+        max_bytes = None if with_request else 0  # of the request
+        answer = self._scripts.run("look", id=job_id, asker=requester, interest=SUBSCRIPTION_SECONDS, longest=max_bytes)
+        return None if answer is None else self._job_from_answer(job_id, answer)
 
-    def _seen(self, identity: str, answer: Sequence[Any]) -> Job | None:
+    def _job_from_answer(self, job_id: str, answer: Sequence[Any]) -> Job | None:
         """Return a job with the reason why it waits, from the answer of a script; None if its record cannot be read."""
         record, workers, unfinished, starting, compiling = answer
-        job = self._read(identity, record)
+        job = self._read(job_id, record)
         if job is None or job.status in FINISHED:
             return job
         waiting_for: str | None = None
@@ -147,12 +148,12 @@ class Jobs:
             waiting_for = compiling.decode()
         elif job.status == "accepted" and unfinished > 1:
             count = unfinished - 1
-            waiting_for = f"a free worker, beside {count} other {'job' if count == 1 else 'jobs'}"
+            waiting_for = f"a free worker; {count} other {'job is' if count == 1 else 'jobs are'} unfinished"
         return job.model_copy(update={"waiting_for": waiting_for})
 
-    def status(self, identity: str) -> Status | None:
+    def status(self, job_id: str) -> Status | None:
         """Return the status of a job, without reading its record; None if there is no such job."""
-        value = self._redis.hget(job_key(identity), "status")
+        value = self._redis.hget(job_key(job_id), "status")
         return value.decode() if value else None
 
     def page(
@@ -191,39 +192,42 @@ class Jobs:
             listed, last = self._scripts.run("page", before=before, most=limit + 1 - len(page), **selection)
             page += listed
             before = last and f"({last.decode()}"
-        jobs = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
+        jobs = [self._read(job_id.decode(), record) for job_id, _, record in page[:limit]]
         following = page[limit - 1][1].decode() if len(page) > limit else None
         return [job for job in jobs if job is not None], following
 
-    def dismiss(self, identity: str, requester: str = ANONYMOUS.name, *, everyone: bool = False) -> bool:
+    def dismiss(self, job_id: str, requester: str = ANONYMOUS.name, *, everyone: bool = False) -> bool:
         """Remove a requester's subscription to an unfinished job; end the job when no subscription is left.
 
         With `everyone`, the job ends in any case. Its tiles are removed when it ends. A finished job is not changed.
         Returns whether the job goes on for other requesters.
         """
-        return int(self._scripts.run("end", id=identity, asker=requester, everyone=everyone)) == GOES_ON
+        return int(self._scripts.run("end", id=job_id, asker=requester, everyone=everyone)) == GOES_ON
 
-    def fail(self, identity: str, problem: Problem) -> bool:
+    def fail(self, job_id: str, problem: Problem) -> bool:
         """End an unfinished job with a problem, and keep its finished tiles. Returns whether this call ended it."""
         text = problem.model_dump_json()
-        return bool(self._scripts.run("end", id=identity, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
+        return bool(self._scripts.run("end", id=job_id, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
 
-    def stop_costly(self, identity: str) -> None:
-        """End a job that has taken more processor time than its limit; an unfinished tile counts too."""
+    def end_costly(self, job_id: str) -> None:
+        """End a job whose processor time exceeds its limit, as the caller has found.
+
+        The stored time lacks that of the unfinished tile, so at least the limit is reported.
+        """
         names = ("estimate", "cpu_seconds", "most_seconds")
-        estimate, spent, limit = self._redis.hmget(job_key(identity), *names)
+        estimate, spent, limit = self._redis.hmget(job_key(job_id), *names)
         if limit is not None:
             seconds = Estimate.model_validate_json(estimate).seconds
-            self.fail(identity, costly_problem(seconds, max(float(spent or 0.0), float(limit)), float(limit)))
+            self.fail(job_id, costly_problem(seconds, max(float(spent or 0.0), float(limit)), float(limit)))
 
-    def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
+    def progress(self, job_id: str, done: int, total: int, unit: str = "steps") -> bool:
         """Store the progress of a job that counts steps. Returns whether the job is still unfinished.
 
         The stored progress never decreases, and is complete only when the result is stored.
         """
-        return bool(self._scripts.run("progress", id=identity, done=done, total=total, unit=unit))
+        return bool(self._scripts.run("progress", id=job_id, done=done, total=total, unit=unit))
 
-    def events(self, identity: str, after: str = "0", limit: int = 500) -> list[JobEvent]:
+    def events(self, job_id: str, after: str = "0", limit: int = 500) -> list[JobEvent]:
         """Return the events after an id, oldest first, without waiting for further ones.
 
         Raises
@@ -233,52 +237,52 @@ class Jobs:
         """
         if not EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
-        entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
+        entries = self._redis.xrange(job_key(job_id, "events"), min=f"({after}", count=limit)
         return [JobEvent(key.decode(), fields[b"name"].decode(), fields[b"data"].decode()) for key, fields in entries]
 
-    def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
-        """Return the next cursor and about `about` ids of unfinished jobs; all passes begin and end at cursor 0."""
-        following, entries = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
-        return int(following), [identity.decode() for identity in entries]
+    def some_unfinished(self, cursor: int, count: int) -> tuple[int, list[str]]:
+        """Return the next cursor and roughly `count` ids of unfinished jobs; all passes begin and end at cursor 0."""
+        following, entries = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=count)
+        return int(following), [job_id.decode() for job_id in entries]
 
-    def bind(self, fingerprint: str, core_version: str, identities: Collection[str]) -> list[str]:
+    def bind(self, fingerprint: str, core_version: str, job_ids: Collection[str]) -> list[str]:
         """Bind jobs of a core version to a fingerprint; return the ids of those that were bound.
 
-        A job is bound if it has no fingerprint, or one that no worker has had for `FINGERPRINT_REMEMBERED` seconds. A
-        job of another core version that no worker has had for this time fails.
+        A job is bound if it has no fingerprint, or a fingerprint that no worker has had for `FINGERPRINT_REMEMBERED`
+        seconds. A job of another core version that no worker has had for this time fails.
         """
         bound, outdated = self._scripts.run(
             "bind",
             fingerprint=fingerprint,
             core_version=core_version,
             remembered=FINGERPRINT_REMEMBERED,
-            ids=list(identities),
+            ids=list(job_ids),
         )
-        for identity in outdated:
-            self.fail(identity.decode(), outdated_problem())
-        return [identity.decode() for identity in bound]
+        for job_id in outdated:
+            self.fail(job_id.decode(), outdated_problem())
+        return [job_id.decode() for job_id in bound]
 
-    def _read(self, identity: str, record: Sequence[bytes]) -> Job | None:
+    def _read(self, job_id: str, record: Sequence[bytes]) -> Job | None:
         """Return the job of a record. Forget a record that cannot be read, so that its request can be posted again."""
         try:
-            return _read_job(identity, dict(zip(record[::2], record[1::2], strict=True)))
+            return _read_job(job_id, dict(zip(record[::2], record[1::2], strict=True)))
         except (ValueError, LookupError, TypeError, OverflowError):
-            self.forget_unreadable(identity)
+            self.forget_unreadable(job_id)
             return None
 
-    def forget_unreadable(self, identity: str) -> None:
+    def forget_unreadable(self, job_id: str) -> None:
         """Forget a job whose record cannot be read, and log the exception that is being handled."""
-        structlog.get_logger("grazemap_worker").exception("job with an unreadable record forgotten", job_id=identity)
-        self._scripts.run("forget", id=identity)
+        structlog.get_logger("grazemap_worker").exception("job with an unreadable record forgotten", job_id=job_id)
+        self._scripts.run("forget", id=job_id)
 
-    def plan_of(self, identity: str) -> Plan | None:
+    def plan_of(self, job_id: str) -> Plan | None:
         """Return the plan of a job, or None if there is no such job."""
-        plan, estimate = self._redis.hmget(job_key(identity), "plan", "estimate")
-        return read_plan(plan.decode(), estimate.decode()) if plan else None
+        plan, estimate = self._redis.hmget(job_key(job_id), "plan", "estimate")
+        return plan_from_record(plan.decode(), estimate.decode()) if plan else None
 
 
-def read_plan(plan: str, estimate: str) -> Plan:
-    """Return a plan from the two fields of a record, as JSON, that hold it."""
+def plan_from_record(plan: str, estimate: str) -> Plan:
+    """Return the plan of a job from the fields `plan` and `estimate` of its record, both JSON."""
     return Plan.model_validate_json(plan).model_copy(update={"estimate": Estimate.model_validate_json(estimate)})
 
 

@@ -5,8 +5,8 @@ the ledger decides which worker computes a tile. An entry in RQ's queues merely 
 does no harm.
 
 Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only,
-and its key is made of these. When all results together exceed a byte budget, the least recently used ones are removed;
-a removed result is computed again on request.
+and its key is made of these. When all results and tiles together exceed a byte budget, tiles of finished jobs and the
+least recently used results are removed; a removed result is computed again on request.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from grazemap.wire import parse_request
 from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.planning.plan import Lane
 from grazemap_worker.store.connection import Scripts
-from grazemap_worker.store.jobs import Jobs, read_plan
+from grazemap_worker.store.jobs import Jobs, plan_from_record
 from grazemap_worker.store.keys import (
     ALONE_SECONDS,
     MAX_EXCEPTIONS,
@@ -37,7 +37,7 @@ from grazemap_worker.store.problems import failure_problem
 from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WaitingJob, WorkerInfo
 
 # Finished tiles that are read, or jobs whose tiles are removed, in one step.
-_TILES_A_STEP = 64
+_ITEMS_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {
     "exception": MAX_EXCEPTIONS,
     "lost": MAX_LOST,
@@ -65,8 +65,9 @@ class Tiles:
     def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], WaitingJob | None]:
         """Claim tiles for a worker: several small ones, or one tile of another lane, fairly among the flows of jobs.
 
-        After a small tile of a requester took far too long, the small tiles of this requester are claimed one by one.
-        Long tiles leave one worker free.
+        A flow is the queue of the jobs of one requester in one lane, with the same kernels and priority. After a small
+        tile of a requester took far too long, the small tiles of this requester are claimed one by one. If there are
+        several workers, one of them is kept free of long tiles.
 
         Returns
         -------
@@ -76,13 +77,15 @@ class Tiles:
         """
         return self._claim_some(worker, lease_seconds, LANES[worker.small], {})
 
-    def claim_beside(self, worker: WorkerInfo, lease_seconds: float, stopped: str, waited: float) -> Claim | None:
-        """Claim a tile of a short job that has waited for `waited` seconds while a tile of job `stopped` is stopped.
+    def claim_beside(
+        self, worker: WorkerInfo, lease_seconds: float, paused_job: str, min_wait_seconds: float
+    ) -> Claim | None:
+        """Claim a tile of a short job that has waited for `min_wait_seconds`, while a tile of `paused_job` is paused.
 
-        A tile of a long job is stopped for the short jobs of all requesters, a tile of a short job only for those of
-        other requesters.
+        A long job is paused for a short job of any requester, a short job only for a short job of another requester.
         """
-        claims, _ = self._claim_some(worker, lease_seconds, ["short"], {"stopped": stopped, "waited": waited})
+        more = {"stopped": paused_job, "waited": min_wait_seconds}
+        claims, _ = self._claim_some(worker, lease_seconds, ["short"], more)
         return next(iter(claims), None)
 
     def _claim_some(
@@ -100,12 +103,12 @@ class Tiles:
             most_bytes=_CLAIMED_BYTES,
             **more,
         )
-        claims = [self._claim(worker.name, worker.fingerprint, fields) for fields in answer[1:]]
+        claims = [self._parsed_claim(worker.name, worker.fingerprint, fields) for fields in answer[1:]]
         waiting = WaitingJob(*(field.decode() for field in answer[0])) if answer[0] else None
         return [claim for claim in claims if claim is not None], waiting
 
-    def claim(self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
-        """Claim one tile of an unfinished job, or the assembly of a map whose tiles are all finished.
+    def claim(self, job_id: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
+        """Claim one tile of an unfinished job, or the assembly of a map (tile `ASSEMBLY`) whose tiles are all finished.
 
         Returns None if the job is over, does not exist or is bound to another fingerprint, if the tile is finished, or
         if a live worker holds it. A job that is bound to no fingerprint is bound to `fingerprint`.
@@ -115,45 +118,42 @@ class Tiles:
             holder=holder,
             fingerprint=fingerprint,
             lease=round(1000 * lease_seconds),
-            job=identity,
+            job=job_id,
             tile=str(tile),
         )
-        return self._claim(holder, fingerprint, answer[1]) if len(answer) > 1 else None
+        return self._parsed_claim(holder, fingerprint, answer[1]) if len(answer) > 1 else None
 
-    def _claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
+    def _parsed_claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
         """Return the claim from the answer of a script. Forget a job whose record cannot be read, and return None."""
-        identity, tile, _ = (field.decode() for field in fields[:3])
+        job_id, tile, _ = (field.decode() for field in fields[:3])
         try:
-            process, text, core_version, plan, estimate, lane, left = (value.decode() for value in fields[3:])
+            process, text, core_version, plan, estimate, lane, seconds_left = (value.decode() for value in fields[3:])
             canonical = json.loads(text)
-            request, planned = parse_request(process, canonical), read_plan(plan, estimate)
+            request, read = parse_request(process, canonical), plan_from_record(plan, estimate)
         except (ValueError, LookupError, TypeError, AttributeError):
-            self._jobs.forget_unreadable(identity)
+            self._jobs.forget_unreadable(job_id)
             return None
-        place = identity, int(tile), holder, fingerprint
-        return Claim(*place, process, canonical, request, core_version, planned, cast("Lane", lane), float(left))
+        claimed = job_id, int(tile), holder, fingerprint
+        return Claim(*claimed, process, canonical, request, core_version, read, cast("Lane", lane), float(seconds_left))
 
-    def record_failure(
-        self, identity: str, tile: int, kind: FailureKind, holder: str = "", detail: str = ""
-    ) -> Verdict:
+    def record_failure(self, job_id: str, tile: int, kind: FailureKind, holder: str = "", detail: str = "") -> Verdict:
         """Count a failed attempt at a tile and free the tile; after too many failures the job fails.
 
         Parameters
         ----------
         kind : str
-            Each kind is counted separately. The job fails after 3 exceptions, 10 lost workers, 3 attempts that hung,
-            or 1 attempt that took too long or too much memory.
+            Each kind is counted separately. The job fails after as many failures of one kind as `_LIMITS` allows.
         holder : str
             The worker whose attempt failed. Nothing is counted if another worker holds the tile now. Empty: any worker.
         detail : str
             The limit that was exceeded.
         """
-        plan = self._jobs.plan_of(identity)
+        plan = self._jobs.plan_of(job_id)
         if plan is None:
             return "failed"
-        again = self._scripts.run(
+        may_retry = self._scripts.run(
             "record_failure",
-            id=identity,
+            id=job_id,
             tile=tile,
             kind=kind,
             most=_LIMITS[kind],
@@ -161,67 +161,68 @@ class Tiles:
             problem=failure_problem(kind, tile, plan, detail).model_dump_json(),
             kept=TILES_KEPT_AFTER_FAILURE,
         )
-        return "retry" if again else "failed"
+        return "retry" if may_retry else "failed"
 
-    def give_back(self, identity: str, tile: int, holder: str) -> None:
+    def give_back(self, job_id: str, tile: int, holder: str) -> None:
         """Free a tile that its holder cannot finish now, without counting a failure."""
-        self._scripts.run("record_failure", id=identity, tile=tile, most=0, holder=holder)
+        self._scripts.run("record_failure", id=job_id, tile=tile, most=0, holder=holder)
 
-    def overran(self, identity: str, tile: int, holder: str, seconds: float) -> None:
+    def move_to_next_lane(self, job_id: str, tile: int, holder: str, seconds: float) -> None:
         """Free a tile that took longer than its lane allows, and move its job to the next lane.
 
         The flow of its requester is charged with `seconds`, the processor time. After a small tile, the next small
         tiles of this requester are claimed one by one.
         """
-        arguments = {"id": identity, "tile": tile, "holder": holder, "seconds": seconds}
+        arguments = {"id": job_id, "tile": tile, "holder": holder, "seconds": seconds}
         self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
 
     def lost_claims(self) -> list[tuple[str, int, str]]:
         """Return (id, tile, holder) of every claim whose holder's lease has run out."""
-        return self._claims("")
+        return self._list_claims("")
 
     def claims_of(self, holder: str) -> list[tuple[str, int, str]]:
         """Return (id, tile, holder) of every tile that a holder has claimed and not finished."""
-        return self._claims(holder)
+        return self._list_claims(holder)
 
-    def _claims(self, holder: str) -> list[tuple[str, int, str]]:
+    def _list_claims(self, holder: str) -> list[tuple[str, int, str]]:
         answer = self._scripts.run("claims", holder=holder)
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
-        return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
+        return [(job_id.decode(), int(tile), holder.decode()) for job_id, tile, holder in triples]
 
     def waiting(self, fingerprint: str) -> dict[tuple[str, str], str]:
         """Return a flow for each pair (lane, kernels) of waiting tiles that workers with a fingerprint can claim."""
         flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
         waiting = {}
         for flow in (name.decode("utf-8", "replace") for name in flows):
-            place, kernels, *_ = flow.split("|")
-            waiting[place.partition(":")[0], kernels] = flow
+            # "lane|kernels|priority|requester"; for long tiles a suffix after ":" follows the lane
+            lane, kernels, *_ = flow.split("|")
+            waiting[lane.partition(":")[0], kernels] = flow
         return waiting
 
     def next_of_flow(self, fingerprint: str, flow: str) -> WaitingJob:
         """Return the job of a flow whose tiles are claimed next; its fields are empty if there is none any more."""
-        identity = b"".join(self._redis.zrange(f"{PREFIX}flow:{fingerprint}:{flow}", 0, 0)).decode("utf-8", "replace")
-        process = self._redis.hget(f"{PREFIX}job:{identity}", "process") or b""
-        return WaitingJob(process.decode("utf-8", "replace"), identity)
+        job_id = b"".join(self._redis.zrange(f"{PREFIX}flow:{fingerprint}:{flow}", 0, 0)).decode("utf-8", "replace")
+        process = self._redis.hget(job_key(job_id), "process") or b""
+        return WaitingJob(process.decode("utf-8", "replace"), job_id)
 
     def sweep(self) -> None:
         """Remove the tiles of finished jobs that have been kept long enough."""
-        self._scripts.run("sweep", most=_TILES_A_STEP)
+        self._scripts.run("sweep", most=_ITEMS_A_STEP)
 
-    def finished(self, identity: str) -> list[int]:
+    def finished(self, job_id: str) -> list[int]:
         """Return the numbers of the finished tiles in increasing order; an empty list for a job of one tile."""
-        return sorted(int(tile) for tile in self._redis.hkeys(job_key(identity, "tiles")))
+        return sorted(int(tile) for tile in self._redis.hkeys(job_key(job_id, "tiles")))
 
-    def data(self, identity: str, index: int) -> bytes | None:
+    def data(self, job_id: str, index: int) -> bytes | None:
         """Return the npz bytes of a finished tile, or None."""
-        data: bytes | None = self._redis.hget(job_key(identity, "tiles"), str(index))
+        data: bytes | None = self._redis.hget(job_key(job_id, "tiles"), str(index))
         return data
 
-    def many(self, identity: str, indices: Iterable[int]) -> Iterator[bytes | None]:
+    def many(self, job_id: str, indices: Iterable[int]) -> Iterator[bytes | None]:
         """Yield the npz bytes of tiles, or None for one that is not finished; a few are read at a time."""
         numbers = iter(indices)
-        while part := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
-            yield from self._redis.hmget(job_key(identity, "tiles"), part)
+        while part := [str(index) for index in islice(numbers, _ITEMS_A_STEP)]:
+            yield from self._redis.hmget(job_key(job_id, "tiles"), part)
 
 
 class Results:
@@ -247,25 +248,25 @@ class Results:
             the budget. -3: the tile was stored, and the job has taken more than its limit of processor time.
         """
         items = []
-        for result in finished:
-            claim = result.claim
+        for work in finished:
+            claim = work.claim
             item = {
                 "id": claim.job_id,
                 "tile": claim.tile,
-                "seconds": result.seconds,
-                "whole": result.whole,
-                "size": len(result.data),
+                "seconds": work.seconds,
+                "whole": work.whole,
+                "size": len(work.data),
             }
-            if result.whole:
-                item["etag"] = hashlib.sha256(result.data).hexdigest()
-                item["lasting"] = result.lasting
+            if work.whole:
+                item["etag"] = hashlib.sha256(work.data).hexdigest()
+                item["lasting"] = work.lasting
             else:
                 item["event"] = json.dumps(claim.plan.place(claim.tile))
             items.append(item)
         answer = self._scripts.run(
             "commit",
             # in one piece: redis-py sends two messages for every large argument
-            b"".join(result.data for result in finished),
+            b"".join(work.data for work in finished),
             fingerprint=finished[0].claim.fingerprint,
             budget=self._budget,
             kept=TILES_KEPT_AFTER_SUCCESS,
@@ -273,27 +274,27 @@ class Results:
         )
         return [int(number) for number in answer]
 
-    def data(self, identity: str) -> bytes | None:
+    def data(self, job_id: str) -> bytes | None:
         """Return the npz bytes of a job's result, or None if there is no result (any more)."""
-        answer = self._scripts.run("result", id=identity, most=MAX_RESULT_BYTES)
+        answer = self._scripts.run("result", id=job_id, most=MAX_RESULT_BYTES)
         return answer[2] if answer else None
 
-    def info(self, identity: str, max_bytes: int = -1) -> ResultInfo | None:
-        """Return size and entity tag of a job's result, with the npz if it has at most `max_bytes`; None: no result.
+    def info(self, job_id: str, max_bytes: int = -1) -> ResultInfo | None:
+        """Return size and digest of a job's result, with the npz if it has at most `max_bytes`; None: no result.
 
-        The result becomes the most recently used one, because a client or a service that has a copy of it does not
-        fetch the npz again.
+        This counts as a use of the result: a client or a service that has a copy of it asks for the digest only, and
+        the result is not to be evicted for that.
         """
-        return _info(self._scripts.run("result", id=identity, most=max_bytes))
+        return _info(self._scripts.run("result", id=job_id, most=max_bytes))
 
-    def each_info(self, identities: Sequence[str], max_bytes: int) -> list[ResultInfo | None]:
-        """Return `info` of each of several jobs; all requests are sent to Redis together."""
-        calls = [((), {"id": identity, "most": max_bytes}) for identity in identities]
+    def each_info(self, job_ids: Sequence[str], max_bytes: int) -> list[ResultInfo | None]:
+        """Return `info` of each of several jobs; all commands are sent to Redis together."""
+        calls = [((), {"id": job_id, "most": max_bytes}) for job_id in job_ids]
         return [_info(answer) for answer in self._scripts.run_each("result", calls)]
 
-    def etag(self, identity: str) -> str | None:
-        """Return the entity tag of a job's result, also of an evicted one; None if the job has never had a result."""
-        value = self._redis.hget(job_key(identity), "etag")
+    def etag(self, job_id: str) -> str | None:
+        """Return the digest of a job's result, also of an evicted one; None if the job has never had a result."""
+        value = self._redis.hget(job_key(job_id), "etag")
         return value.decode() if value else None
 
 

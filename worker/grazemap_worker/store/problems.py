@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from grazemap.constants import PROBLEM_PREFIX
 from grazemap.wire import Problem, ProblemError
 from grazemap_worker.planning import Plan
 from grazemap_worker.store.keys import ASSEMBLY, MAX_EXCEPTIONS, MAX_LOST
 from grazemap_worker.store.records import FailureKind
-
-TYPE_PREFIX = "urn:grazemap:problem:"
 
 
 def refused_problem(detail: str, pointer: str | None = None) -> Problem:
@@ -65,7 +64,7 @@ def outdated_problem() -> Problem:
 
 def _problem(name: str, status: int, detail: str, errors: Sequence[ProblemError] = ()) -> Problem:
     title = name.replace("-", " ").capitalize()
-    return Problem(type=TYPE_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))
+    return Problem(type=PROBLEM_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))
 
 
 def full_problem() -> Problem:

@@ -183,7 +183,7 @@ class ResultInfo:
     size: int
     """Size of its npz in bytes."""
     etag: str
-    """Its strong entity tag, in hex, without quotes."""
+    """SHA-256 digest of its npz in hex, of which ETags are made."""
     data: bytes | None = None
     """The npz, if it was read from the store."""
 

@@ -203,7 +203,7 @@ class Supervisor:
         job_id = slot.watched.job.decode()
         try:
             if slot.overran:
-                self._store.tiles.overran(job_id, 0, slot.name, self._small_tile_seconds(slot))
+                self._store.tiles.move_to_next_lane(job_id, 0, slot.name, self._small_tile_seconds(slot))
             else:
                 self._store.tiles.record_failure(job_id, 0, "lost", slot.name)
         except RedisError:

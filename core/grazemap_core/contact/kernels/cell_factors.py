@@ -13,7 +13,7 @@ from numba import njit
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 
-TERMS = 40
+FACTOR_TERMS = 40
 """Terms of the series of the flow over a cell: with exponents of at most 1 per cell the remainder is below 2**-104."""
 
 TURN_HIGH, TURN_LOW = 6.283185307179586, 2.4492935982947064e-16
@@ -65,7 +65,7 @@ def tabulate_flow(decay: Floats, frequency_squared: Floats, step: tuple[float, f
         term_high, term_low = step
         y_high, y_low = step
         rate_high, rate_low = step
-        for m in range(TERMS):
+        for m in range(FACTOR_TERMS):
             a_high, a_low = dd_multiply(p_high, p_low, term_high, term_low)
             a_high, a_low = dd_scale(a_high, a_low, m + 1.0)
             b_high, b_low = dd_multiply(q_high, q_low, before_high, before_low)

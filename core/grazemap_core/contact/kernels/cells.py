@@ -54,7 +54,7 @@ class CellProblem(NamedTuple):
     reach: Floats
     """(N,) Bound for all later times: |contribution to q| <= reach * e, where e = frequency |u| + |u'|."""
     fourth: Floats
-    """(N,) Likewise, |4th derivative of the contribution to q| <= fourth * e."""
+    """(N,) Bound for all later times: |4th derivative of the contribution to q| <= fourth * e."""
     displacement_scale: Floats
     """(N, 2) Largest displacement for a unit of u, and for a unit of u', in the unit of the contact coordinate; 0 for
     an undamped block that contact does not see."""

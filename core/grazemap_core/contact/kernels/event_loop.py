@@ -70,18 +70,18 @@ def impact_at_stop(problem: CellProblem, stops: Stops, u: Floats, contact: Conta
         for k in range(2):
             total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
             u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
-    work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] += 1.0
+    work.tally[workspace.RIGHT_IMPACTS if stop > 0 else workspace.LEFT_IMPACTS] += 1.0
     work.tally[workspace.FOLLOWED] += 1.0
     work.tally[workspace.MIN_SPEED] = min(work.tally[workspace.MIN_SPEED], abs(velocity))
     record_event(work, half, time, stop, velocity, workspace.IMPACT if velocity != 0.0 else workspace.GRAZE, u)
     work.cursor[workspace.ANCHOR] = stop
-    work.near[0] = 0.0
-    work.near[1] = restitution * abs(velocity)
-    work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
+    work.near[workspace.ANCHOR_GAP] = 0.0
+    work.near[workspace.ANCHOR_RATE] = restitution * abs(velocity)
+    work.cursor[workspace.ZERO_ORDER] = 1 if work.near[workspace.ANCHOR_RATE] > 0.0 else 2
     contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
     if contact_acceleration <= 0.0:
         work.tally[workspace.MIN_UNPRESSED_SPEED] = min(work.tally[workspace.MIN_UNPRESSED_SPEED], abs(velocity))
-    return may_rest(restitution, problem.step, contact_acceleration, work.near[1])
+    return may_rest(restitution, problem.step, contact_acceleration, work.near[workspace.ANCHOR_RATE])
 
 
 @kernel
@@ -108,7 +108,7 @@ def run_cell(
     status : OK at the end of the cell, IMPACT_BUDGET_SPENT, NOT_FINITE, or AT_STOP with the offset in work.near.
     """
     if work.cursor[workspace.HELD] != 0:
-        work.near[2] = offset
+        work.near[workspace.CELL_OFFSET] = offset
         return workspace.AT_STOP
     before = problem.step * (cell % (problem.cells // 2))
     resonant = problem.reference_series.shape[0] > 0
@@ -138,29 +138,29 @@ def run_cell(
             else:
                 flow_state(problem, u, length)
             if anchor != 0:
-                gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], anchor, length, 1.0)
+                gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ZERO_ORDER], anchor, length, 1.0)
                 # whether the parabola through both rates returns to the stop within the next cell
-                second_derivative = 0.5 * (rate - work.near[1]) / length
+                second_derivative = 0.5 * (rate - work.near[workspace.ANCHOR_RATE]) / length
                 ahead = gap + problem.step * (rate + problem.step * second_derivative)
                 near = gap < ANCHORED_GAP * stops.unit or ahead < 0.0
                 work.cursor[workspace.ANCHOR] = anchor if near else 0
-                work.cursor[workspace.ROOTS] = 0
-                work.near[0] = gap
-                work.near[1] = rate
+                work.cursor[workspace.ZERO_ORDER] = 0
+                work.near[workspace.ANCHOR_GAP] = gap
+                work.near[workspace.ANCHOR_RATE] = rate
             return workspace.OK
         passed = t * length
         flow_state(problem, u, passed)
         offset += passed
         real, imag, acceleration = reference_at(problem, cell, offset)
         if stop == anchor:
-            _, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], stop, length, t)
+            _, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ZERO_ORDER], stop, length, t)
             velocity = -stop * rate
         else:
             _, velocity = contact_motion(problem, u, real, imag)
         if velocity * stop < 0.0:
             velocity = 0.0  # a graze to within round-off
         if impact_at_stop(problem, stops, u, Contact(stop, velocity, acceleration, half, before + offset), work):
-            work.near[2] = offset
+            work.near[workspace.CELL_OFFSET] = offset
             return workspace.AT_STOP
         if resonant:
             real, imag = 0.0, 0.0

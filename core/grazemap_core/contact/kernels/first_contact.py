@@ -18,7 +18,7 @@ from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, PASSAGE_STEPS, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative, value_and_slope
+from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative, value_and_slope
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 
@@ -46,12 +46,12 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
 
     Used if the number of zeros is not one.
     """
-    roots = work.cursor[workspace.ROOTS]
+    roots = work.cursor[workspace.ZERO_ORDER]
     for k in range(TAYLOR_DEGREE + 1 - roots):
         work.distance[k] = -stop * work.taylor[k + roots]
     if roots == 0:
-        work.distance[0] = work.near[0]
-        work.distance[1] = work.near[1] * length
+        work.distance[0] = work.near[workspace.ANCHOR_GAP]
+        work.distance[1] = work.near[workspace.ANCHOR_RATE] * length
     degree: int = TAYLOR_DEGREE - roots
     return degree
 
@@ -70,10 +70,10 @@ def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: fl
         value = value * t - stop * taylor[k]
     if roots <= 1:
         slope = slope * t + value
-        value = value * t + near[1] * length
+        value = value * t + near[workspace.ANCHOR_RATE] * length
     if roots == 0:
         slope = slope * t + value
-        value = value * t + near[0]
+        value = value * t + near[workspace.ANCHOR_GAP]
     for _ in range(roots):  # the zeros at the start
         slope = slope * t + value
         value *= t
@@ -104,12 +104,12 @@ def first_contact(
     for stop in (1, -1):
         if stop == anchor:
             # the round-off of q at the start has no effect
-            scale = tail + abs(work.near[0]) + abs(work.near[1]) * length
+            scale = tail + abs(work.near[workspace.ANCHOR_GAP]) + abs(work.near[workspace.ANCHOR_RATE]) * length
             degree = TAYLOR_DEGREE - 1
-            if work.cursor[workspace.ROOTS] == 1:
+            if work.cursor[workspace.ZERO_ORDER] == 1:
                 for k in range(1, TAYLOR_DEGREE):
                     work.distance[k] = -stop * work.taylor[k + 1]
-                work.distance[0] = work.near[1] * length
+                work.distance[0] = work.near[workspace.ANCHOR_RATE] * length
             else:
                 degree = _other_start(work, stop, length)
         else:
@@ -136,7 +136,7 @@ def first_contact(
             if status == GRAZE_UNDECIDED and t < t_graze:
                 graze_stop = stop
                 t_graze = t
-        if status == CONTACT and (stop_found == 0 or t < t_found):
+        if status == BECOMES_NEGATIVE and (stop_found == 0 or t < t_found):
             stop_found = stop
             t_found = t
     if t_graze <= t_found:
@@ -152,16 +152,16 @@ def first_contact(
 def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
     """Enter the smallest distance from a stop at which the contact turns back before t = `end` into the tally.
 
-    Nothing is done where LEAST_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
+    Nothing is done where MIN_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
     changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
     falsi determine the distance. Where it turns toward the stop, as between two bounces, does not count, nor does the
     start if it is at rest on a stop.
     """
-    least = work.tally[workspace.LEAST_GAP]
+    least = work.tally[workspace.MIN_GAP]
     if not least > 0.0:
         return
     taylor = work.taylor
-    low = END_OF_REST * end if work.cursor[workspace.ROOTS] > 1 else 0.0
+    low = END_OF_REST * end if work.cursor[workspace.ZERO_ORDER] > 1 else 0.0
     _, slope_low = value_and_slope(taylor, TAYLOR_DEGREE, low)
     for part in range(PASSAGE_PARTS):
         high = low + (end - low) / (PASSAGE_PARTS - part)
@@ -179,4 +179,4 @@ def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
                 if slope == 0.0:
                     break
         low, slope_low = high, slope_high
-    work.tally[workspace.LEAST_GAP] = max(least, 0.0)
+    work.tally[workspace.MIN_GAP] = max(least, 0.0)

@@ -43,7 +43,7 @@ def record_graze(problem: CellProblem, u: Floats, end: float, half: int, work: W
     stop, back = work.near[workspace.GRAZE_STOP], work.near[workspace.GRAZE_BACK]
     work.near[workspace.GRAZE_STOP] = 0.0
     time = end - back
-    row = work.cursor[workspace.ROWS]
+    row = work.cursor[workspace.EVENT_COUNT]
     if 0 < row <= work.events.shape[0]:
         last = work.events[row - 1]
         since = (half - last[workspace.HALF]) * (0.5 * problem.cells * problem.step) + (time - last[workspace.TIME])
@@ -78,7 +78,7 @@ def run_half(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, h
             clear = is_clear(x, v, x_end, v_end, problem.step, fourth, rounding, stops)
         if not clear:
             carry(problem, work.saved, cell - since, u)
-            rows = work.cursor[workspace.ROWS]
+            rows = work.cursor[workspace.EVENT_COUNT]
             work.near[workspace.GRAZE_STOP] = 0.0
             status = run_cell(problem, stops, u, cell, 0.0, half, work)
             if status == workspace.AT_STOP:
@@ -92,7 +92,7 @@ def run_half(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, h
             rounding = CONTACT_ROUNDING * (reach + stops.unit)
             if work.near[workspace.GRAZE_STOP] != 0.0:
                 record_graze(problem, u, problem.step * (cell + 1 - first), half, work)
-            if work.cursor[workspace.ROWS] != rows:
+            if work.cursor[workspace.EVENT_COUNT] != rows:
                 since = cell + 1
                 copy_matrix(work.saved, u)
         x, v = x_end, v_end

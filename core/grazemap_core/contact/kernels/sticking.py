@@ -46,7 +46,7 @@ from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace, record_event, write_state
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
+from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 
@@ -100,7 +100,7 @@ def begin_rest(
     cell, offset, half
         Cell of the forcing period, time since its start, and index of the half period.
     work : Workspace
-        Its anchor is the stop, and work.near[1] the speed at which the contact leaves it; 0 at rest.
+        Its anchor is the stop, and work.near[ANCHOR_RATE] the speed at which the contact leaves it; 0 at rest.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def begin_rest(
     delay : float
         Time until the contact is at rest.
     """
-    stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
+    stop, leaving = work.cursor[workspace.ANCHOR], work.near[workspace.ANCHOR_RATE]
     time = problem.step * (cell % (problem.cells // 2)) + offset
     turn_to(held, cell, problem.omega * offset)
     forced_part(problem, u, half, time, 1.0)
@@ -157,7 +157,7 @@ def rest_after_impact(
     work: Workspace,
 ) -> int:
     """Bring the contact to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
-    stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
+    stop, leaving = work.cursor[workspace.ANCHOR], work.near[workspace.ANCHOR_RATE]
     if not held.exists:
         _, _, acceleration = reference_at(problem, cell, offset)
         return (
@@ -167,9 +167,9 @@ def rest_after_impact(
     if not rests:
         return workspace.OK
     if leaving > 0.0:
-        work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] = np.inf
+        work.tally[workspace.RIGHT_IMPACTS if stop > 0 else workspace.LEFT_IMPACTS] = np.inf
         work.tally[workspace.MIN_SPEED] = 0.0
-    row = work.cursor[workspace.ROWS] - 1  # of this impact
+    row = work.cursor[workspace.EVENT_COUNT] - 1  # of this impact
     if 0 <= row < work.events.shape[0]:
         work.events[row, workspace.KIND] = workspace.CHATTER if leaving > 0.0 else workspace.IMPACT_AND_REST
         work.events[row, workspace.DELAY] = delay
@@ -199,7 +199,7 @@ def carry_rest(
     # the contact acceleration may be zero to within round-off at the start; it is released where it turns negative
     degree = plain(TAYLOR_DEGREE)
     status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
-    if status != CONTACT:
+    if status != BECOMES_NEGATIVE:
         # where nothing moves and no force acts, nothing is undecided
         if status == GRAZE_UNDECIDED and error > 0.0:
             work.tally[workspace.UNDECIDED] += 1.0
@@ -210,7 +210,7 @@ def carry_rest(
     offset += passed
     write_free_state(problem, held, stops, u, cell, offset, work)
     work.cursor[workspace.HELD] = 0
-    work.cursor[workspace.ROOTS] = 3
+    work.cursor[workspace.ZERO_ORDER] = 3
     before = problem.step * (cell % (problem.cells // 2))
     record_event(work, half, before + offset, stop, 0.0, workspace.RELEASE, u)
     return offset
@@ -238,9 +238,9 @@ def write_free_state(
 def start_on_stop(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, stop: int, work: Workspace) -> int:
     """Start at rest on a stop; the contact stays there if pressed against it. Returns OK or NO_HELD_FLOW."""
     work.cursor[workspace.ANCHOR] = stop
-    work.cursor[workspace.ROOTS] = 2
-    work.near[0] = 0.0
-    work.near[1] = 0.0
+    work.cursor[workspace.ZERO_ORDER] = 2
+    work.near[workspace.ANCHOR_GAP] = 0.0
+    work.near[workspace.ANCHOR_RATE] = 0.0
     if not held.exists:
         _, _, acceleration = reference_at(problem, plain(0), 0.0)
         return (
@@ -287,7 +287,7 @@ def rest_in_cell(
     """
     status = workspace.AT_STOP
     while status == workspace.AT_STOP:
-        offset = work.near[2]
+        offset = work.near[workspace.CELL_OFFSET]
         if work.cursor[workspace.HELD] == 0:
             status = rest_after_impact(problem, held, stops, u, cell, offset, half, work)
             if status != workspace.OK:

@@ -33,16 +33,16 @@ AT_STOP = 4
 # entries of `cursor`
 ANCHOR = 0
 """The stop that the contact rests on or has just left (+1 A, -1 C), or 0."""
-ROWS = 1
+EVENT_COUNT = 1
 """Number of events."""
 HELD = 2
 """The stop that the contact rests on, also during the summed impacts of a complete chatter; or 0."""
-ROOTS = 3
+ZERO_ORDER = 3
 """Order of the zero of the gap to the anchor at this moment: 1 after an impact, 2 from rest, 3 after a release; 0 when
 the contact has left the stop and the gap is in `near`."""
 
 # entries of `tally`: counts of the current half period
-RIGHT, LEFT = 0, 1
+RIGHT_IMPACTS, LEFT_IMPACTS = 0, 1
 """Impacts on stop A and on stop C; infinite with a complete chatter."""
 MIN_SPEED = 2
 """Minimum impact speed; 0 with a complete chatter."""
@@ -56,7 +56,7 @@ HELD_RIGHT, HELD_LEFT = 5, 6
 """1 if the contact has rested on that stop."""
 FOLLOWED = 7
 """Impacts that were computed one by one; always finite."""
-LEAST_GAP = 8
+MIN_GAP = 8
 """Lower bound of the distance from the stops in passages without a contact; negative where it is not wanted."""
 TALLY_SIZE = 9
 
@@ -82,6 +82,8 @@ GRAZE = 5
 which changes nothing; the state is free."""
 
 # entries of `near`
+ANCHOR_GAP, ANCHOR_RATE, CELL_OFFSET = 0, 1, 2
+"""Gap to the anchor, its rate, and the time reached in an unfinished cell."""
 GRAZE_STOP, GRAZE_BACK = 3, 4
 """The stop of a graze in this cell, or 0, and the time from the graze to the end of the cell."""
 
@@ -98,15 +100,15 @@ class Workspace(NamedTuple):
     stack: Floats
     """Scratch of `bernstein.first_negative`."""
     start: Floats
-    """Likewise."""
+    """Scratch of `bernstein.first_negative`: starts of parts."""
     width: Floats
-    """Likewise."""
+    """Scratch of `bernstein.first_negative`: widths of parts."""
     tally: Floats
     """(TALLY_SIZE,) Counts of the current half period."""
     cursor: Integers
     """(4,) The regime."""
     near: Floats
-    """(5,) Gap to the anchor, its rate, the time reached in an unfinished cell, and a graze to be recorded."""
+    """(5,) By the entries above."""
     saved: Floats
     """(N, 2) The state from which cells without contact are counted."""
     events: Floats
@@ -141,7 +143,7 @@ def clear_tally(tally: Floats) -> None:
     tally[UNDECIDED] = undecided
     tally[MIN_SPEED] = np.inf
     tally[MIN_UNPRESSED_SPEED] = np.inf
-    tally[LEAST_GAP] = -np.inf
+    tally[MIN_GAP] = -np.inf
 
 
 @inlined
@@ -157,7 +159,7 @@ def record_event(
     work: Workspace, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats
 ) -> None:
     """Record an event without a delay, and the state (n, 2) after it; if the record is full it is only counted."""
-    row = work.cursor[ROWS]
+    row = work.cursor[EVENT_COUNT]
     if row < work.events.shape[0]:
         work.events[row, HALF] = half
         work.events[row, TIME] = time
@@ -166,4 +168,4 @@ def record_event(
         work.events[row, KIND] = kind
         work.events[row, DELAY] = 0.0
         write_state(work.events[row], state)
-    work.cursor[ROWS] = row + 1
+    work.cursor[EVENT_COUNT] = row + 1

@@ -36,11 +36,11 @@ from grazemap_core.tolerances import EPSILON
 
 FOUND = 0
 """The angle is the largest one."""
-UNDECIDED = 1
+ANGLE_UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
 NEVER = 2
 """No orbit of the family is admissible: orbits of arbitrarily small impact speed meet a stop between their impacts."""
-TOO_MANY_CELLS = 3
+ANGLE_NEEDS_MORE_CELLS = 3
 """More than MAX_CELLS are needed."""
 
 _STACK = 512
@@ -75,22 +75,22 @@ class _Angle(NamedTuple):
     """An angle on the branch."""
 
     sine: float
-    """Its sine."""
+    """Sine of the angle."""
     cosine: float
-    """Its cosine."""
+    """Cosine of the angle."""
 
 
-class _Cell(NamedTuple):
+class _TimeInterval(NamedTuple):
     """An interval of time."""
 
     left: float
-    """Its start."""
+    """Start of the interval."""
     right: float
-    """Its end."""
+    """End of the interval."""
     at_start: bool
-    """Whether an impact is at its start."""
+    """Whether an impact is at the start."""
     at_end: bool
-    """Whether an impact is at its end."""
+    """Whether an impact is at the end."""
     last: float
     """Time of the next impact."""
 
@@ -157,7 +157,7 @@ def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None
 def _verdict(excess: float, terms: float) -> int:
     """Return what an excess over a stop, and the size of its terms, imply for orbits of vanishing impact speed."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
-        return UNDECIDED
+        return ANGLE_UNDECIDED
     return NEVER if excess > 0.0 else FOUND
 
 
@@ -169,7 +169,7 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
 
     Returns
     -------
-    verdict : FOUND if they do not, UNDECIDED or NEVER.
+    verdict : FOUND if they do not, ANGLE_UNDECIDED or NEVER.
     time : float
         Time of the contact; NaN if there is none.
     """
@@ -187,7 +187,7 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
 
 
 @kernel
-def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats) -> float:
+def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _TimeInterval, here: Floats) -> float:
     """Return where the distance is largest on a cell on which it is concave; `here` is the distance at the middle."""
     sine, cosine = angle
     point = 0.5 * (cell.left + cell.right)
@@ -213,7 +213,7 @@ def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: 
 
 @kernel
 def _search_cell(
-    motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats, other: Floats
+    motion: KickedMotion, stop: int, angle: _Angle, cell: _TimeInterval, here: Floats, other: Floats
 ) -> tuple[int, float]:
     """Return whether the distance at an angle may be positive on a cell, and a point to test.
 
@@ -275,7 +275,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     time : float
         Time of the contact.
     status : int
-        FOUND, UNDECIDED, NEVER or TOO_MANY_CELLS.
+        FOUND, ANGLE_UNDECIDED, NEVER or ANGLE_NEEDS_MORE_CELLS.
     """
     half = math.pi / motion.omega
     last = half_periods * half
@@ -301,15 +301,15 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
         while top > 0:
             cells += 1
             if cells > MAX_CELLS:
-                return sine, cosine, time, TOO_MANY_CELLS
+                return sine, cosine, time, ANGLE_NEEDS_MORE_CELLS
             top -= 1
             left, right = stack[top, 0], stack[top, 1]
             at_end = right >= last * (1.0 - 4.0 * EPSILON) and stop == meets
-            cell = _Cell(left, right, left == 0.0 and stop > 0, at_end, last)
+            cell = _TimeInterval(left, right, left == 0.0 and stop > 0, at_end, last)
             what, point = _search_cell(motion, stop, _Angle(sine, cosine), cell, here, other)
             if what == _HALVE:
                 if top + 2 > _STACK:
-                    return sine, cosine, time, TOO_MANY_CELLS
+                    return sine, cosine, time, ANGLE_NEEDS_MORE_CELLS
                 middle = 0.5 * (left + right)
                 stack[top, 0], stack[top, 1] = middle, right
                 stack[top + 1, 0], stack[top + 1, 1] = left, middle
@@ -341,7 +341,7 @@ def contact_margin(
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
     of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even
-    j. The verdict is FOUND if all distances are positive, UNDECIDED or NEVER. The arguments are the fields of a
+    j. The verdict is FOUND if all distances are positive, ANGLE_UNDECIDED or NEVER. The arguments are the fields of a
     `KickedMotion`: numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)

@@ -174,7 +174,7 @@ def isolate(
     top = 1
     zeros = np.empty((64, 2))
     kinds = np.empty(64, dtype=np.int64)
-    found = 0
+    count = 0
     status = COMPLETE
     cells = 0
     previous_at_end = False
@@ -198,20 +198,20 @@ def isolate(
             top += 2
             continue
 
-        overlaps = found > 0 and zero - uncertainty <= zeros[found - 1, 0] + 2.0 * zeros[found - 1, 1]
-        double = what == NEAR_DOUBLE or (found > 0 and kinds[found - 1] == NEAR_DOUBLE)
+        overlaps = count > 0 and zero - uncertainty <= zeros[count - 1, 0] + 2.0 * zeros[count - 1, 1]
+        double = what == NEAR_DOUBLE or (count > 0 and kinds[count - 1] == NEAR_DOUBLE)
         if overlaps and (double or at_end or previous_at_end):
             # the same zero as in the previous cell: a simple one at the common end, or a continued undecided interval;
             # two zeros that were each bracketed are two, however close
             if double:
-                _merge(zeros[found - 1], zero, uncertainty)
-                kinds[found - 1] = NEAR_DOUBLE
+                _merge(zeros[count - 1], zero, uncertainty)
+                kinds[count - 1] = NEAR_DOUBLE
             continue
-        if found == kinds.size:
+        if count == kinds.size:
             zeros = np.concatenate((zeros, np.empty_like(zeros)))
             kinds = np.concatenate((kinds, np.empty_like(kinds)))
-        zeros[found, 0], zeros[found, 1] = zero, uncertainty
-        kinds[found] = what
-        found += 1
+        zeros[count, 0], zeros[count, 1] = zero, uncertainty
+        kinds[count] = what
+        count += 1
         previous_at_end = at_end
-    return zeros[:found].copy(), kinds[:found].copy(), status
+    return zeros[:count].copy(), kinds[:count].copy(), status

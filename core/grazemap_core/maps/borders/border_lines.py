@@ -8,7 +8,7 @@ from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.records import NamedTuple
 
 
-class Line(NamedTuple):
+class BorderLine(NamedTuple):
     """A polyline on a map."""
 
     rows: Floats
@@ -25,7 +25,7 @@ def positions(values: Floats, points: Floats) -> Floats:
     return np.select([points < values[0], points > values[-1]], [before, after], inside)
 
 
-def nearest(line: Line, drawn: Booleans, places: Floats) -> Floats:
+def nearest(line: BorderLine, drawn: Booleans, places: Floats) -> Floats:
     """Return the distances (p,) of points (p, 2) from a line, without the segments of which neither end is drawn.
 
     Infinite if no segment is drawn.

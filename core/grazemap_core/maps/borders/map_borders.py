@@ -27,11 +27,11 @@ from grazemap_core.continuation.parameters import PARAMETERS, domain
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps import tolerances
-from grazemap_core.maps.borders.border_lines import Line, nearest, positions
-from grazemap_core.maps.borders.motion_grid import NO_NAME, Grid, Name, Point
+from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
+from grazemap_core.maps.borders.motion_grid import NO_NAME, MotionGrid, Name, Point
 from grazemap_core.maps.borders.progress import ACROSS, COEXISTING, CURVES, BorderProgress, Report
 from grazemap_core.maps.borders.region import Region
-from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
+from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.plane_grazes import graze_lines
 from grazemap_core.maps.planes import Axis, Plane
@@ -45,7 +45,7 @@ a curve that was computed. "coexistence": both motions exist at both points, sta
 of basins of attraction. "goes on": one point is not periodic; the periodic motion of the other point exists there too,
 but the trajectory does not lead to it, or has not yet."""
 
-REASONS: Final = (
+BORDER_REASONS: Final = (
     "",
     "no orbit of the motion was found at one of the points. Remedy: a map with more max_periods.",
     "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed. "
@@ -107,7 +107,7 @@ class MapBorders:
     explanation: Integers
     """(p,) Position in EXPLANATIONS."""
     reason: Integers
-    """(p,) Position in REASONS."""
+    """(p,) Position in BORDER_REASONS."""
     curve: Integers
     """(p,) Position in `curves`; -1 without one."""
     distance: Floats
@@ -141,17 +141,17 @@ def map_borders(plane: Plane, arrays: Mapping[str, NDArray[Any]], report: Report
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`.
     """
-    grid = Grid.of(plane, arrays)
+    grid = MotionGrid.of(plane, arrays)
     progress = BorderProgress(report)
-    work = _Explaining(grid, Regions(grid, progress), progress)
+    work = _Explanation(grid, Regions(grid, progress), progress)
     work.run()
     return work.result(arrays["kind"])
 
 
-class _Explaining:
+class _Explanation:
     """The pairs, and what is known of them so far; arrays (p, 2) have one number for the motion of each point."""
 
-    def __init__(self, grid: Grid, regions: Regions, progress: BorderProgress) -> None:
+    def __init__(self, grid: MotionGrid, regions: Regions, progress: BorderProgress) -> None:
         self.grid, self.regions, self.progress = grid, regions, progress
         margins = grazing_margins(grid.plane)
         self.is_free = (margins[0] > 0.0) & (margins[1] > 0.0)
@@ -281,7 +281,7 @@ class _Explaining:
         first = np.array([self.pairs[i][0] for i in members], dtype=np.float64)
         second = np.array([self.pairs[i][1] for i in members], dtype=np.float64)
         across, up = self.grid.plane.horizontal.values, self.grid.plane.vertical.values
-        line = Line(positions(up, curve.vertical), positions(across, curve.horizontal))
+        line = BorderLine(positions(up, curve.vertical), positions(across, curve.horizontal))
         distance = nearest(line, curve.admissible, 0.5 * (first + second))
         for i, apart in zip(members, distance.tolist(), strict=True):
             if apart <= tolerances.BORDER_REACH:
@@ -445,7 +445,7 @@ def _is_one(other: Region | None, place: Point, region: Region, velocities: Floa
     """Return whether the orbit at a point of another region has these impacts, or their mirror images."""
     if other is None or other.name != region.name:
         return False
-    speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]
+    speeds = [np.sort(np.abs(values)) for values in (other.orbits[place][1], velocities)]
     return len(speeds[0]) == len(speeds[1]) and bool(
         np.all(np.abs(speeds[0] - speeds[1]) <= tolerances.SAME_SPEED * float(np.max(speeds[1])))
     )

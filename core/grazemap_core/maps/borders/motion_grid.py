@@ -35,7 +35,7 @@ class Name(NamedTuple):
     left: int
     """Impacts on the left stop, likewise."""
     symmetric: bool
-    """It is its own mirror image; false where the stops are not symmetric."""
+    """The motion is its own mirror image; false where the stops are not symmetric."""
     sticking: bool
     """Whether the contact rests on a stop."""
 
@@ -47,16 +47,16 @@ class Name(NamedTuple):
 
     @property
     def free(self) -> bool:
-        """Whether it is the steady motion, without impacts."""
+        """Whether the motion is the steady one, without impacts."""
         return self.right == self.left == -1
 
     @property
     def solvable(self) -> bool:
-        """Whether it is a finite sequence of impacts."""
+        """Whether the motion is a finite sequence of impacts."""
         return not (self.free or self.sticking or INFINITE in (self.right, self.left))
 
 
-class Grid(NamedTuple):
+class MotionGrid(NamedTuple):
     """The part of a map on which its borders depend."""
 
     plane: Plane
@@ -71,7 +71,7 @@ class Grid(NamedTuple):
     """(n, m) Forcing periods after which the motion was known, as in a map."""
 
     @classmethod
-    def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> Grid:
+    def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> MotionGrid:
         """Take a plane and the arrays of `unfolding.unfolding_map_tile`.
 
         Raises
@@ -127,10 +127,10 @@ def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[Na
         symmetric = np.zeros_like(symmetric)
     periodic = arrays["kind"] == KINDS.index("periodic")
     codes = np.stack([arrays["period"], right, left, symmetric, arrays["sticking"]], axis=-1).astype(np.int64)
-    found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
+    rows, places = np.unique(codes[periodic], axis=0, return_inverse=True)
     name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
     name[periodic] = places.ravel()
     names = tuple(
-        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in found.tolist()
+        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in rows.tolist()
     )
     return names, name

@@ -14,13 +14,13 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint
-from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
+from grazemap_core.maps.borders.motion_grid import MotionGrid, Name, Point
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
@@ -30,13 +30,13 @@ Structure = tuple[tuple[str, float], ...]
 _OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
 
 
-class Equations:
+class PointEquations:
     """The equations at all points of a grid, set up once for each period, frequency, structure and size of the forces.
 
-    Those of symmetric motions are others.
+    Symmetric motions have other equations than the rest.
     """
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: MotionGrid) -> None:
         """Take the grid; the equations are set up on first use."""
         self._grid = grid
         self._odd = has_odd_harmonics_only(grid.plane.oscillator)
@@ -82,7 +82,7 @@ class Equations:
         return self._problems[key]
 
 
-class Solved(NamedTuple):
+class SolvedOrbits(NamedTuple):
     """Orbits at several points of a column."""
 
     phases: Floats
@@ -105,9 +105,9 @@ class Region:
     """(k,) Stops of the impacts; for symmetric motions, those of half the period."""
     symmetric: bool
     """Whether the impacts are those of half the period."""
-    grid: Grid
+    grid: MotionGrid
     """The map."""
-    equations: Equations
+    equations: PointEquations
     """The equations of the orbits at the points of the map."""
     orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
     """Phases and velocities of the impacts, (k,) each, by point."""
@@ -121,7 +121,7 @@ class Region:
         """Return the impacts at a point."""
         return self._sequence(*self.orbits[point])
 
-    def solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> Solved:
+    def solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
         """Solve for the orbits at points, each from its own guess.
 
         An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and, where mirror images
@@ -132,31 +132,31 @@ class Region:
         phases, velocities, fine = np.empty(size), np.empty(size), np.zeros(len(points), dtype=np.bool_)
         for group in self.grid.plane.groups(rows, columns, self._apart):
             members = group.tolist()
-            found = self._solve([points[k] for k in members], [guesses[k] for k in members])
-            phases[group], velocities[group], fine[group] = found
-        return Solved(phases, velocities, fine)
+            orbits = self._solve([points[k] for k in members], [guesses[k] for k in members])
+            phases[group], velocities[group], fine[group] = orbits
+        return SolvedOrbits(phases, velocities, fine)
 
     @property
     def _apart(self) -> tuple[str, ...]:
         """The parameters that vary and are one number for all orbits that are solved for at once."""
         return tuple(name for name in self.grid.plane.names if name in PARAMETERS and name not in _OF_GAPS)
 
-    def _solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> Solved:
+    def _solve(self, points: Sequence[Point], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
         """As `solve`, for points that differ in the gaps of the stops only."""
         problem = self.equations.problem(self.period, self.symmetric, points[0])
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
-        gaps = [self.equations.stops(point) for point in points]
-        found, speeds, results = solve_sequences(problem, first, gaps, phases, velocities, floor=-ORBIT_FLOOR)
-        found_velocities = speeds * (problem.omega * problem.length)
-        fine = (results.status == CONVERGED) & (results.contact == CLEAR)
+        stops = [self.equations.stops(point) for point in points]
+        solved_phases, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
+        solved_velocities = speeds * (problem.omega * problem.length)
+        fine = (results.status == CONVERGED) & (results.contact == NO_FURTHER_CONTACT)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
-            one = self._sequence(found[i], found_velocities[i])
-            apart = self.symmetric or not (self.grid.mirrored and one.mirrors())
-            fine[i] = one.repeats_after() == self.period and apart
-        return Solved(found, found_velocities, fine)
+            sequence = self._sequence(solved_phases[i], solved_velocities[i])
+            apart = self.symmetric or not (self.grid.mirrored and sequence.mirrors())
+            fine[i] = sequence.repeats_after() == self.period and apart
+        return SolvedOrbits(solved_phases, solved_velocities, fine)
 
     def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:
         return ImpactSequence(self.period, self.stops, phases, velocities, self.symmetric)

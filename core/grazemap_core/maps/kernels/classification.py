@@ -48,7 +48,7 @@ from grazemap_core.codes import (
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
+from grazemap_core.contact.kernels.workspace import ANCHOR, EVENT_COUNT, OK
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_orbit
@@ -70,8 +70,8 @@ from grazemap_core.maps.tolerances import (
     HALF_PERIOD_EVENTS,
     SETTLING_IMPACTS,
 )
-from grazemap_core.numerics.jit.by_lane import record_of
-from grazemap_core.numerics.jit.compiled import apart_kernel, copy_vector, kernel, plain
+from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain, pointer_kernel
+from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.kernels.verification import (
     Verification,
     apparent_length,
@@ -101,8 +101,8 @@ def empty_full_events(column: Column, k: int, used: int) -> None:
     if capacity == 0:  # none are kept
         return
     for lane in range(used):
-        if cursor[lane, ROWS] > capacity - HALF_PERIOD_EVENTS:
-            cursor[lane, ROWS] = 0
+        if cursor[lane, EVENT_COUNT] > capacity - HALF_PERIOD_EVENTS:
+            cursor[lane, EVENT_COUNT] = 0
             counts[lane, lane_state.EVENTS_FROM] = k
 
 
@@ -118,7 +118,7 @@ def start_growth(column: Column, k: int, used: int) -> None:
             begin_growth_of(record_of(column.models, lane).problem, column.tangents, lane)
 
 
-@apart_kernel
+@pointer_kernel
 def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int) -> int:
     """Classify a lane after k half periods. Returns whether its trajectory is finished, 1 or 0.
 
@@ -308,7 +308,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     """
     model, scratch, group = record_of(column.models, lane), column.verification, column.group
     problem, blocks = model.problem, model.blocks
-    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, ROWS]
+    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, EVENT_COUNT]
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
         return verify(problem, blocks, scratch, stops, plain(0), length, distance, error)

@@ -10,7 +10,7 @@ from grazemap_core.maps.kernels.lane_state import ColumnTask, LaneRecords, Traje
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lane_tangents import LaneTangents
 from grazemap_core.maps.kernels.lockstep import Lanes
-from grazemap_core.maps.kernels.own_tables import LaneModels
+from grazemap_core.maps.kernels.separate_tables import LaneModels
 from grazemap_core.orbits.kernels.verification import VerificationScratch
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory

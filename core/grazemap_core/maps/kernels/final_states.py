@@ -77,6 +77,6 @@ def keep_orbit(
     for part in range(parts):
         sign, shift = 1.0 - 2.0 * part, part * verified.length * math.pi
         for i in range(count):
-            impacts[0, part * count + i] = sign * scratch.stops[i]
-            impacts[1, part * count + i] = scratch.found[0, i] + shift
-            impacts[2, part * count + i] = sign * scratch.found[1, i] * unit
+            impacts[0, part * count + i] = sign * scratch.sides[i]
+            impacts[1, part * count + i] = scratch.solution[0, i] + shift
+            impacts[2, part * count + i] = sign * scratch.solution[1, i] * unit

@@ -19,9 +19,9 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.workspace import LEAST_GAP, VELOCITY
+from grazemap_core.contact.kernels.workspace import MIN_GAP, VELOCITY
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
+from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.tangent_batches import is_safe
 from grazemap_core.maps.tolerances import (
     CLOSE_PASSAGE,
@@ -160,7 +160,7 @@ def steepest_impact(events: Floats, first: int, rows: int) -> float:
     """Return the largest 2 |a|/v^2 of the impacts in rows `first` to rows - 1 of a lane's events."""
     steepest = 0.0
     for row in range(first, rows):
-        steepest = max(steepest, 2.0 * abs(events[row, CONTACT_ACCELERATION]) / events[row, VELOCITY] ** 2)
+        steepest = max(steepest, 2.0 * abs(events[row, EVENT_ACCELERATION]) / events[row, VELOCITY] ** 2)
     return steepest
 
 
@@ -185,7 +185,7 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     since = max(growth * errors.since[lane], 1.0)
     errors.since[lane] = since
     errors.growth[lane] = max(errors.growth[lane], since)
-    least = min(group.tally[LEAST_GAP, lane], group.close[lane])
+    least = min(group.tally[MIN_GAP, lane], group.close[lane])
     width = math.sqrt(start)
     share = max(max(width, math.sqrt(end)) / least, width * sharpest + rounding * steepest)
     if not ERROR_SAFETY * share < 1.0:

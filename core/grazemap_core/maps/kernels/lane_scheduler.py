@@ -23,6 +23,7 @@ from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_state
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import ENDED_EARLY, MOVES, RESTS, begin_record, stops_in_row
 from grazemap_core.maps.kernels.lane_tables import LANES
@@ -33,7 +34,6 @@ from grazemap_core.maps.kernels.lane_tangents import (
     move_tangents,
     save_lane_starts,
 )
-from grazemap_core.maps.kernels.lanes import LANE_BLOCK, Masses
 from grazemap_core.maps.kernels.lockstep import (
     RESTING,
     Lanes,
@@ -44,11 +44,11 @@ from grazemap_core.maps.kernels.lockstep import (
     start_lane,
     start_lane_on_stop,
 )
-from grazemap_core.maps.kernels.own_tables import OF_GROUP, OwnTables, begin_own
+from grazemap_core.maps.kernels.separate_tables import OF_GROUP, TablesPerLane, begin_separate
 from grazemap_core.maps.tolerances import SETTLING_IMPACTS
-from grazemap_core.numerics.jit.by_lane import record_of, table_of
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.lane_values import record_of, table_of
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, nearest_returns
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
@@ -58,7 +58,7 @@ trajectories start both at a search and with a forcing period."""
 
 
 @kernel
-def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane: Callable[..., int]) -> int:
+def settle_column(masses: Masses, column: Column, separate: TablesPerLane, classify_lane: Callable[..., int]) -> int:
     """Run all trajectories of a column and write their motions to column.results.
 
     Returns how the last trajectory of a sweep ended: ENDED_EARLY, or MOVES or RESTS in column.final_state.
@@ -70,12 +70,12 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
     column : Column
         All but models and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
-    own : OwnTables
+    separate : TablesPerLane
         If every trajectory has its own; there is one for each stops then.
     classify_lane : callable
         The address of `classification.classify_lane`.
     """
-    column, own = reference(column), reference(own)
+    column, separate = reference(column), reference(separate)
     task, counts, returns = column.task, column.records.counts, column.returns
     for lane in range(LANES):
         _vacate(column, lane)
@@ -88,12 +88,12 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
     ended = task.ended
     while done < n:
         if k % HALVES_BETWEEN_CHECKS == 0 and queued < n:
-            queued, used = _start_trajectories(column, own, k, queued, used, ended)
-        _run_half(masses, column, own, k, used)
+            queued, used = _start_trajectories(column, separate, k, queued, used, ended)
+        _run_half(masses, column, separate, k, used)
         k += 1
         check = task.early and k % HALVES_BETWEEN_CHECKS == 0
         if check:
-            _find_returns(column, own, k, used)
+            _find_returns(column, separate, k, used)
         for lane in range(used):
             if counts[lane, lane_state.TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
                 continue
@@ -109,7 +109,7 @@ def settle_column(masses: Masses, column: Column, own: OwnTables, classify_lane:
                 k = int(np.int64(0))  # the next one starts at once
         needed = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         if queued == n and used > needed > 0:
-            _move_to_first_lanes(column, own, k, used)
+            _move_to_first_lanes(column, separate, k, used)
             used = needed
     return ended
 
@@ -125,7 +125,9 @@ def _vacate(column: Column, lane: int) -> None:
 
 
 @kernel
-def _start_trajectories(column: Column, own: OwnTables, k: int, queued: int, used: int, ended: int) -> tuple[int, int]:
+def _start_trajectories(
+    column: Column, separate: TablesPerLane, k: int, queued: int, used: int, ended: int
+) -> tuple[int, int]:
     """Start trajectories in the lanes that are out of use, after k half periods.
 
     Returns how many have been started by now, and how many lanes are in use. `ended` is how the one before ended in a
@@ -138,7 +140,7 @@ def _start_trajectories(column: Column, own: OwnTables, k: int, queued: int, use
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
             row, inherits = queued // starts, task.inherits and queued == 0
             stops = stops_in_row(task.stops, row)
-            begin_own(column.models, own, lane, row)
+            begin_separate(column.models, separate, lane, row)
             model = record_of(column.models, lane)
             if ended != ENDED_EARLY:
                 copy_matrix(u, column.final_state)
@@ -188,7 +190,7 @@ def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool)
 
 
 @kernel
-def _run_half(masses: Masses, column: Column, own: OwnTables, k: int, used: int) -> None:
+def _run_half(masses: Masses, column: Column, separate: TablesPerLane, k: int, used: int) -> None:
     """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
     group, records = column.group, column.records
     empty_full_events(column, k, used)
@@ -197,10 +199,10 @@ def _run_half(masses: Masses, column: Column, own: OwnTables, k: int, used: int)
     carries = column.task.early or column.task.growth_halves > 0
     if carries:
         save_lane_starts(group, column.tangents, used)
-    run_half(masses, column.models, own, group, k, used, column.u, column.work)
+    run_half(masses, column.models, separate, group, k, used, column.u, column.work)
     if carries:
         count_impacts(group, column.tangents, used)
-        carry_changes(column.models, own, group, column.tangents, k, column.task.growth_skipped, used)
+        carry_changes(column.models, separate, group, column.tangents, k, column.task.growth_skipped, used)
     sizes, tally = records.sizes, group.tally
     for lane in range(used):
         sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
@@ -221,24 +223,24 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
         for lane in range(min(used, LANES)):
             states[row, c, lane] = sign * even[c * LANES + lane]
     for lane in range(min(used, LANES)):
-        impacts[row, first, lane] = tally[workspace.RIGHT, lane]
-        impacts[row, 1 - first, lane] = tally[workspace.LEFT, lane]
+        impacts[row, first, lane] = tally[workspace.RIGHT_IMPACTS, lane]
+        impacts[row, 1 - first, lane] = tally[workspace.LEFT_IMPACTS, lane]
         held[row, first, lane] = tally[workspace.HELD_RIGHT, lane]
         held[row, 1 - first, lane] = tally[workspace.HELD_LEFT, lane]
         least[row, lane] = tally[workspace.MIN_SPEED, lane]
         unpressed[row, lane] = tally[workspace.MIN_UNPRESSED_SPEED, lane]
-        tally[workspace.RIGHT, lane] = 0.0
-        tally[workspace.LEFT, lane] = 0.0
+        tally[workspace.RIGHT_IMPACTS, lane] = 0.0
+        tally[workspace.LEFT_IMPACTS, lane] = 0.0
         tally[workspace.HELD_RIGHT, lane] = 0.0
         tally[workspace.HELD_LEFT, lane] = 0.0
         tally[workspace.FOLLOWED, lane] = 0.0
         tally[workspace.MIN_SPEED, lane] = np.inf
         tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-        tally[workspace.LEAST_GAP, lane] = np.inf
+        tally[workspace.MIN_GAP, lane] = np.inf
 
 
 @kernel
-def _find_returns(column: Column, own: OwnTables, k: int, used: int) -> None:
+def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) -> None:
     """Find the minimum number of half periods after which every lane has returned, in column.returns."""
     counts, sizes, unit = column.records.counts, column.records.sizes, column.group.unit
     bound, relevant, known, mirrored = (
@@ -253,7 +255,7 @@ def _find_returns(column: Column, own: OwnTables, k: int, used: int) -> None:
         relevant[lane] = CLOSING_GOAL * unit[lane]
         mirrored[lane] = column.group.symmetric[lane]
         known[lane] = k - counts[lane, lane_state.STARTED]
-    scale = table_of(own, OF_GROUP, column.models).displacement_scale
+    scale = table_of(separate, OF_GROUP, column.models).displacement_scale
     nearest_returns(scale, column.history, k, 2 * column.task.max_period, column.returns, used)
 
 
@@ -296,7 +298,7 @@ def _finish(column: Column, lane: int, k: int) -> None:
 
 
 @kernel
-def _move_to_first_lanes(column: Column, own: OwnTables, k: int, used: int) -> None:
+def _move_to_first_lanes(column: Column, separate: TablesPerLane, k: int, used: int) -> None:
     """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use.
 
     k half periods are done.
@@ -310,7 +312,7 @@ def _move_to_first_lanes(column: Column, own: OwnTables, k: int, used: int) -> N
             source -= 1
         if target >= source:
             break
-        begin_own(column.models, own, target, counts[source, lane_state.TRAJECTORY])
+        begin_separate(column.models, separate, target, counts[source, lane_state.TRAJECTORY])
         _move_lane(column.group, source, target)
         _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
         clear_lane(column.group, source)
@@ -337,7 +339,7 @@ def _move_lane(group: Lanes, source: int, target: int) -> None:
     copy_vector(group.near[target], group.near[source])
     copy_matrix(group.resting[target], group.resting[source])
     copy_vector(group.since[target], group.since[source])
-    for row in range(min(group.cursor[source, workspace.ROWS], group.events.shape[1])):
+    for row in range(min(group.cursor[source, workspace.EVENT_COUNT], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
 
 

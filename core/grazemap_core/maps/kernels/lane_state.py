@@ -39,13 +39,13 @@ FIGURES = 7
 
 # states of a lane; `classification` has the diagram
 SETTLING = 0
-"""Its motion is not named yet."""
+"""The lane's motion is not named yet."""
 GROWING = 1
-"""Its motion is not named yet, and the growth of small changes is measured."""
+"""The lane's motion is not named yet, and the growth of small changes is measured."""
 REPEATING = 2
-"""Its motion is named but not verified; a basis of all changes is propagated for one more period."""
+"""The lane's motion is named but not verified; a basis of all changes is propagated for one more period."""
 ENDING = 3
-"""Its motion is known; its state at the end of the forcing period is the start of the next trajectory of a sweep."""
+"""The lane's motion is known; the state at the end of the forcing period is the start of a sweep's next trajectory."""
 
 ENDED_EARLY, MOVES, RESTS = 0, 1, 2
 """How a trajectory of a sweep ended: without a final state, so that the next one starts from rest; or with one."""
@@ -128,7 +128,7 @@ class TrajectoryResults(NamedTuple):
     a periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN; largest
     growth of a change before capture, NaN unless captured."""
     final: FinalStates
-    """Of n s trajectories, or of none where they are not wanted."""
+    """Final states of n s trajectories, or of none where final states are not wanted."""
 
 
 def lane_records() -> LaneRecords:

@@ -21,7 +21,7 @@ from grazemap_core.orbits.kernels.verification import ImpulseBlocks
 from grazemap_core.records import NamedTuple
 
 TERMS = LANE_DEGREE + 1
-assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
+assert TERMS == 15, "first_pass and second_pass are written out for 15 terms"
 
 LANES = 128
 """Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
@@ -48,7 +48,7 @@ SCALARS = 6
 
 
 class LaneTables(NamedTuple):
-    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`by_lane`)."""
+    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`lane_values`)."""
 
     flow: Floats
     """(N * 4,) As `cells.CellProblem.cell_flow`."""

@@ -22,10 +22,10 @@ from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import (
+    EVENT_COUNT,
     HELD_LEFT,
     HELD_RIGHT,
     OK,
-    ROWS,
     STOP,
     TIME,
     VELOCITY,
@@ -44,21 +44,21 @@ from grazemap_core.maps.kernels.lane_errors import (
     steepest_impact,
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel
-from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes, lane_stops
-from grazemap_core.maps.kernels.own_tables import LaneModels, OwnTables
+from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, FREE, Lanes, lane_stops
+from grazemap_core.maps.kernels.separate_tables import LaneModels, TablesPerLane
 from grazemap_core.maps.kernels.tangent_batches import (
-    REST,
+    BATCH,
+    REMAINDER,
     SHARPEST,
     SQUARE,
     STEEPEST,
-    WIDTH,
     TangentBatch,
     carry_batch,
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
-from grazemap_core.numerics.jit.by_lane import record_of
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels import lyapunov
@@ -109,13 +109,13 @@ class LaneTangents(NamedTuple):
     even: Floats
     """State of every lane at the start of the half period, as in `lockstep.Lanes`."""
     cursor: Integers
-    """Likewise."""
+    """`lockstep.Lanes.cursor` at the start of the half period."""
     near: Floats
-    """Likewise."""
+    """`lockstep.Lanes.near` at the start of the half period."""
     resting: Floats
-    """Likewise."""
+    """`lockstep.Lanes.resting` at the start of the half period."""
     since: Floats
-    """Likewise."""
+    """`lockstep.Lanes.since` at the start of the half period."""
     batch: TangentBatch
     """Scratch of a batch of lanes."""
     state: Floats
@@ -213,7 +213,7 @@ def _carry_through_impacts(
         if not last:
             # the viscous term of the acceleration changes sign with the velocity
             speed, restitution = abs(events[row, VELOCITY]), restitution_of(stops, events[row, STOP])
-            before = events[row, CONTACT_ACCELERATION] - viscous_term * (1.0 + restitution) * speed
+            before = events[row, EVENT_ACCELERATION] - viscous_term * (1.0 + restitution) * speed
             apply_saltation(problem, restitution, speed, before, columns)
 
 
@@ -236,7 +236,7 @@ def _carry_alone(
     model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, columns: Floats, elapsed: float
 ) -> int:
     """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
-    problem, impacts, first = model.problem, tangents.impacts[lane], tangents.cursor[lane, ROWS]
+    problem, impacts, first = model.problem, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT]
     if elapsed > 0.0:
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
@@ -251,9 +251,9 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     """Write `tangents.impacts` of the half period that `run_half` has run since `save_lane_starts`."""
     before, after, mixed, impacts = tangents.cursor, group.cursor, group.mixed, tangents.impacts
     for lane in range(used):
-        rows = after[lane, ROWS]
+        rows = after[lane, EVENT_COUNT]
         known = mixed[lane] == 0 and rows <= group.events.shape[1]
-        impacts[lane] = rows - before[lane, ROWS] if known else NOT_ALL
+        impacts[lane] = rows - before[lane, EVENT_COUNT] if known else NOT_ALL
 
 
 @kernel
@@ -288,10 +288,10 @@ def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
     Only the first batch, with the fewest impacts, may have fewer than WIDTH.
     """
     batch = tangents.batch
-    filled = (count - 1) % WIDTH + 1 if begin == 0 else WIDTH
+    filled = (count - 1) % BATCH + 1 if begin == 0 else BATCH
     for k in range(filled):
         lane = tangents.sorted[begin + k]
-        batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, ROWS]
+        batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, EVENT_COUNT]
         batch.impacts[k] = tangents.impacts[lane]
     return filled
 
@@ -335,7 +335,13 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None
 
 @kernel
 def carry_changes(
-    models: LaneModels, own: OwnTables, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int
+    models: LaneModels,
+    separate: TablesPerLane,
+    group: Lanes,
+    tangents: LaneTangents,
+    half: int,
+    skipped: int,
+    used: int,
 ) -> None:
     """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
@@ -367,16 +373,16 @@ def carry_changes(
         else:
             wanted[lane] = 0
     if pairs > 0:
-        _carry_lanes((0, 0), models, own, group, tangents, half, skipped, used)
+        _carry_lanes((0, 0), models, separate, group, tangents, half, skipped, used)
     if singles > 0:
-        _carry_lanes((0,), models, own, group, tangents, half, skipped, used)
+        _carry_lanes((0,), models, separate, group, tangents, half, skipped, used)
 
 
 @kernel
 def _carry_lanes(
     columns: tuple[int, ...],
     models: LaneModels,
-    own: OwnTables,
+    separate: TablesPerLane,
     group: Lanes,
     tangents: LaneTangents,
     half: int,
@@ -393,9 +399,9 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, own)
+        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, separate)
         for k in range(filled):
-            lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
+            lane, square, rest = batch.lanes[k], batch.rows[SQUARE * BATCH + k], batch.rows[REMAINDER * BATCH + k]
             problem = record_of(models, lane).problem
             if not square > 0.0:
                 square = _make_orthonormal(problem.frequency, tangents, lane)
@@ -405,7 +411,7 @@ def _carry_lanes(
                 if len(columns) == 2:
                     entry[1] = 0.5 * math.log(rest) if rest > 0.0 else -np.inf
             if errors.carried[lane] != 0:
-                sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
+                sharpest, steepest = batch.rows[SHARPEST * BATCH + k], batch.rows[STEEPEST * BATCH + k]
                 carry_error(group, errors, lane, square, sharpest / largest_reach(problem), steepest)
             _enter_growth(problem, group, tangents, lane, half, skipped)
 
@@ -415,7 +421,7 @@ def _carry_by_itself(
     model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, skipped: int
 ) -> None:
     """Propagate the changes of one lane."""
-    errors, impacts, first, steepest = tangents.errors, tangents.impacts[lane], tangents.cursor[lane, ROWS], 0.0
+    errors, impacts, first, steepest = tangents.errors, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT], 0.0
     if impacts != NOT_ALL:
         steepest = steepest_impact(group.events[lane], first, first + impacts)
     elif group.tally[HELD_RIGHT, lane] + group.tally[HELD_LEFT, lane] == 0.0:

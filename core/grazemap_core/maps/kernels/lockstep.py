@@ -2,8 +2,8 @@
 
 All lanes are in the same cell of the same half period; each has its own stops, state and regime. They share an
 oscillator and a forcing frequency, or each has its own (`LaneModels`). Cells without a
-contact, and cells with one impact that can be certified, are computed for all lanes at once (`lanes`). Lanes with
-several impacts on one stop, a slow rebound or a close passage go through a second pass together (`multi_impact_cell`).
+contact, and cells with one impact that can be certified, are computed for all lanes at once (`first_pass`). Lanes with
+several impacts on one stop, a slow rebound or a close passage go through a second pass together (`second_pass`).
 All others (rest on a stop, a graze to within round-off, both stops in one cell) go through the cell one by one, as a
 single trajectory would (`event_loop`, `sticking`).
 
@@ -35,10 +35,8 @@ from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_stat
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
-from grazemap_core.maps.kernels import lanes as first
-from grazemap_core.maps.kernels import multi_impact_cell as second
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP, LaneModel
-from grazemap_core.maps.kernels.lanes import (
+from grazemap_core.maps.kernels import first_pass, second_pass
+from grazemap_core.maps.kernels.first_pass import (
     PITCH,
     VECTOR,
     LaneBatch,
@@ -48,21 +46,21 @@ from grazemap_core.maps.kernels.lanes import (
     solve_impacts,
     update_limits,
 )
-from grazemap_core.maps.kernels.multi_impact_cell import WIDTH
-from grazemap_core.maps.kernels.own_tables import (
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP, LaneModel
+from grazemap_core.maps.kernels.second_pass import WIDTH
+from grazemap_core.maps.kernels.separate_tables import (
     OF_FIRST_PASS,
     OF_GROUP,
     OF_SECOND_PASS,
     LaneModels,
-    OwnTables,
+    TablesPerLane,
     cell_of_pass,
     put_in_pass,
 )
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE
-from grazemap_core.numerics.jit.by_lane import at as of_lane
-from grazemap_core.numerics.jit.by_lane import of_lanes, record_of, table_of
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.records import NamedTuple
 
 OUT_OF_REACH = 1e300
@@ -73,7 +71,7 @@ FREE, NEAR, RESTING = 0, 1, 2
 BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
-CONTACT_ACCELERATION = workspace.KIND + 1
+EVENT_ACCELERATION = workspace.KIND + 1
 """Column of a lane's events after those of `workspace`: acceleration toward the stop after an impact."""
 LANE_EVENT_COLUMNS = workspace.KIND + 2
 
@@ -101,7 +99,7 @@ class Lanes(NamedTuple):
     close: Floats
     """(LANES,) Distance from the stops up to which passages without a contact are bounded."""
     limit: Floats
-    """(2 * LANES,) Limit of `lanes.advance`."""
+    """(2 * LANES,) Limit of `first_pass.advance`."""
     reach: Floats
     """(LANES,) Bound of |q| for all time to come without impacts."""
     tally: Floats
@@ -111,15 +109,15 @@ class Lanes(NamedTuple):
     cursor: Integers
     """(LANES, 4) Used for a lane that is not FREE, as in `workspace.Workspace`."""
     near: Floats
-    """(LANES, 3) Likewise."""
+    """(LANES, 3) `Workspace.near` of a lane that is not FREE, without a graze."""
     resting: Floats
-    """(LANES, N - 1, 2) Likewise, as `sticking_flow.HeldProblem.state`."""
+    """(LANES, N - 1, 2) `sticking_flow.HeldProblem.state` of a lane that is not FREE."""
     since: Floats
-    """(LANES, 2) Likewise, as in `sticking_flow.HeldProblem`."""
+    """(LANES, 2) `sticking_flow.HeldProblem.since` of a lane that is not FREE."""
     status: Integers
     """(LANES,) OK, or why the trajectory ended."""
     events: Floats
-    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start
+    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and EVENT_ACCELERATION. Events since the start
     of the trajectory, or since the caller emptied them (`cursor`); those beyond the capacity are counted only."""
     mixed: Integers
     """(LANES,) 1 if the events of the last half period are not all impacts with a speed, or if the contact rested in
@@ -159,7 +157,7 @@ class CellStep(NamedTuple):
     """((2 N + 2) * LANES,) States of all lanes at its end."""
 
 
-class Impact(NamedTuple):
+class LaneImpact(NamedTuple):
     """One impact."""
 
     time: float
@@ -204,7 +202,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         lane_of=np.zeros(WIDTH, dtype=np.int64),
         active=np.zeros(WIDTH, dtype=np.int64),
         first_pass=lane_batch(masses),
-        second_pass=second.second_pass(masses),
+        second_pass=second_pass.second_batch(masses),
     )
 
 
@@ -261,7 +259,7 @@ def clear_lane(group: Lanes, lane: int) -> None:
 
 @kernel
 def _loss(problem: CellProblem, u: Floats, close: float) -> float:
-    """Return by how much the limits of `lanes.advance` are below the gaps, but for the rounding of these."""
+    """Return by how much the limits of `first_pass.advance` are below the gaps, but for the rounding of these."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
     return close + CONTACT_ROUNDING * reach + square * square / HERMITE_DIVISOR * fourth
@@ -293,7 +291,7 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: F
     group.tally[:, lane] = 0.0
     group.tally[workspace.MIN_SPEED, lane] = np.inf
     group.tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-    group.tally[workspace.LEAST_GAP, lane] = np.inf
+    group.tally[workspace.MIN_GAP, lane] = np.inf
 
 
 @kernel
@@ -305,9 +303,9 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Sto
     _, _, acceleration = reference_at(problem, plain(0), 0.0)
     contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
     group.cursor[lane, workspace.ANCHOR] = stop
-    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
-    group.near[lane, 0] = 0.0
-    group.near[lane, 1] = leaving
+    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, workspace.ANCHOR_GAP] = 0.0
+    group.near[lane, workspace.ANCHOR_RATE] = leaving
     group.regime[lane] = RESTING  # its first cell is computed for this lane alone
     no_limits(group, lane)
     if may_rest(restitution_of(stops, stop), problem.step, contact_acceleration, leaving):
@@ -317,27 +315,27 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Sto
 @inlined
 def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
     """Enter the distance from the stops in a passage without a contact into a lane's tally."""
-    tally[workspace.LEAST_GAP, lane] = min(tally[workspace.LEAST_GAP, lane], gap)
+    tally[workspace.MIN_GAP, lane] = min(tally[workspace.MIN_GAP, lane], gap)
 
 
 @inlined
-def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: Impact) -> None:
+def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: LaneImpact) -> None:
     """Enter an impact into a lane's tally and, up to their capacity, into its events."""
     side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
-    tally[workspace.RIGHT if side > 0.0 else workspace.LEFT, lane] += 1.0
+    tally[workspace.RIGHT_IMPACTS if side > 0.0 else workspace.LEFT_IMPACTS, lane] += 1.0
     tally[workspace.FOLLOWED, lane] += 1.0
     tally[workspace.MIN_SPEED, lane] = min(tally[workspace.MIN_SPEED, lane], speed)
     if contact_acceleration <= 0.0:
         tally[workspace.MIN_UNPRESSED_SPEED, lane] = min(tally[workspace.MIN_UNPRESSED_SPEED, lane], speed)
-    row = cursor[lane, workspace.ROWS]
+    row = cursor[lane, workspace.EVENT_COUNT]
     if row < events.shape[1]:
         events[lane, row, workspace.HALF] = half
         events[lane, row, workspace.TIME] = impact.time
         events[lane, row, workspace.STOP] = side
         events[lane, row, workspace.VELOCITY] = side * speed
         events[lane, row, workspace.KIND] = workspace.IMPACT
-        events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
-    cursor[lane, workspace.ROWS] = row + 1
+        events[lane, row, EVENT_ACCELERATION] = contact_acceleration
+    cursor[lane, workspace.EVENT_COUNT] = row + 1
 
 
 @kernel
@@ -356,21 +354,21 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
 
     `status` is AT_STOP where the contact may come to rest there, else OK.
     """
-    at, end, lane = group.second_pass.rows, group.second_pass.end, group.lane_of[k]
+    rows, end, lane = group.second_pass.rows, group.second_pass.end, group.lane_of[k]
     for j in range(u.shape[0]):
         u[j, 0] = end[2 * j * WIDTH + k]
         u[j, 1] = end[(2 * j + 1) * WIDTH + k]
-    left = 0.5 * (1.0 - at[second.ORIGIN * WIDTH + k]) * problem.step
+    left = 0.5 * (1.0 - rows[second_pass.ORIGIN * WIDTH + k]) * problem.step
     flow_state(problem, u, -left)
     for j in range(u.shape[0]):
         group.deferred_state[lane, 2 * j] = u[j, 0]
         group.deferred_state[lane, 2 * j + 1] = u[j, 1]
-    leaving = at[second.RATE * WIDTH + k] / (0.5 * problem.step)
+    leaving = rows[second_pass.RATE * WIDTH + k] / (0.5 * problem.step)
     group.deferred_offset[lane] = problem.step - left
-    group.cursor[lane, workspace.ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
-    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
-    group.near[lane, 0] = 0.0
-    group.near[lane, 1] = leaving
+    group.cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
+    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, workspace.ANCHOR_GAP] = 0.0
+    group.near[lane, workspace.ANCHOR_RATE] = leaving
     group.status[lane] = status
     group.deferred[count] = lane
     return count + 1
@@ -380,7 +378,7 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
 def _run_second_pass(
     masses: Masses,
     models: LaneModels,
-    own: OwnTables,
+    separate: TablesPerLane,
     group: Lanes,
     step: CellStep,
     count: int,
@@ -391,37 +389,37 @@ def _run_second_pass(
 
     Returns how many lanes are deferred now; `deferred` were before.
     """
-    tables, cell = table_of(own, OF_SECOND_PASS, models), cell_of_pass(own, step.cell)
-    batch, active, at = group.second_pass, group.active, group.second_pass.rows
+    tables, cell = table_of(separate, OF_SECOND_PASS, models), cell_of_pass(separate, step.cell)
+    batch, active, rows = group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
         active[k] = 1 if k < count else 0
         if k >= count:
-            at[second.JUMP * WIDTH + k] = 0.0
+            rows[second_pass.JUMP * WIDTH + k] = 0.0
         else:
             put_in_pass(tables, WIDTH, k, record_of(models, group.lane_of[k]).tables, step.cell)
     computed = (count + VECTOR - 1) // VECTOR * VECTOR
-    second.begin_second_pass(masses, tables, cell, batch, computed)
+    second_pass.begin_second_pass(masses, tables, cell, batch, computed)
     while True:
         deferred = _enter_impacts_of_round(models, group, step, count, u, deferred)
-        second.certify_clear(tables, batch, computed)
+        second_pass.certify_clear(tables, batch, computed)
         uncertain = 0
         for k in range(count):
-            uncertain += 1 if active[k] != 0 and at[second.OUTCOME * WIDTH + k] != second.CLEAR else 0
+            uncertain += 1 if active[k] != 0 and rows[second_pass.OUTCOME * WIDTH + k] != second_pass.CLEAR else 0
         if uncertain > 0:
-            second.find_contacts(tables, batch, computed)
+            second_pass.find_contacts(tables, batch, computed)
         contacts = 0
         for k in range(count):
             if active[k] == 0:
-                at[second.CONTACT_S * WIDTH + k] = 0.0
-                at[second.JUMP * WIDTH + k] = 0.0
-            elif at[second.OUTCOME * WIDTH + k] == second.CONTACT:
+                rows[second_pass.CONTACT_S * WIDTH + k] = 0.0
+                rows[second_pass.JUMP * WIDTH + k] = 0.0
+            elif rows[second_pass.OUTCOME * WIDTH + k] == second_pass.CONTACT:
                 contacts += 1
             else:
                 deferred = _leave_second_pass(models, group, step, k, u, deferred)
         if contacts == 0:
             break
-        second.apply_impacts(masses, tables, batch, computed)
-    second.end_second_pass(masses, tables, cell, batch, computed)
+        second_pass.apply_impacts(masses, tables, batch, computed)
+    second_pass.end_second_pass(masses, tables, cell, batch, computed)
     _write_second_pass(group, step, count, 2 * len(masses))
     return deferred
 
@@ -431,19 +429,20 @@ def _enter_impacts_of_round(
     models: LaneModels, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
 ) -> int:
     """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
-    at, lane_of, active = group.second_pass.rows, group.lane_of, group.active
+    rows, lane_of, active = group.second_pass.rows, group.lane_of, group.active
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     for k in range(count):
-        if active[k] != 0 and at[second.JUMP * WIDTH + k] != 0.0:
+        if active[k] != 0 and rows[second_pass.JUMP * WIDTH + k] != 0.0:
             problem = record_of(models, lane_of[k]).problem
             length = problem.step
             half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
-            _enter_passage(tally, lane_of[k], at[second.LEAST_GAP * WIDTH + k])
-            speed, contact_acceleration = at[second.SPEED * WIDTH + k], at[second.CONTACT_ACCELERATION * WIDTH + k]
-            after, side = half_cell * (1.0 + at[second.ORIGIN * WIDTH + k]), at[second.SIDE * WIDTH + k]
-            impact = Impact(cell_start + after, side, speed, contact_acceleration)
+            _enter_passage(tally, lane_of[k], rows[second_pass.LEAST_GAP * WIDTH + k])
+            speed = rows[second_pass.SPEED * WIDTH + k]
+            contact_acceleration = rows[second_pass.CONTACT_ACCELERATION * WIDTH + k]
+            after, side = half_cell * (1.0 + rows[second_pass.ORIGIN * WIDTH + k]), rows[second_pass.SIDE * WIDTH + k]
+            impact = LaneImpact(cell_start + after, side, speed, contact_acceleration)
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
-            restitution = at[second.RESTITUTION * WIDTH + k]
+            restitution = rows[second_pass.RESTITUTION * WIDTH + k]
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
                 deferred = _defer_after_impact(problem, group, k, u, plain(workspace.AT_STOP), deferred)
                 active[k] = 0
@@ -456,24 +455,23 @@ def _leave_second_pass(models: LaneModels, group: Lanes, step: CellStep, k: int,
 
     Returns how many lanes are deferred now.
     """
-    at, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
-    problem, on_stop = record_of(models, lane).problem, at[second.ON_STOP * WIDTH + k] > 0.0
+    rows, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
+    problem, on_stop = record_of(models, lane).problem, rows[second_pass.ON_STOP * WIDTH + k] > 0.0
     group.active[k] = 0
-    if at[second.OUTCOME * WIDTH + k] != second.CLEAR:
+    if rows[second_pass.OUTCOME * WIDTH + k] != second_pass.CLEAR:
         if on_stop:
             return _defer_after_impact(problem, group, k, u, plain(workspace.OK), deferred)
         return _defer_cell(group, lane, deferred, step.here)
-    _enter_passage(group.tally, lane, at[second.LEAST_GAP * WIDTH + k])
+    _enter_passage(group.tally, lane, rows[second_pass.LEAST_GAP * WIDTH + k])
     stays = False
     if on_stop or regime[lane] == NEAR:
         length, half_cell = problem.step, 0.5 * problem.step
-        gap, rate = at[second.END_GAP * WIDTH + k], at[second.END_RATE * WIDTH + k]
-        near[lane, 0] = gap
-        near[lane, 1] = rate
+        gap, rate = rows[second_pass.END_GAP * WIDTH + k], rows[second_pass.END_RATE * WIDTH + k]
+        near[lane, workspace.ANCHOR_GAP] = gap
+        near[lane, workspace.ANCHOR_RATE] = rate
         # the contact is close to the stop, and the parabola through both rates returns to it within the next cell
-        second_derivative = (
-            0.5 * (rate - at[second.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - at[second.ORIGIN * WIDTH + k]))
-        )
+        origin = rows[second_pass.ORIGIN * WIDTH + k]
+        second_derivative = 0.5 * (rate - rows[second_pass.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - origin))
         close = gap < ANCHORED_GAP * group.unit[lane]
         stays = close and gap + length * (rate + length * second_derivative) < 0.0
     regime[lane] = BECOMES_NEAR if stays else BECOMES_FREE
@@ -483,7 +481,7 @@ def _leave_second_pass(models: LaneModels, group: Lanes, step: CellStep, k: int,
 @kernel
 def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) -> None:
     """Write the states and regimes at the end of the cell of the lanes of the second pass that reach it."""
-    at, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
+    rows, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
     regime, cursor, limit, gap = group.regime, group.cursor, group.limit, group.gap
     for k in range(count):
         lane = lane_of[k]
@@ -491,77 +489,78 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
             continue
         for c in range(states):
             there[c * LANES + lane] = end[c * WIDTH + k]
-        there[states * LANES + lane] = at[second.END_X * WIDTH + k]
-        there[(states + 1) * LANES + lane] = at[second.END_V * WIDTH + k]
+        there[states * LANES + lane] = rows[second_pass.END_X * WIDTH + k]
+        there[(states + 1) * LANES + lane] = rows[second_pass.END_V * WIDTH + k]
         if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
             no_limits(group, lane)
-            cursor[lane, workspace.ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
-            cursor[lane, workspace.ROOTS] = 0
+            cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
+            cursor[lane, workspace.ZERO_ORDER] = 0
         else:
             regime[lane] = FREE
-            set_limits(limit, gap, lane, at[second.END_LOSS * WIDTH + k] + group.close[lane])
+            set_limits(limit, gap, lane, rows[second_pass.END_LOSS * WIDTH + k] + group.close[lane])
             cursor[lane, workspace.ANCHOR] = 0
 
 
 @kernel
 def _solve_flagged(
-    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, step: CellStep, used: int, u: Floats
+    masses: Masses, models: LaneModels, separate: TablesPerLane, group: Lanes, step: CellStep, used: int, u: Floats
 ) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
     gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
     here, there = step.here, step.there
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
-    at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
+    rows, end = group.first_pass.rows, group.first_pass.end
+    second, start = group.second_pass.rows, group.second_pass.start
     states, place = 2 * len(masses), step.cell % (models.shared.problem.cells // 2)
-    steps = of_lanes(table_of(own, OF_GROUP, models).scalars, STEP, LANES)
-    free, others = _solve_free(masses, models, own, group, step, used)
+    steps = lane_row(table_of(separate, OF_GROUP, models).scalars, STEP, LANES)
+    free, others = _solve_free(masses, models, separate, group, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
     deferred = int(np.int64(0))
     for i in range(free + others):
         if i < free:
-            lane, outcome = flagged[i], at[first.OUTCOME * PITCH + i]
-            if outcome == first.NO_IMPACT:
-                _enter_passage(tally, lane, at[first.LEAST_GAP * PITCH + i])
+            lane, outcome = flagged[i], rows[first_pass.OUTCOME * PITCH + i]
+            if outcome == first_pass.NO_IMPACT:
+                _enter_passage(tally, lane, rows[first_pass.LEAST_GAP * PITCH + i])
                 continue
-            if outcome == first.SINGLE_IMPACT:
-                _enter_passage(tally, lane, at[first.LEAST_GAP * PITCH + i])
+            if outcome == first_pass.SINGLE_IMPACT:
+                _enter_passage(tally, lane, rows[first_pass.LEAST_GAP * PITCH + i])
                 for c in range(states):
                     there[c * LANES + lane] = end[c * PITCH + i]
-                there[states * LANES + lane] = at[first.END_X * PITCH + i]
-                there[(states + 1) * LANES + lane] = at[first.END_V * PITCH + i]
-                set_limits(limit, gap, lane, at[first.END_LOSS * PITCH + i] + close[lane])
-                length = of_lane(steps, lane)
-                _enter_impact(tally, cursor, events, lane, half, _impact(at, i, length * place, 0.5 * length))
+                there[states * LANES + lane] = rows[first_pass.END_X * PITCH + i]
+                there[(states + 1) * LANES + lane] = rows[first_pass.END_V * PITCH + i]
+                set_limits(limit, gap, lane, rows[first_pass.END_LOSS * PITCH + i] + close[lane])
+                length = lane_value(steps, lane)
+                _enter_impact(tally, cursor, events, lane, half, _impact(rows, i, length * place, 0.5 * length))
                 continue
-            _put_free_lane(at, on, outcome, i, filled, 0.5 * of_lane(steps, lane))
+            _put_free_lane(rows, second, outcome, i, filled, 0.5 * lane_value(steps, lane))
         else:
             lane = not_free[i - free]
             if regime[lane] == RESTING:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            _put_near_lane(cursor, group.near, on, lane, filled, 0.5 * of_lane(steps, lane))
+            _put_near_lane(cursor, group.near, second, lane, filled, 0.5 * lane_value(steps, lane))
         lane_of[filled] = lane
-        on[second.UNIT * WIDTH + filled] = unit[lane]
-        on[second.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
-        upper = on[second.SIDE * WIDTH + filled] > 0.0
-        on[second.RESTITUTION * WIDTH + filled] = restitution[lane if upper else LANES + lane]
+        second[second_pass.UNIT * WIDTH + filled] = unit[lane]
+        second[second_pass.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
+        upper = second[second_pass.SIDE * WIDTH + filled] > 0.0
+        second[second_pass.RESTITUTION * WIDTH + filled] = restitution[lane if upper else LANES + lane]
         for c in range(states):
             start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
         if filled == WIDTH:
-            deferred = _run_second_pass(masses, models, own, group, step, filled, u, deferred)
+            deferred = _run_second_pass(masses, models, separate, group, step, filled, u, deferred)
             filled = int(np.int64(0))
     if filled > 0:
-        deferred = _run_second_pass(masses, models, own, group, step, filled, u, deferred)
+        deferred = _run_second_pass(masses, models, separate, group, step, filled, u, deferred)
     return deferred
 
 
 @kernel
 def _solve_free(
-    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, step: CellStep, used: int
+    masses: Masses, models: LaneModels, separate: TablesPerLane, group: Lanes, step: CellStep, used: int
 ) -> tuple[int, int]:
     """Find the impacts of the flagged lanes that are FREE.
 
@@ -569,9 +568,9 @@ def _solve_free(
     FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
     """
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
-    start, at, here = group.first_pass.start, group.first_pass.rows, step.here
+    start, rows, here = group.first_pass.start, group.first_pass.rows, step.here
     gap, restitution, unit = group.gap, group.restitution, group.unit
-    states, tables = 2 * len(masses), table_of(own, OF_FIRST_PASS, models)
+    states, tables = 2 * len(masses), table_of(separate, OF_FIRST_PASS, models)
     count = 0
     for lane in range(used):
         flagged[count] = lane
@@ -586,59 +585,61 @@ def _solve_free(
         flagged[free] = lane
         for c in range(states):
             start[c * PITCH + free] = here[c * LANES + lane]
-        at[first.START_X * PITCH + free] = here[states * LANES + lane]
-        at[first.START_V * PITCH + free] = here[(states + 1) * LANES + lane]
-        at[first.RIGHT * PITCH + free] = gap[lane]
-        at[first.LEFT * PITCH + free] = gap[LANES + lane]
-        at[first.RESTITUTION_RIGHT * PITCH + free] = restitution[lane]
-        at[first.RESTITUTION_LEFT * PITCH + free] = restitution[LANES + lane]
-        at[first.UNIT * PITCH + free] = unit[lane]
+        rows[first_pass.START_X * PITCH + free] = here[states * LANES + lane]
+        rows[first_pass.START_V * PITCH + free] = here[(states + 1) * LANES + lane]
+        rows[first_pass.RIGHT * PITCH + free] = gap[lane]
+        rows[first_pass.LEFT * PITCH + free] = gap[LANES + lane]
+        rows[first_pass.RESTITUTION_RIGHT * PITCH + free] = restitution[lane]
+        rows[first_pass.RESTITUTION_LEFT * PITCH + free] = restitution[LANES + lane]
+        rows[first_pass.UNIT * PITCH + free] = unit[lane]
         put_in_pass(tables, PITCH, free, record_of(models, lane).tables, step.cell)
         free += 1
     if free > 0:
         computed = (free + VECTOR - 1) // VECTOR * VECTOR
-        solve_impacts(masses, tables, cell_of_pass(own, step.cell), group.first_pass, computed)
+        solve_impacts(masses, tables, cell_of_pass(separate, step.cell), group.first_pass, computed)
     return free, others
 
 
 @inlined
-def _impact(at: Floats, i: int, cell_start: float, half_cell: float) -> Impact:
+def _impact(rows: Floats, i: int, cell_start: float, half_cell: float) -> LaneImpact:
     """Return the impact of lane i of the first pass."""
-    return Impact(
-        cell_start + half_cell * (1.0 + at[first.IMPACT_Z * PITCH + i]),
-        at[first.SIDE * PITCH + i],
-        at[first.SPEED * PITCH + i],
-        at[first.CONTACT_ACCELERATION * PITCH + i],
+    return LaneImpact(
+        cell_start + half_cell * (1.0 + rows[first_pass.IMPACT_Z * PITCH + i]),
+        rows[first_pass.SIDE * PITCH + i],
+        rows[first_pass.SPEED * PITCH + i],
+        rows[first_pass.CONTACT_ACCELERATION * PITCH + i],
     )
 
 
 @inlined
-def _put_free_lane(at: Floats, on: Floats, outcome: float, i: int, k: int, half_cell: float) -> None:
+def _put_free_lane(rows: Floats, second: Floats, outcome: float, i: int, k: int, half_cell: float) -> None:
     """Write lane i of the first pass, which needs a second one, to lane k of that."""
-    side = at[first.SIDE * PITCH + i]
-    on[second.SIDE * WIDTH + k] = side
-    if outcome == first.FIRST_IMPACT:
-        on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * PITCH + i]
-        on[second.SPEED * WIDTH + k] = at[first.SPEED * PITCH + i]
-        on[second.JUMP * WIDTH + k] = at[first.JUMP * PITCH + i]
-        on[second.LEAST_GAP * WIDTH + k] = at[first.LEAST_GAP * PITCH + i]
+    side = rows[first_pass.SIDE * PITCH + i]
+    second[second_pass.SIDE * WIDTH + k] = side
+    if outcome == first_pass.FIRST_IMPACT:
+        second[second_pass.ORIGIN * WIDTH + k] = rows[first_pass.IMPACT_Z * PITCH + i]
+        second[second_pass.SPEED * WIDTH + k] = rows[first_pass.SPEED * PITCH + i]
+        second[second_pass.JUMP * WIDTH + k] = rows[first_pass.JUMP * PITCH + i]
+        second[second_pass.LEAST_GAP * WIDTH + k] = rows[first_pass.LEAST_GAP * PITCH + i]
     else:
-        on[second.ORIGIN * WIDTH + k] = -1.0
-        on[second.GAP * WIDTH + k] = at[first.GAP * PITCH + i] - side * at[first.START_X * PITCH + i]
-        on[second.RATE * WIDTH + k] = -side * at[first.START_V * PITCH + i] * half_cell
-        on[second.SPEED * WIDTH + k] = 0.0
-        on[second.JUMP * WIDTH + k] = 0.0
+        second[second_pass.ORIGIN * WIDTH + k] = -1.0
+        second[second_pass.GAP * WIDTH + k] = (
+            rows[first_pass.GAP * PITCH + i] - side * rows[first_pass.START_X * PITCH + i]
+        )
+        second[second_pass.RATE * WIDTH + k] = -side * rows[first_pass.START_V * PITCH + i] * half_cell
+        second[second_pass.SPEED * WIDTH + k] = 0.0
+        second[second_pass.JUMP * WIDTH + k] = 0.0
 
 
 @inlined
-def _put_near_lane(cursor: Integers, near: Floats, on: Floats, lane: int, k: int, half_cell: float) -> None:
+def _put_near_lane(cursor: Integers, near: Floats, second: Floats, lane: int, k: int, half_cell: float) -> None:
     """Write a lane that is NEAR a stop to lane k of the second pass."""
-    on[second.SIDE * WIDTH + k] = cursor[lane, workspace.ANCHOR]
-    on[second.ORIGIN * WIDTH + k] = -1.0
-    on[second.GAP * WIDTH + k] = near[lane, 0]
-    on[second.RATE * WIDTH + k] = near[lane, 1] * half_cell
-    on[second.SPEED * WIDTH + k] = 0.0
-    on[second.JUMP * WIDTH + k] = 0.0
+    second[second_pass.SIDE * WIDTH + k] = cursor[lane, workspace.ANCHOR]
+    second[second_pass.ORIGIN * WIDTH + k] = -1.0
+    second[second_pass.GAP * WIDTH + k] = near[lane, workspace.ANCHOR_GAP]
+    second[second_pass.RATE * WIDTH + k] = near[lane, workspace.ANCHOR_RATE] * half_cell
+    second[second_pass.SPEED * WIDTH + k] = 0.0
+    second[second_pass.JUMP * WIDTH + k] = 0.0
 
 
 @kernel
@@ -688,21 +689,21 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
         copy_matrix(held.state, group.resting[lane])
         copy_vector(held.since, group.since[lane])
     capacity = group.events.shape[1]
-    before = work.cursor[workspace.ROWS]
+    before = work.cursor[workspace.EVENT_COUNT]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
     if seen < capacity:
         for c in range(workspace.KIND + 1):
             work.events[seen, c] = group.events[lane, seen, c]
     status = workspace.AT_STOP
     if group.status[lane] == workspace.AT_STOP:
-        work.near[2] = offset
+        work.near[workspace.CELL_OFFSET] = offset
     else:
         status = run_cell(problem, stops, u, cell, offset, half, work)
     if status == workspace.AT_STOP:
         status = rest_in_cell(problem, held, stops, u, cell, half, work)
     if work.cursor[workspace.HELD] != 0:
         group.mixed[lane] = 1
-    for row in range(seen, min(work.cursor[workspace.ROWS], capacity)):
+    for row in range(seen, min(work.cursor[workspace.EVENT_COUNT], capacity)):
         for c in range(workspace.KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
         if row < before:
@@ -717,7 +718,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
             contact_acceleration = work.events[row, workspace.STOP] * contact_acceleration_of(
                 problem, after, acceleration
             )
-            group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
+            group.events[lane, row, EVENT_ACCELERATION] = contact_acceleration
     if (
         status == workspace.OK
         and work.cursor[workspace.HELD] != 0
@@ -730,7 +731,14 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
 
 @kernel
 def run_half(
-    masses: Masses, models: LaneModels, own: OwnTables, group: Lanes, half: int, used: int, u: Floats, work: Workspace
+    masses: Masses,
+    models: LaneModels,
+    separate: TablesPerLane,
+    group: Lanes,
+    half: int,
+    used: int,
+    u: Floats,
+    work: Workspace,
 ) -> None:
     """Carry the first `used` lanes over half a forcing period.
 
@@ -745,22 +753,22 @@ def run_half(
     u, work
         Scratch, (N, 2), and with the lanes' capacity for events; overwritten.
     """
-    tables = table_of(own, OF_GROUP, models)
+    tables = table_of(separate, OF_GROUP, models)
     cells = models.shared.problem.cells // 2
-    first = (half % 2) * cells
+    first_cell = (half % 2) * cells
     here, there, mixed = group.even, group.odd, group.mixed
     for lane in range(used):
         mixed[lane] = 0
-    for cell in range(first, first + cells):
+    for cell in range(first_cell, first_cell + cells):
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
-            for i in range(_solve_flagged(masses, models, own, group, step, used, u)):
+            for i in range(_solve_flagged(masses, models, separate, group, step, used, u)):
                 lane = group.deferred[i]
                 _run_by_itself(record_of(models, lane), group, lane, step, u, work)
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
-    relative = own.number > 0 or models.shared.problem.reference_series.shape[0] > 0
+    relative = separate.number > 0 or models.shared.problem.reference_series.shape[0] > 0
     if relative:  # the reference motion may not be the steady one
         _begin_half_period(models, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)

@@ -15,8 +15,8 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lane_state import stops_in_row
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.observed_motion import (
     ObservedOutputs,
@@ -30,7 +30,7 @@ from grazemap_core.simulation.kernels.observed_motion import (
 from grazemap_core.simulation.kernels.output_rows import OutputScratch
 from grazemap_core.simulation.tolerances import CLOSING_RETURNS
 
-UNKNOWN, OF_ORBIT, STEADY, CLOSING, AVERAGED = 0, 1, 2, 3, 4
+NOT_OBSERVED, OF_ORBIT, STEADY_MOTION, CLOSING, AVERAGED = 0, 1, 2, 3, 4
 """What is read off: nothing; a verified orbit; the steady motion; a motion that closes; a mean over many periods."""
 
 
@@ -91,11 +91,11 @@ def observe_column(
         stops = stops_in_row(column.stops, i // each)
         clear_totals(column.totals)
         status = workspace.OK
-        if kind in (OF_ORBIT, STEADY):
+        if kind in (OF_ORBIT, STEADY_MOTION):
             rows = _write_orbit(problem, stops, column, i, kind)
             end = (column.rows[0, workspace.HALF] + 2.0 * column.periods[i], column.rows[0, workspace.TIME])
             observe_rows(problem, whole, stops, column.rows[:rows], end, column.totals, column.scratch)
-        elif kind != UNKNOWN:
+        elif kind != NOT_OBSERVED:
             status = _simulate(problem, held, partial, stops, column, i, work)
         if status == workspace.RECORD_FULL:
             return i
@@ -109,7 +109,7 @@ def observe_column(
 @kernel
 def _write_orbit(problem: CellProblem, stops: Stops, column: ObservedColumn, i: int, kind: int) -> int:
     """Write the rows of one period of an orbit, or of the steady motion, and return their number."""
-    if kind == STEADY:
+    if kind == STEADY_MOTION:
         column.rows[0, :] = 0.0
         return 1
     count, duration = int(column.final.counts[i]), column.periods[i] * problem.cells * problem.step
@@ -154,6 +154,6 @@ def _begin(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, res
     _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
     if v == 0.0:
         return start_on_stop(problem, held, stops, u, stop, work)
-    work.cursor[workspace.ANCHOR], work.cursor[workspace.ROOTS] = stop, 1
-    work.near[1] = abs(v)
+    work.cursor[workspace.ANCHOR], work.cursor[workspace.ZERO_ORDER] = stop, 1
+    work.near[workspace.ANCHOR_RATE] = abs(v)
     return workspace.OK

@@ -1,6 +1,6 @@
 """Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
 
-As in `multi_impact_cell`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
+As in `second_pass`, up to BATCH lanes are side by side in a batch, and every loop over them is straight-line
 arithmetic over whole vectors. The number of lanes is not a constant to the compiler: it would unroll short loops
 instead of vectorising them. In each step all lanes advance to their next impact; a lane without a further one stays at
 its last, and a lane without any advances to the end of the half period. A lane has one change, or two.
@@ -18,17 +18,17 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
+from grazemap_core.maps.kernels.first_pass import VECTOR, four_lane_rows
 from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
-from grazemap_core.maps.kernels.lanes import VECTOR, four_of_lanes
-from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
-from grazemap_core.maps.kernels.own_tables import OF_CHANGES, LaneModels, OwnTables, put_in_changes
-from grazemap_core.numerics.jit.by_lane import at, of_lanes, record_of, table_of
+from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
+from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, TablesPerLane, put_in_changes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
 from grazemap_core.simulation.tolerances import RANK_ROUNDING
 
-WIDTH = 16
+BATCH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
 
 # rows of `TangentBatch.rows`
@@ -38,12 +38,12 @@ FACTOR, RATIO = 4, 5
 """1 + R, or 0 without an impact; ratio of acceleration and velocity at the impact, without the viscous term."""
 STEEPNESS, STEEPEST, SHARPEST = 6, 7, 8
 """2 |a|/v^2 at an impact, largest one of the half period, and largest product with the position in the first change."""
-SQUARE, OVERLAP, WHOLE, REST = 9, 10, 11, 12
+SQUARE, OVERLAP, WHOLE, REMAINDER = 9, 10, 11, 12
 """Scalar products of the changes at the end: of the first with itself and with the second, of the second with itself,
 and the same after the first has been subtracted; 0 if nothing was left."""
 SCALE = 13
 """Factor on a change."""
-POSITION, SPEED = 14, 16
+CONTACT_POSITION, CONTACT_VELOCITY = 14, 16
 """Position and velocity of the contact in both changes; then their jumps at the impact."""
 VELOCITY_AT, ACCELERATION_AT = 18, 19
 """Velocity and acceleration at the impact; 1 and 0 without one."""
@@ -51,7 +51,7 @@ DRAG = 20
 """The viscous term times FACTOR."""
 END = 21
 """The end of the half period."""
-ROWS = 22
+CHANGE_ROWS = 22
 
 Columns = tuple[int, ...]
 Places = tuple[int, int, int]
@@ -60,31 +60,31 @@ Numbers = tuple[float, float, float, float]
 
 
 class TangentBatch(NamedTuple):
-    """WIDTH lanes."""
+    """BATCH lanes."""
 
     lanes: Integers
-    """(WIDTH,) Index of a lane."""
+    """(BATCH,) Index of a lane."""
     first: Integers
-    """(WIDTH,) Row of the half period's first impact in its events."""
+    """(BATCH,) Row of the half period's first impact in its events."""
     impacts: Integers
-    """(WIDTH,) Number of impacts."""
+    """(BATCH,) Number of impacts."""
     changes: Floats
-    """(4 N * WIDTH,) For every block, u of every change, then u' of every change."""
+    """(4 N * BATCH,) For every block, u of every change, then u' of every change."""
     flow: Floats
-    """(2 N * WIDTH,) Of every block, u and u' after whole parts of a cell from a unit velocity."""
+    """(2 N * BATCH,) Of every block, u and u' after whole parts of a cell from a unit velocity."""
     rows: Floats
-    """(ROWS * WIDTH,) Scratch, by the rows above."""
+    """(CHANGE_ROWS * BATCH,) Scratch, by the rows above."""
 
 
 def tangent_batch(masses: int) -> TangentBatch:
     """Return an empty batch for an oscillator."""
     return TangentBatch(
-        lanes=np.zeros(WIDTH, dtype=np.int64),
-        first=np.zeros(WIDTH, dtype=np.int64),
-        impacts=np.zeros(WIDTH, dtype=np.int64),
-        changes=aligned(np.zeros(4 * masses * WIDTH)),
-        flow=aligned(np.zeros(2 * masses * WIDTH)),
-        rows=aligned(np.zeros(ROWS * WIDTH)),
+        lanes=np.zeros(BATCH, dtype=np.int64),
+        first=np.zeros(BATCH, dtype=np.int64),
+        impacts=np.zeros(BATCH, dtype=np.int64),
+        changes=aligned(np.zeros(4 * masses * BATCH)),
+        flow=aligned(np.zeros(2 * masses * BATCH)),
+        rows=aligned(np.zeros(CHANGE_ROWS * BATCH)),
     )
 
 
@@ -92,13 +92,13 @@ def tangent_batch(masses: int) -> TangentBatch:
 def _series(s: Floats, row: int, k: int, t: float) -> float:
     """Return the polynomial of degree 6 with the coefficients in a row of `LaneTables.change_series`."""
     n = FLOW_DEGREE * row
-    value: float = at(of_lanes(s, n + 6, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 5, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 4, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 3, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 2, WIDTH), k)
-    value = value * t + at(of_lanes(s, n + 1, WIDTH), k)
-    value = value * t + at(of_lanes(s, n, WIDTH), k)
+    value: float = lane_value(lane_row(s, n + 6, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n + 5, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n + 4, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n + 3, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n + 2, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n + 1, BATCH), k)
+    value = value * t + lane_value(lane_row(s, n, BATCH), k)
     return value
 
 
@@ -115,47 +115,47 @@ def _set_targets(
 ) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
     rows, flow = batch.rows, batch.flow
-    steps, viscous = of_lanes(scalars, lane_tables.STEP, WIDTH), of_lanes(scalars, lane_tables.VISCOUS_TERM, WIDTH)
+    steps, viscous = lane_row(scalars, lane_tables.STEP, BATCH), lane_row(scalars, lane_tables.VISCOUS_TERM, BATCH)
     for k in range(filled):
-        time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
+        time, jump, velocity, acceleration = rows[PASSED * BATCH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
             event = events[batch.lanes[k], batch.first[k] + index]
-            time, velocity, acceleration = event[TIME], event[VELOCITY], event[CONTACT_ACCELERATION]
+            time, velocity, acceleration = event[TIME], event[VELOCITY], event[EVENT_ACCELERATION]
             jump = 1.0 + restitution[batch.lanes[k] + (0 if event[STOP] > 0.0 else LANES)]
         elif batch.impacts[k] == 0:
-            time = rows[END * WIDTH + k]
-        rows[TARGET * WIDTH + k] = time
-        rows[FACTOR * WIDTH + k] = jump
-        rows[DRAG * WIDTH + k] = at(viscous, k) * jump
-        rows[VELOCITY_AT * WIDTH + k] = velocity
-        rows[ACCELERATION_AT * WIDTH + k] = acceleration
+            time = rows[END * BATCH + k]
+        rows[TARGET * BATCH + k] = time
+        rows[FACTOR * BATCH + k] = jump
+        rows[DRAG * BATCH + k] = lane_value(viscous, k) * jump
+        rows[VELOCITY_AT * BATCH + k] = velocity
+        rows[ACCELERATION_AT * BATCH + k] = acceleration
     for k in range(width):
-        time, speed = rows[TARGET * WIDTH + k], abs(rows[VELOCITY_AT * WIDTH + k])
-        ratio, away = rows[ACCELERATION_AT * WIDTH + k] / speed, time - rows[PASSED * WIDTH + k]
-        part = at(steps, k) / RESPONSE_PARTS
+        time, speed = rows[TARGET * BATCH + k], abs(rows[VELOCITY_AT * BATCH + k])
+        ratio, away = rows[ACCELERATION_AT * BATCH + k] / speed, time - rows[PASSED * BATCH + k]
+        part = lane_value(steps, k) / RESPONSE_PARTS
         parts = np.floor(away * (1.0 / part) + 0.5)
-        rows[PART * WIDTH + k] = parts
-        rows[SHORT * WIDTH + k] = away - parts * part
-        rows[PASSED * WIDTH + k] = time
-        rows[RATIO * WIDTH + k] = ratio - rows[DRAG * WIDTH + k]
-        rows[STEEPNESS * WIDTH + k] = 2.0 * abs(ratio) / speed
+        rows[PART * BATCH + k] = parts
+        rows[SHORT * BATCH + k] = away - parts * part
+        rows[PASSED * BATCH + k] = time
+        rows[RATIO * BATCH + k] = ratio - rows[DRAG * BATCH + k]
+        rows[STEEPNESS * BATCH + k] = 2.0 * abs(ratio) / speed
     for k in range(filled):
-        response = record_of(models, batch.lanes[k]).tables.block_response[int(rows[PART * WIDTH + k])]
+        response = record_of(models, batch.lanes[k]).tables.block_response[int(rows[PART * BATCH + k])]
         for j in range(response.shape[0] // 2):
-            flow[2 * j * WIDTH + k] = response[2 * j]
-            flow[(2 * j + 1) * WIDTH + k] = response[2 * j + 1]
+            flow[2 * j * BATCH + k] = response[2 * j]
+            flow[(2 * j + 1) * BATCH + k] = response[2 * j + 1]
 
 
 @fused_inlined
 def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, output: Numbers) -> None:
-    """Carry a block of one change of a lane to its next impact; add to POSITION and SPEED."""
+    """Carry a block of one change of a lane to its next impact; add to CONTACT_POSITION and CONTACT_VELOCITY."""
     k, c, columns = places
-    u, du = block[c * WIDTH + k], block[(columns + c) * WIDTH + k]
+    u, du = block[c * BATCH + k], block[(columns + c) * BATCH + k]
     u, du = flow[0] * u + flow[1] * du, flow[2] * u + flow[3] * du
-    block[c * WIDTH + k] = u
-    block[(columns + c) * WIDTH + k] = du
-    rows[(POSITION + c) * WIDTH + k] += output[0] * u + output[1] * du
-    rows[(SPEED + c) * WIDTH + k] += output[2] * u + output[3] * du
+    block[c * BATCH + k] = u
+    block[(columns + c) * BATCH + k] = du
+    rows[(CONTACT_POSITION + c) * BATCH + k] += output[0] * u + output[1] * du
+    rows[(CONTACT_VELOCITY + c) * BATCH + k] += output[2] * u + output[3] * du
 
 
 @fused_inlined
@@ -164,22 +164,22 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
     rows, flow, changes, series = batch.rows, batch.flow, batch.changes, tables.change_series
     count = len(columns)
     for k in range(width):
-        rows[POSITION * WIDTH + k], rows[SPEED * WIDTH + k] = 0.0, 0.0
+        rows[CONTACT_POSITION * BATCH + k], rows[CONTACT_VELOCITY * BATCH + k] = 0.0, 0.0
         if count == 2:
-            rows[(POSITION + 1) * WIDTH + k], rows[(SPEED + 1) * WIDTH + k] = 0.0, 0.0
+            rows[(CONTACT_POSITION + 1) * BATCH + k], rows[(CONTACT_VELOCITY + 1) * BATCH + k] = 0.0, 0.0
     for j in range(blocks):
-        decays, squares = of_lanes(tables.block, BLOCK * j, WIDTH), of_lanes(tables.block, BLOCK * j + 1, WIDTH)
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, WIDTH)
-        over = flow[2 * j * WIDTH : (2 * j + 2) * WIDTH]
-        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        decays, squares = lane_row(tables.block, BLOCK * j, BATCH), lane_row(tables.block, BLOCK * j + 1, BATCH)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, BATCH)
+        over = flow[2 * j * BATCH : (2 * j + 2) * BATCH]
+        block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
         for k in range(width):
-            short = rows[SHORT * WIDTH + k]
-            square, twice = at(squares, k), 2.0 * at(decays, k)
+            short = rows[SHORT * BATCH + k]
+            square, twice = lane_value(squares, k), 2.0 * lane_value(decays, k)
             y, rate = _series(series, j, k, short) * short, _series(series, blocks + j, k, short)
-            whole, whole_rate = over[k], over[WIDTH + k]
+            whole, whole_rate = over[k], over[BATCH + k]
             y, rate = (rate + twice * y) * whole + y * whole_rate, rate * whole_rate - square * y * whole
             to_impact = (rate + twice * y, y, -square * y, rate)
-            output = (at(r0, k), at(r1, k), at(r2, k), at(r3, k))
+            output = (lane_value(r0, k), lane_value(r1, k), lane_value(r2, k), lane_value(r3, k))
             _flow_change(rows, block, (k, 0, count), to_impact, output)
             if count == 2:
                 _flow_change(rows, block, (k, 1, count), to_impact, output)
@@ -189,9 +189,9 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
 def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers) -> None:
     """Add the jumps to a block of one change of a lane."""
     k, c, columns = places
-    x, v = rows[(POSITION + c) * WIDTH + k], rows[(SPEED + c) * WIDTH + k]
-    block[c * WIDTH + k] += v * impulse[0] + x * impulse[1]
-    block[(columns + c) * WIDTH + k] += v * impulse[1] - x * impulse[2]
+    x, v = rows[(CONTACT_POSITION + c) * BATCH + k], rows[(CONTACT_VELOCITY + c) * BATCH + k]
+    block[c * BATCH + k] += v * impulse[0] + x * impulse[1]
+    block[(columns + c) * BATCH + k] += v * impulse[1] - x * impulse[2]
 
 
 @fused_inlined
@@ -199,24 +199,24 @@ def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: L
     """Carry all changes through an impact; those with FACTOR 0 do not change."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
-        steepness, factor, ratio = rows[STEEPNESS * WIDTH + k], rows[FACTOR * WIDTH + k], rows[RATIO * WIDTH + k]
-        x = rows[POSITION * WIDTH + k]
+        steepness, factor, ratio = rows[STEEPNESS * BATCH + k], rows[FACTOR * BATCH + k], rows[RATIO * BATCH + k]
+        x = rows[CONTACT_POSITION * BATCH + k]
         sharpness = steepness * abs(x)
-        steepest, sharpest = rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k]
-        rows[STEEPEST * WIDTH + k] = steepness if steepness > steepest else steepest
-        rows[SHARPEST * WIDTH + k] = sharpness if sharpness > sharpest else sharpest
-        rows[SPEED * WIDTH + k] = -factor * (rows[SPEED * WIDTH + k] - ratio * x)
-        rows[POSITION * WIDTH + k] = -factor * x
+        steepest, sharpest = rows[STEEPEST * BATCH + k], rows[SHARPEST * BATCH + k]
+        rows[STEEPEST * BATCH + k] = steepness if steepness > steepest else steepest
+        rows[SHARPEST * BATCH + k] = sharpness if sharpness > sharpest else sharpest
+        rows[CONTACT_VELOCITY * BATCH + k] = -factor * (rows[CONTACT_VELOCITY * BATCH + k] - ratio * x)
+        rows[CONTACT_POSITION * BATCH + k] = -factor * x
         if count == 2:
-            y = rows[(POSITION + 1) * WIDTH + k]
-            rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
-            rows[(POSITION + 1) * WIDTH + k] = -factor * y
+            y = rows[(CONTACT_POSITION + 1) * BATCH + k]
+            rows[(CONTACT_VELOCITY + 1) * BATCH + k] = -factor * (rows[(CONTACT_VELOCITY + 1) * BATCH + k] - ratio * y)
+            rows[(CONTACT_POSITION + 1) * BATCH + k] = -factor * y
     for j in range(blocks):
-        decay, square, first, second = four_of_lanes(tables.block, j, WIDTH)
-        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        decay, square, first, second = four_lane_rows(tables.block, j, BATCH)
+        block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
         for k in range(width):
-            displacement, velocity = at(first, k), at(second, k)
-            curvature = at(square, k) * displacement + 2.0 * at(decay, k) * velocity
+            displacement, velocity = lane_value(first, k), lane_value(second, k)
+            curvature = lane_value(square, k) * displacement + 2.0 * lane_value(decay, k) * velocity
             impulse = (displacement, velocity, curvature, 0.0)
             _strike_change(rows, block, (k, 0, count), impulse)
             if count == 2:
@@ -228,37 +228,37 @@ def _products(columns: Columns, batch: TangentBatch, width: int, tables: LaneTab
     """Write SQUARE, and of two changes OVERLAP and WHOLE."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
-        rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k], rows[WHOLE * WIDTH + k] = 0.0, 0.0, 0.0
+        rows[SQUARE * BATCH + k], rows[OVERLAP * BATCH + k], rows[WHOLE * BATCH + k] = 0.0, 0.0, 0.0
     for j in range(blocks):
-        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
-        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        frequency = lane_row(tables.bound, 3 * j, BATCH)
+        block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
         for k in range(width):
-            stiffness = at(frequency, k) * at(frequency, k)
-            u, du = block[k], block[count * WIDTH + k]
-            rows[SQUARE * WIDTH + k] += stiffness * (u * u) + du * du
+            stiffness = lane_value(frequency, k) * lane_value(frequency, k)
+            u, du = block[k], block[count * BATCH + k]
+            rows[SQUARE * BATCH + k] += stiffness * (u * u) + du * du
             if count == 2:
-                w, dw = block[WIDTH + k], block[3 * WIDTH + k]
-                rows[OVERLAP * WIDTH + k] += stiffness * (u * w) + du * dw
-                rows[WHOLE * WIDTH + k] += stiffness * (w * w) + dw * dw
+                w, dw = block[BATCH + k], block[3 * BATCH + k]
+                rows[OVERLAP * BATCH + k] += stiffness * (u * w) + du * dw
+                rows[WHOLE * BATCH + k] += stiffness * (w * w) + dw * dw
 
 
 @fused_inlined
 def _subtract_first(batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
-    """Subtract from the second change its share of the first, and write REST."""
+    """Subtract from the second change its share of the first, and write REMAINDER."""
     rows, changes = batch.rows, batch.changes
     for k in range(width):
-        rows[REST * WIDTH + k] = 0.0
-        rows[SCALE * WIDTH + k] = rows[OVERLAP * WIDTH + k] / rows[SQUARE * WIDTH + k]
+        rows[REMAINDER * BATCH + k] = 0.0
+        rows[SCALE * BATCH + k] = rows[OVERLAP * BATCH + k] / rows[SQUARE * BATCH + k]
     for j in range(blocks):
-        frequency = of_lanes(tables.bound, 3 * j, WIDTH)
-        block = changes[4 * j * WIDTH : 4 * (j + 1) * WIDTH]
+        frequency = lane_row(tables.bound, 3 * j, BATCH)
+        block = changes[4 * j * BATCH : 4 * (j + 1) * BATCH]
         for k in range(width):
-            stiffness = at(frequency, k) * at(frequency, k)
-            share = rows[SCALE * WIDTH + k]
-            w = block[WIDTH + k] - share * block[k]
-            dw = block[3 * WIDTH + k] - share * block[2 * WIDTH + k]
-            block[WIDTH + k], block[3 * WIDTH + k] = w, dw
-            rows[REST * WIDTH + k] += stiffness * (w * w) + dw * dw
+            stiffness = lane_value(frequency, k) * lane_value(frequency, k)
+            share = rows[SCALE * BATCH + k]
+            w = block[BATCH + k] - share * block[k]
+            dw = block[3 * BATCH + k] - share * block[2 * BATCH + k]
+            block[BATCH + k], block[3 * BATCH + k] = w, dw
+            rows[REMAINDER * BATCH + k] += stiffness * (w * w) + dw * dw
 
 
 @fused_inlined
@@ -266,16 +266,16 @@ def _shorten(columns: Columns, batch: TangentBatch, width: int, blocks: int) -> 
     """Make the lengths of the changes 1; of those with the square 0 nothing is left, those with a negative one stay."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for c in range(count):
-        row = SQUARE if c == 0 else REST
-        squares, scale = rows[row * WIDTH : (row + 1) * WIDTH], rows[SCALE * WIDTH : (SCALE + 1) * WIDTH]
+        row = SQUARE if c == 0 else REMAINDER
+        squares, scale = rows[row * BATCH : (row + 1) * BATCH], rows[SCALE * BATCH : (SCALE + 1) * BATCH]
         for k in range(width):
             square = squares[k]
             scale[k] = 1.0 / np.sqrt(square) if square > 0.0 else (0.0 if square == 0.0 else 1.0)
         for j in range(blocks):
-            block = changes[(2 * count * j + c) * WIDTH : 2 * count * (j + 1) * WIDTH]
+            block = changes[(2 * count * j + c) * BATCH : 2 * count * (j + 1) * BATCH]
             for k in range(width):
                 block[k] *= scale[k]
-                block[count * WIDTH + k] *= scale[k]
+                block[count * BATCH + k] *= scale[k]
 
 
 @inlined
@@ -289,22 +289,22 @@ def is_safe(square: float) -> bool:
 def _orthonormalise(
     columns: Columns, batch: TangentBatch, filled: int, width: int, tables: LaneTables, blocks: int
 ) -> None:
-    """Make the changes of every lane orthonormal; SQUARE and REST become -1 where products have lost digits.
+    """Make the changes of every lane orthonormal; SQUARE and REMAINDER become -1 where products have lost digits.
 
     Those lanes keep their changes as they are.
     """
     rows, count = batch.rows, len(columns)
     _products(columns, batch, width, tables, blocks)
     for k in range(width):
-        square, whole = rows[SQUARE * WIDTH + k], rows[WHOLE * WIDTH + k]
+        square, whole = rows[SQUARE * BATCH + k], rows[WHOLE * BATCH + k]
         if k >= filled or not is_safe(square) or (count == 2 and not is_safe(whole)):
-            rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k] = -1.0, 0.0
+            rows[SQUARE * BATCH + k], rows[OVERLAP * BATCH + k] = -1.0, 0.0
     if count == 2:
         _subtract_first(batch, width, tables, blocks)
         for k in range(width):
-            rest, whole = rows[REST * WIDTH + k], rows[WHOLE * WIDTH + k]
+            rest, whole = rows[REMAINDER * BATCH + k], rows[WHOLE * BATCH + k]
             left = rest if rest > RANK_ROUNDING * RANK_ROUNDING * whole else 0.0
-            rows[REST * WIDTH + k] = left if rows[SQUARE * WIDTH + k] > 0.0 else -1.0
+            rows[REMAINDER * BATCH + k] = left if rows[SQUARE * BATCH + k] > 0.0 else -1.0
     _shorten(columns, batch, width, blocks)
 
 
@@ -317,7 +317,7 @@ def carry_batch(
     changes: Floats,
     elapsed: Floats,
     models: LaneModels,
-    own: OwnTables,
+    separate: TablesPerLane,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
@@ -326,8 +326,8 @@ def carry_batch(
     columns : tuple of length 1 or 2
         Only its length matters: the number of changes of a lane.
     batch : TangentBatch
-        Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REST (-1 for a
-        lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
+        Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REMAINDER (-1
+        for a lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
     group : Lanes
         Whose events and restitutions are read.
     changes : (LANES, 2 N, 2)
@@ -336,27 +336,27 @@ def carry_batch(
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
     models : LaneModels
         Whose block_response is not empty.
-    own : OwnTables
+    separate : TablesPerLane
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
     events, restitution = group.events, group.restitution
-    tables, blocks = table_of(own, OF_CHANGES, models), models.shared.problem.decay.shape[0]
-    width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
+    tables, blocks = table_of(separate, OF_CHANGES, models), models.shared.problem.decay.shape[0]
+    width = min((filled + VECTOR - 1) // VECTOR * VECTOR, BATCH)
     for k in range(width):
-        rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
-        rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
-        rows[VELOCITY_AT * WIDTH + k], rows[ACCELERATION_AT * WIDTH + k], rows[DRAG * WIDTH + k] = 1.0, 0.0, 0.0
+        rows[TARGET * BATCH + k], rows[PASSED * BATCH + k], rows[FACTOR * BATCH + k] = 0.0, 0.0, 0.0
+        rows[STEEPEST * BATCH + k], rows[SHARPEST * BATCH + k] = 0.0, 0.0
+        rows[VELOCITY_AT * BATCH + k], rows[ACCELERATION_AT * BATCH + k], rows[DRAG * BATCH + k] = 1.0, 0.0, 0.0
     for k in range(filled):
         most = max(most, batch.impacts[k])
-        rows[PASSED * WIDTH + k] = -elapsed[batch.lanes[k]]
+        rows[PASSED * BATCH + k] = -elapsed[batch.lanes[k]]
         model = record_of(models, batch.lanes[k])
-        rows[END * WIDTH + k] = model.problem.step * (model.problem.cells // 2)
-        put_in_changes(tables, WIDTH, k, model.tables)
-        one = changes[batch.lanes[k]]
+        rows[END * BATCH + k] = model.problem.step * (model.problem.cells // 2)
+        put_in_changes(tables, BATCH, k, model.tables)
+        lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                beside[(2 * count * j + c) * WIDTH + k] = one[2 * j, c]
-                beside[(2 * count * j + count + c) * WIDTH + k] = one[2 * j + 1, c]
+                beside[(2 * count * j + c) * BATCH + k] = lane_changes[2 * j, c]
+                beside[(2 * count * j + count + c) * BATCH + k] = lane_changes[2 * j + 1, c]
     for index in range(max(most, 1)):
         _set_targets(batch, filled, width, index, events, restitution, models, tables.scalars)
         _flow_changes(columns, batch, width, tables, blocks)
@@ -364,9 +364,9 @@ def carry_batch(
             _strike_changes(columns, batch, width, tables, blocks)
     _orthonormalise(columns, batch, filled, width, tables, blocks)
     for k in range(filled):
-        elapsed[batch.lanes[k]] = rows[END * WIDTH + k] - rows[PASSED * WIDTH + k]
-        one = changes[batch.lanes[k]]
+        elapsed[batch.lanes[k]] = rows[END * BATCH + k] - rows[PASSED * BATCH + k]
+        lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                one[2 * j, c] = beside[(2 * count * j + c) * WIDTH + k]
-                one[2 * j + 1, c] = beside[(2 * count * j + count + c) * WIDTH + k]
+                lane_changes[2 * j, c] = beside[(2 * count * j + c) * BATCH + k]
+                lane_changes[2 * j + 1, c] = beside[(2 * count * j + count + c) * BATCH + k]

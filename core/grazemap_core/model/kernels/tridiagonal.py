@@ -20,7 +20,7 @@ from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 from grazemap_core.records import NamedTuple
 
-CONVERGED = 0
+REFINED = 0
 """The amplitudes are accurate to round-off."""
 RESONANT = 1
 """The matrix is singular, or so nearly that refinement does not converge: there is no steady motion."""
@@ -47,9 +47,9 @@ class Factors(NamedTuple):
     lower: Complexes
     """The matrix's lower diagonal, without the last entry; then the multipliers."""
     diagonal: Complexes
-    """Its diagonal; then that of the upper triangle."""
+    """The matrix's diagonal; then that of the upper triangle."""
     upper: Complexes
-    """Its upper diagonal, without the last entry; then the second diagonal of the upper triangle."""
+    """The matrix's upper diagonal, without the last entry; then the second diagonal of the upper triangle."""
     second: Complexes
     """Third diagonal of the upper triangle."""
     swapped: Booleans
@@ -271,7 +271,7 @@ def steady_amplitudes(
     coordinate : ndarray of complex, shape (n,)
         ``row x``, to about one rounding also where its terms cancel.
     status : ndarray of int, shape (n,)
-        CONVERGED or RESONANT.
+        REFINED or RESONANT.
     """
     count = links.masses.size
     amplitudes = np.zeros((omega.size, count), dtype=np.complex128)

@@ -23,8 +23,8 @@ import numpy as np
 from numba import njit, typeof
 from numpy.typing import NDArray
 
-from grazemap_core.numerics.jit.by_address import ApartKernel
 from grazemap_core.numerics.jit.inlining import INTERPRETED, PART_COMPILER, Kernel
+from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -50,9 +50,9 @@ def kernel(function: Function) -> Function:
     return _compile(function)
 
 
-def apart_kernel(function: Callable[..., int]) -> ApartKernel:
+def pointer_kernel(function: Callable[..., int]) -> PointerKernel:
     """Compile a kernel that others call by its address; its machine code is cached."""
-    return ApartKernel(function, dict(_OPTIONS))
+    return PointerKernel(function, dict(_OPTIONS))
 
 
 def fused_kernel(function: Function) -> Function:
@@ -87,7 +87,7 @@ def compile_for(function: Callable[..., object], *args: Any) -> None:
     """Compile a kernel, or load it, for arguments of these types; it is not called."""
     if not INTERPRETED:
         whole: Any = function.whole if isinstance(function, Kernel) else function
-        whole.compile(tuple(typeof(one) for one in args))
+        whole.compile(tuple(typeof(argument) for argument in args))
 
 
 @inlined

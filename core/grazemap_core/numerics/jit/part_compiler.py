@@ -112,6 +112,6 @@ class KernelCompiler(CompilerBase):
 
 
 class PartCompiler(KernelCompiler):
-    """The same for parts."""
+    """Numba's compiler with another last pass, for parts."""
 
     lowering = _PartLowering

@@ -39,14 +39,14 @@ def _compare_what_is_set() -> None:
 
     by_option: Any = TargetConfig.__eq__
 
-    def equal(one: Any, other: Any) -> Any:
-        if type(one) is not type(other):
-            return by_option(one, other)
-        ours, theirs = one._values, other._values
-        return ours == theirs or all(getattr(one, name) == getattr(other, name) for name in {**ours, **theirs})
+    def equal(config: Any, other: Any) -> Any:
+        if type(config) is not type(other):
+            return by_option(config, other)
+        ours, theirs = config._values, other._values
+        return ours == theirs or all(getattr(config, name) == getattr(other, name) for name in {**ours, **theirs})
 
     # numba's hash is that of the names of all options, which is the same for all settings of a type
-    TargetConfig.__eq__, TargetConfig.__hash__ = equal, lambda one: hash(type(one))  # type: ignore[method-assign]
+    TargetConfig.__eq__, TargetConfig.__hash__ = equal, lambda config: hash(type(config))  # type: ignore[method-assign]
 
 
 def _keep_call_types() -> None:
@@ -54,16 +54,16 @@ def _keep_call_types() -> None:
     from numba.core.targetconfig import ConfigStack
     from numba.core.types.functions import BaseFunction
 
-    found: dict[Any, tuple[Any, Any]] = {}
+    call_types: dict[Any, tuple[Any, Any]] = {}
     find = BaseFunction.get_call_type
 
     def get_call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
         settings = ConfigStack.top_or_none()
         key = function, context, tuple(args), tuple(kws.items()), settings
-        if key not in found:
+        if key not in call_types:
             signature = find(function, context, args, kws)
-            found[*key[:-1], settings and settings.copy()] = signature, function.get_impl_key(signature)
-        signature, implementation = found[key]
+            call_types[*key[:-1], settings and settings.copy()] = signature, function.get_impl_key(signature)
+        signature, implementation = call_types[key]
         function._impl_keys[signature.args] = implementation  # it depends on the settings
         return signature
 
@@ -81,13 +81,13 @@ def _list_variables_by_type() -> None:
         kind = type(value)
         if kind not in (dict, list, tuple):
             return by_class(instruction, value)
-        found: list[Any] = []
-        for one in value.values() if kind is dict else value:
-            if type(one) is ir.Var:
-                found.append(one)
-            elif type(one) not in without:
-                found.extend(variables(instruction, one))
-        return found
+        nested: list[Any] = []
+        for item in value.values() if kind is dict else value:
+            if type(item) is ir.Var:
+                nested.append(item)
+            elif type(item) not in without:
+                nested.extend(variables(instruction, item))
+        return nested
 
     ir.Inst._rec_list_vars = variables  # type: ignore[method-assign]
 

@@ -18,9 +18,9 @@ from grazemap_core.arrays import Floats
 from grazemap_core.numerics import tolerances
 from grazemap_core.numerics.jit.compiled import kernel
 
-CLEAR = 0
+STAYS_POSITIVE = 0
 """The distance stays positive on the whole step."""
-CONTACT = 1
+BECOMES_NEGATIVE = 1
 """The distance becomes negative at the returned t."""
 GRAZE_UNDECIDED = 2
 """No contact is certain, but somewhere the distance is zero to within its error: the stop may be touched or passed at a
@@ -206,7 +206,7 @@ def first_negative(
 
     Returns
     -------
-    status : CLEAR, CONTACT or GRAZE_UNDECIDED.
+    status : STAYS_POSITIVE, BECOMES_NEGATIVE or GRAZE_UNDECIDED.
     t : the contact, or the first undecided point; not defined if a short search is undecided.
     """
     to_bernstein(taylor, short, stack[0])
@@ -228,7 +228,7 @@ def first_negative(
             continue
         if whole and last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
             # on the stop to within round-off, and moving beyond it
-            return CONTACT, _stepped_root(taylor, degree, start[top], width[top])
+            return BECOMES_NEGATIVE, _stepped_root(taylor, degree, start[top], width[top])
         if (
             first_positive == 0
             and last_negative == short
@@ -239,7 +239,7 @@ def first_negative(
             fall = piece[last_positive] - piece[first_negative_at]
             crossing = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
             low, high = start[top], start[top] + width[top]
-            return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
+            return BECOMES_NEGATIVE, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
         unresolved = largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH
         if not whole and (unresolved or top >= SHORT_DEPTH):
             return GRAZE_UNDECIDED, 1.0  # even at the end, as the omitted terms are far larger than round-off
@@ -251,4 +251,4 @@ def first_negative(
             continue
         _halve(stack, start, width, top, short)
         top += 1
-    return (GRAZE_UNDECIDED, undecided) if undecided >= 0.0 else (CLEAR, 1.0)
+    return (GRAZE_UNDECIDED, undecided) if undecided >= 0.0 else (STAYS_POSITIVE, 1.0)

@@ -64,11 +64,11 @@ def multiply(left: Floats, right: Floats, product: Floats) -> None:
             following = column + 1
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
-                above, below, one, other = left[row, m], left[lower, m], right[m, column], right[m, following]
-                first += above * one
-                second += above * other
-                third += below * one
-                fourth += below * other
+                above, below, entry, next_entry = left[row, m], left[lower, m], right[m, column], right[m, following]
+                first += above * entry
+                second += above * next_entry
+                third += below * entry
+                fourth += below * next_entry
             product[row, column], product[row, following] = first, second
             product[lower, column], product[lower, following] = third, fourth
 
@@ -101,11 +101,11 @@ def add_transposed_product(left: Floats, right: Floats, total: Floats, sums: Flo
             following = column + 1
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
-                above, below, one, other = left[m, row], left[m, lower], right[m, column], right[m, following]
-                first += above * one
-                second += above * other
-                third += below * one
-                fourth += below * other
+                above, below, entry, next_entry = left[m, row], left[m, lower], right[m, column], right[m, following]
+                first += above * entry
+                second += above * next_entry
+                third += below * entry
+                fourth += below * next_entry
             total[row, column] += first
             total[lower, column] += third
             total[lower, following] += fourth

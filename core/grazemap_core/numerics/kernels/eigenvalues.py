@@ -19,8 +19,8 @@ from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.tolerances import QR_STEPS
 from grazemap_core.tolerances import EPSILON
 
-OK = 0
-NOT_CONVERGED = 1
+QR_CONVERGED = 0
+QR_NOT_CONVERGED = 1
 
 EXCEPTIONAL_SHIFT = 10
 """Number of QR steps for one eigenvalue after which an exceptional shift is used, as in LAPACK."""
@@ -147,13 +147,13 @@ def eigenvalues(matrix: Floats, real: Floats, imaginary: Floats) -> int:
     """Write the eigenvalues of a matrix into real (n,) and imaginary (n,); matrix (n, n) is overwritten.
 
     The error is a few EPSILON of the norm of the matrix times the condition number of the eigenvalue. The two numbers
-    of a complex pair are adjacent. Returns OK or NOT_CONVERGED; the latter also if an entry is not finite.
+    of a complex pair are adjacent. Returns QR_CONVERGED or QR_NOT_CONVERGED; the latter also if an entry is not finite.
     """
     n = matrix.shape[0]
     for i in range(n):
         for j in range(n):
             if not np.isfinite(matrix[i, j]):
-                return NOT_CONVERGED
+                return QR_NOT_CONVERGED
     _to_hessenberg(matrix, real)
     norm = 0.0
     for i in range(n):
@@ -185,16 +185,16 @@ def eigenvalues(matrix: Floats, real: Floats, imaginary: Floats) -> int:
             steps = 0
             continue
         if steps == QR_STEPS:
-            return NOT_CONVERGED
+            return QR_NOT_CONVERGED
         steps += 1
         _francis_step(matrix, low, last, steps % EXCEPTIONAL_SHIFT == 0)
-    return OK
+    return QR_CONVERGED
 
 
 @kernel
 def spectral_radius(matrix: Floats, real: Floats, imaginary: Floats) -> float:
     """Return the largest modulus of the eigenvalues, which are written as by `eigenvalues`; NaN where it finds none."""
-    if eigenvalues(matrix, real, imaginary) != OK:
+    if eigenvalues(matrix, real, imaginary) != QR_CONVERGED:
         return math.nan
     largest = 0.0
     for i in range(real.shape[0]):

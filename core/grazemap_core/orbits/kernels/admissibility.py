@@ -19,8 +19,8 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.equations import (
     OrbitProblem,
     highest_order,
@@ -31,10 +31,10 @@ from grazemap_core.orbits.kernels.equations import (
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
 from grazemap_core.records import NamedTuple
 
-CLEAR = 0
-"""The contact has no contact with a stop other than its impacts."""
+NO_FURTHER_CONTACT = 0
+"""The orbit has no contact with a stop other than its impacts."""
 MEETS = 1
-"""It has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
+"""The orbit has another contact, or one of the impacts is virtual: the contact moves away from the stop before it."""
 TOUCHES = 2
 """Round-off hides whether there is another contact."""
 GIVEN_UP = 3
@@ -47,7 +47,7 @@ _TOO_MANY: Final = -1
 
 @kernel
 def _state_after_first_impact(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, state: Floats
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, state: Floats
 ) -> None:
     """Write each block's part in displacement and velocity of q just after the first impact into state (N, 2)."""
     for j in range(state.shape[0]):
@@ -57,10 +57,10 @@ def _state_after_first_impact(
             e11, e12, e21, e22 = block_flow(
                 problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
             )
-            strength = -problem.sign * rebound_of(gaps, stops[m]) * problem.omega * speeds[m]
+            strength = -problem.sign * rebound_of(stops, sides[m]) * problem.omega * speeds[m]
             state[j, 0] += strength * (e11 * problem.periodic_impulse[j, 0] + e12 * problem.periodic_impulse[j, 1])
             state[j, 1] += strength * (e21 * problem.periodic_impulse[j, 0] + e22 * problem.periodic_impulse[j, 1])
-        strength = -rebound_of(gaps, stops[0]) * problem.omega * speeds[0]
+        strength = -rebound_of(stops, sides[0]) * problem.omega * speeds[0]
         state[j, 0] += strength * problem.unit_impulse[j, 0]
         state[j, 1] += strength * problem.unit_impulse[j, 1]
 
@@ -194,13 +194,13 @@ class Sizes(NamedTuple):
     """Distance of the left stop, likewise."""
 
 
-class Cell(NamedTuple):
+class IntervalPart(NamedTuple):
     """A part of an interval, and the motion toward one stop in its middle."""
 
     left: float
-    """Its start, an angle after the impact."""
+    """Start of the part, an angle after the impact."""
     right: float
-    """Its end, likewise."""
+    """End of the part, an angle after the impact."""
     slope: float
     """First derivative of the displacement toward the stop, in the middle."""
     second_derivative: float
@@ -237,7 +237,7 @@ def _locate_maximum(
     interval: Interval,
     size: float,
     stop: float,
-    cell: Cell,
+    cell: IntervalPart,
     concave: bool,
     scratch: ContactScratch,
 ) -> float:
@@ -323,7 +323,7 @@ def _search_cell(
         if not (concave or right - left <= MIN_CONTACT_CELL * interval.length):
             halve = True
             continue
-        cell = Cell(left, right, slope, second_derivative, noise)
+        cell = IntervalPart(left, right, slope, second_derivative, noise)
         point = _locate_maximum(problem, interval, size.steady, stop, cell, concave, scratch)
         if math.isnan(point):
             continue
@@ -400,8 +400,8 @@ def _search_interval(
 @kernel
 def further_contact_from(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -422,7 +422,7 @@ def further_contact_from(
     Returns
     -------
     status : int
-        CLEAR, MEETS, TOUCHES or GIVEN_UP.
+        NO_FURTHER_CONTACT, MEETS, TOUCHES or GIVEN_UP.
     excess : float
         In units of length, negative where the contact stays inside; minus infinity without a maximum above `floor`.
     phase : float
@@ -430,36 +430,36 @@ def further_contact_from(
     stop : int
         Stop of that maximum; 0 when there is none.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     best = Maximum(floor, math.nan, plain(0), 0.0)
     cells = plain(0)
     state = scratch.states[0]
     size = Sizes(
         steady_bound(problem, 0),
         steady_bound(problem, 3),
-        gaps.right / problem.length,
-        gaps.left / problem.length,
+        stops.right / problem.length,
+        stops.left / problem.length,
     )
     for i in range(count):
         last = i == count - 1
         length = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
-        next_stop = problem.sign * stops[0] if last else stops[i + 1]
-        interval = Interval(phases[i], length, stops[i], next_stop)
+        next_stop = problem.sign * sides[0] if last else sides[i + 1]
+        interval = Interval(phases[i], length, sides[i], next_stop)
         cells, best = _search_interval(problem, interval, size, best, cells, scratch)
         if cells == _TOO_MANY:
             return GIVEN_UP, math.inf, math.nan, 0
         if not last:
             apply_flow(flow_between[i], state, state)
-            impulse = -rebound_of(gaps, stops[i + 1]) * problem.omega * speeds[i + 1]
+            impulse = -rebound_of(stops, sides[i + 1]) * problem.omega * speeds[i + 1]
             for j in range(state.shape[0]):
                 state[j, 0] += impulse * problem.unit_impulse[j, 0]
                 state[j, 1] += impulse * problem.unit_impulse[j, 1]
     excess = best.excess if best.stop != 0 else -math.inf
-    status = CLEAR
+    status = NO_FURTHER_CONTACT
     for i in range(count):
-        if not stops[i] * speeds[i] > 0.0:
+        if not sides[i] * speeds[i] > 0.0:
             status = MEETS
-    if status == CLEAR and best.stop != 0 and excess > -best.noise:
+    if status == NO_FURTHER_CONTACT and best.stop != 0 and excess > -best.noise:
         status = MEETS if excess > best.noise else TOUCHES
     return status, excess, best.phase, best.stop
 
@@ -467,8 +467,8 @@ def further_contact_from(
 @kernel
 def further_contact(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     floor: float,
@@ -478,5 +478,5 @@ def further_contact(
     """Return the same as `further_contact_from`, from phases and speeds alone; flow_between is overwritten."""
     structure, work = reference(problem), reference(scratch)
     _flows_between_impacts(structure, phases, flow_between)
-    _state_after_first_impact(structure, stops, gaps, phases, speeds, work.states[0])
-    return further_contact_from(structure, stops, gaps, phases, speeds, floor, flow_between, work)
+    _state_after_first_impact(structure, sides, stops, phases, speeds, work.states[0])
+    return further_contact_from(structure, sides, stops, phases, speeds, floor, flow_between, work)

@@ -8,10 +8,10 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
 from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
 from grazemap_core.records import NamedTuple
@@ -99,8 +99,8 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
 @kernel
 def solve_orbits(
     problem: OrbitProblem,
-    impacts: Impacts,
-    places: Floats,
+    impacts: OrbitImpacts,
+    gaps: Floats,
     floor: float,
     results: OrbitResults,
     scratch: OrbitScratch,
@@ -110,46 +110,48 @@ def solve_orbits(
     Parameters
     ----------
     impacts : Impacts
-        Stops (k,); phases and speeds, (m, k), are guesses and become the solutions. The restitutions of `gaps` are
+        Stops (k,); phases and speeds, (m, k), are guesses and become the solutions. The restitutions of `stops` are
         those of all orbits.
-    places : (m, 2)
+    gaps : (m, 2)
         Gap of the right and of the left stop of each orbit.
     floor : float
         As in `admissibility.further_contact_from`.
     """
-    structure, found, scratch = reference(problem), reference(results), reference(scratch)
+    structure, solutions, scratch = reference(problem), reference(results), reference(scratch)
     work = scratch.newton
-    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
-    for i in range(places.shape[0]):
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
+    for i in range(gaps.shape[0]):
         between = Stops(
-            places[i, 0],
-            places[i, 1],
-            gaps.restitution_right,
-            gaps.restitution_left,
-            gaps.unit,
-            gaps.chatter_impacts,
-            gaps.settling_chatter,
-            gaps.symmetric,
+            gaps[i, 0],
+            gaps[i, 1],
+            stops.restitution_right,
+            stops.restitution_left,
+            stops.unit,
+            stops.chatter_impacts,
+            stops.settling_chatter,
+            stops.symmetric,
         )
-        status, steps, residual, terms = solve_orbit(structure, stops, between, phases[i], speeds[i], work)
-        found.status[i], found.steps[i], found.residual[i] = status, steps, residual
-        found.contact[i], found.stop[i] = GIVEN_UP, 0
+        status, steps, residual, terms = solve_orbit(structure, sides, between, phases[i], speeds[i], work)
+        solutions.status[i], solutions.steps[i], solutions.residual[i] = status, steps, residual
+        solutions.contact[i], solutions.stop[i] = GIVEN_UP, 0
         if status != CONVERGED:
-            for j in range(found.real.shape[1]):
-                found.real[i, j], found.imaginary[i, j] = math.nan, math.nan
+            for j in range(solutions.real.shape[1]):
+                solutions.real[i, j], solutions.imaginary[i, j] = math.nan, math.nan
             continue
-        found.kantorovich[i], found.radius[i] = newton_kantorovich(structure, stops, between, speeds[i], terms, work)
-        found.contact[i], found.excess[i], found.phase[i], found.stop[i] = further_contact(
-            structure, stops, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
+        solutions.kantorovich[i], solutions.radius[i] = newton_kantorovich(
+            structure, sides, between, speeds[i], terms, work
+        )
+        solutions.contact[i], solutions.excess[i], solutions.phase[i], solutions.stop[i] = further_contact(
+            structure, sides, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )
         orbit_multipliers(
             structure,
-            Impacts(between, stops, phases[i], speeds[i]),
+            OrbitImpacts(between, sides, phases[i], speeds[i]),
             work.before,
             scratch.matrix,
-            found.real[i],
-            found.imaginary[i],
+            solutions.real[i],
+            solutions.imaginary[i],
         )
-        for k in range(stops.shape[0]):
+        for k in range(sides.shape[0]):
             for column in range(3):
-                found.before[i, k, column] = work.before[k, column]
+                solutions.before[i, k, column] = work.before[k, column]

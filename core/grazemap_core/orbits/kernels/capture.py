@@ -30,7 +30,7 @@ from grazemap_core.numerics.kernels.dense import add_transposed_product, cholesk
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import third_derivative_bound
 from grazemap_core.orbits.kernels.equations import (
-    Impacts,
+    OrbitImpacts,
     OrbitProblem,
     highest_order,
     rebound_of,
@@ -211,13 +211,13 @@ class _Reach(NamedTuple):
     """Bounds of the changes of the contact's motion, over the ball."""
 
     displacement: float
-    """Of the displacement."""
+    """Bound of the change of the displacement."""
     velocity: float
-    """Of the first derivative."""
+    """Bound of the change of the first derivative."""
     acceleration: float
-    """Of the second derivative."""
+    """Bound of the change of the second derivative."""
     jerk: float
-    """Of the third derivative."""
+    """Bound of the change of the third derivative."""
 
 
 @fused_kernel
@@ -316,7 +316,7 @@ def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
 @fused_kernel
 def _add_second_order(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     i: int,
     toward: float,
     jerk: float,
@@ -339,8 +339,8 @@ def _add_second_order(
     at : _Reach
         Changes over the ball at that time; the jerk holds for all times.
     """
-    omega, stop = problem.omega, impacts.stops[i]
-    rebound, speed = rebound_of(impacts.gaps, stop), stop * impacts.speeds[i]
+    omega, stop = problem.omega, impacts.sides[i]
+    rebound, speed = rebound_of(impacts.stops, stop), stop * impacts.speeds[i]
     bent = abs(toward)
     moved = _time_moved(speed, bent + jerk * at.displacement / speed, at.displacement, at.velocity)
     sharper, changed = jerk + snap * moved, at.acceleration + at.jerk * moved
@@ -424,14 +424,14 @@ def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: C
 @fused_kernel
 def _pass_return(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     columns: Floats,
     shooting: Shooting,
     scratch: CaptureScratch,
 ) -> tuple[float, float]:
     """Carry the ball over one return; return the largest ratio and the largest change of the contact's displacement."""
-    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
-    count, blocks = stops.shape[0], problem.decay.shape[0]
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
+    count, blocks = sides.shape[0], problem.decay.shape[0]
     omega, axes = problem.omega, 2 * blocks
     born = axes
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
@@ -447,12 +447,12 @@ def _pass_return(
             _largest_sum(acceleration, axes, born),
             _reach_of(problem, columns, born, scratch.size).jerk,
         )
-        speed, toward = stops[i] * speeds[i], stops[i] * shooting.before[i, 2]
+        speed, toward = sides[i] * speeds[i], sides[i] * shooting.before[i, 2]
         jerk = _jerk_at(problem, phases[i], shooting.state[i])
         snap = stiffest * third_derivative_bound(problem, steady, shooting.state[i])
         sharper = jerk + 2.0 * snap * at.displacement / speed
         ratio = max(ratio, _ratio(speed, abs(toward), sharper, at.displacement, at.velocity))
-        rebound = rebound_of(gaps, stops[i])
+        rebound = rebound_of(stops, sides[i])
         _pass_impact(problem, rebound, speeds[i], shooting.before[i, 2], columns, born, scratch)
         born += BORN
         ratio = max(ratio, _add_second_order(problem, impacts, i, toward, jerk, snap, at, columns))
@@ -470,10 +470,10 @@ def _pass_return(
         if not ratio < 1.0:
             break
         jerk = third_derivative_bound(problem, steady, scratch.after)
-        leaving = restitution_of(gaps, stops[i]) * speed
+        leaving = restitution_of(stops, sides[i]) * speed
         ratio = max(ratio, _ratio(leaving, max(after, 0.0), jerk, flight.displacement, flight.velocity))
         following = i + 1 if i + 1 < count else 0
-        arriving, toward = abs(speeds[following]), stops[following] * shooting.before[following, 2]
+        arriving, toward = abs(speeds[following]), sides[following] * shooting.before[following, 2]
         ratio = max(ratio, _ratio(arriving, max(toward, 0.0), jerk, flight.displacement, flight.velocity))
         _pass_flight(shooting.flow[i], columns, born)
     return ratio, farthest
@@ -483,7 +483,7 @@ def _pass_return(
 def capture_ratio(
     problem: CellProblem,
     orbit: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     uncertainty: float,
     matrix: Floats,
     multiplier: float,
@@ -516,8 +516,8 @@ def capture_ratio(
     """
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)
-    for i in range(impacts.stops.shape[0]):
-        if not restitution_of(impacts.gaps, impacts.stops[i]) > 0.0:
+    for i in range(impacts.sides.shape[0]):
+        if not restitution_of(impacts.stops, impacts.sides[i]) > 0.0:
             return math.inf, 0.0, 1.0
     if not contracting_norm(matrix, rate, scratch):
         return math.inf, 0.0, 1.0
@@ -525,7 +525,7 @@ def capture_ratio(
         scale = block_scale(orbit, j)
         scratch.scales[2 * j], scratch.scales[2 * j + 1] = orbit.frequency[j] / scale, 1.0 / scale
     radius = _distance_from_orbit(problem, orbit, impacts.phases[0], uncertainty, shooting, scratch)
-    width = size + BORN * impacts.stops.shape[0]
+    width = size + BORN * impacts.sides.shape[0]
     columns = scratch.columns[: size * width].reshape((size, width))
     share = 1.0
     for _ in range(tolerances.CAPTURE_TRIALS):

@@ -61,12 +61,12 @@ class OrbitProblem(NamedTuple):
     """1 if the impacts repeat on the same stop, -1 if on the other one: for symmetric stops only."""
 
 
-class Impacts(NamedTuple):
+class OrbitImpacts(NamedTuple):
     """The impacts of an orbit."""
 
-    gaps: Stops
+    stops: Stops
     """The stops, and their distances from the equilibrium."""
-    stops: Floats
+    sides: Floats
     """(k,) Stop of each impact, +1 or -1."""
     phases: Floats
     """(k,) Phase of each impact."""
@@ -127,17 +127,17 @@ def highest_order(problem: OrbitProblem) -> float:
 
 
 @inlined_formula
-def rebound_of(gaps: Stops, stop: float) -> float:
+def rebound_of(stops: Stops, stop: float) -> float:
     """Return 1 + R of a stop: the change of the velocity by an impact, in units of the velocity before it."""
-    return 1.0 + restitution_of(gaps, stop)
+    return 1.0 + restitution_of(stops, stop)
 
 
 @kernel
-def largest_rebound(stops: Floats, gaps: Stops) -> float:
+def largest_rebound(sides: Floats, stops: Stops) -> float:
     """Return the largest 1 + R of the stops (k,) of an orbit."""
     largest = 0.0
-    for i in range(stops.shape[0]):
-        largest = max(largest, rebound_of(gaps, stops[i]))
+    for i in range(sides.shape[0]):
+        largest = max(largest, rebound_of(stops, sides[i]))
     return largest
 
 
@@ -169,8 +169,8 @@ def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float,
 @kernel
 def assemble(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     residual: Floats,
@@ -181,7 +181,7 @@ def assemble(
 
     Parameters
     ----------
-    stops : (k,)
+    sides : (k,)
         +1 or -1 for every impact.
     phases, speeds : (k,)
         Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
@@ -198,7 +198,7 @@ def assemble(
     terms : float
         The largest sum of the terms' moduli, each times the angle in whose sine its round-off originates.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     omega, highest = problem.omega, highest_order(problem)
     size = steady_bound(problem, 0)
     largest = 0.0
@@ -206,14 +206,14 @@ def assemble(
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
         x, v, a, _ = steady_motion(problem, sine, cosine)
         x_by_omega, v_by_omega, _, _ = sum_of_harmonics(problem, problem.steady_by_omega, sine, cosine)
-        gap = gap_of(gaps, stops[i])
+        gap = gap_of(stops, sides[i])
         terms = size * (1.0 + highest * abs(phases[i])) + abs(gap) / problem.length
         for m in range(count):
             sign, time = 1.0, (phases[i] - phases[m]) / omega
             if m >= i:
                 sign, time = problem.sign, (phases[i] - phases[m] + problem.turn) / omega
             value, slope, second_derivative, by_time, slope_by_time, part = _impulse_response(problem, time)
-            rebound = rebound_of(gaps, stops[m])
+            rebound = rebound_of(stops, sides[m])
             factor = sign * rebound
             speed = speeds[m]
             value *= factor * omega
@@ -234,7 +234,7 @@ def assemble(
         jacobian[count + i, count + i] -= 1.0
         jacobian[i, 2 * count] = x_by_omega
         jacobian[count + i, 2 * count] = v_by_omega
-        residual[i] = x - stops[i] * gap / problem.length
+        residual[i] = x - sides[i] * gap / problem.length
         residual[count + i] = v - speeds[i]
         before[i, 0], before[i, 1], before[i, 2] = x, v, a
         largest = max(largest, terms)
@@ -244,8 +244,8 @@ def assemble(
 @kernel
 def assemble_doubled(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     before: Floats,
@@ -265,7 +265,7 @@ def assemble_doubled(
     omega = problem.omega
     for i in range(count):
         for m in range(count):
-            rebound = rebound_of(gaps, stops[m])
+            rebound = rebound_of(stops, sides[m])
             factor, time = rebound, (phases[i] - phases[m]) / omega
             if m >= i:
                 factor, time = -problem.sign * rebound, (phases[i] - phases[m] + problem.turn) / omega
@@ -288,7 +288,7 @@ def assemble_doubled(
 
 
 @kernel
-def second_derivative_bound(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, reach: float) -> float:
+def second_derivative_bound(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, reach: float) -> float:
     """Return a bound on the sum of one equation's second derivatives, for speeds changed by at most `reach` each.
 
     The energy of a block never increases, so it bounds the block's response to an impulse at all later times.
@@ -310,5 +310,5 @@ def second_derivative_bound(problem: OrbitProblem, stops: Floats, gaps: Stops, s
     place = total * second / omega + others * first
     rate = total * third / (omega * omega) + others * second / omega
     steady = steady_bound(problem, 3)  # orders are at least 1, so it bounds the second derivative too
-    bound: float = steady + 4.0 * largest_rebound(stops, gaps) * max(place, rate)
+    bound: float = steady + 4.0 * largest_rebound(sides, stops) * max(place, rate)
     return bound

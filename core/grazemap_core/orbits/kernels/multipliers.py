@@ -15,8 +15,8 @@ import math
 from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.kernels.eigenvalues import OK, eigenvalues
-from grazemap_core.orbits.kernels.equations import Impacts, OrbitProblem, rebound_of
+from grazemap_core.numerics.kernels.eigenvalues import QR_CONVERGED, eigenvalues
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
 
 
 @kernel
@@ -34,13 +34,13 @@ def block_scales(problem: OrbitProblem, scales: Floats) -> None:
 
 
 @kernel
-def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, matrix: Floats) -> None:
+def monodromy_matrix(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats, matrix: Floats) -> None:
     """Write the Floquet matrix over a span from before the first impact, mirrored for `sign` -1, into matrix (2N, 2N).
 
     Block j has the coordinates (frequency y, y')/scale.
     """
     blocks = problem.decay.shape[0]
-    gaps, stops, phases, speeds = impacts.gaps, impacts.stops, impacts.phases, impacts.speeds
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = phases.shape[0]
     size = 2 * blocks
     for row in range(size):
@@ -49,7 +49,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, ma
     for i in range(count):
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
         time = (end - phases[i]) / problem.omega
-        rebound, pull = rebound_of(gaps, stops[i]), problem.omega * before[i, 2] / speeds[i]
+        rebound, pull = rebound_of(stops, sides[i]), problem.omega * before[i, 2] / speeds[i]
         for column in range(size):
             place, rate = 0.0, 0.0
             for j in range(blocks):
@@ -72,7 +72,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: Impacts, before: Floats, ma
 @kernel
 def orbit_multipliers(
     problem: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     before: Floats,
     matrix: Floats,
     real: Floats,
@@ -80,7 +80,7 @@ def orbit_multipliers(
 ) -> bool:
     """Write the multipliers into real (2N,) and imaginary (2N,); NaN, and return False, where one overflows."""
     monodromy_matrix(problem, impacts, before, matrix)
-    if eigenvalues(matrix, real, imaginary) == OK:
+    if eigenvalues(matrix, real, imaginary) == QR_CONVERGED:
         return True
     for i in range(real.shape[0]):
         real[i], imaginary[i] = math.nan, math.nan

@@ -76,8 +76,8 @@ def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
 @kernel
 def solve_orbit(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     work: NewtonScratch,
@@ -97,10 +97,10 @@ def solve_orbit(
     terms : float
         As `assemble` returns it. After convergence `work` holds residual, Jacobian and states of the motion.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     size = 2 * count
     jacobian, system, step, trial = work.jacobian, work.system, work.step, work.trial
-    terms = assemble(problem, stops, gaps, phases, speeds, work.residual, jacobian, work.before)
+    terms = assemble(problem, sides, stops, phases, speeds, work.residual, jacobian, work.before)
     norm = _norm(work.residual)
     shortened = 0
     settled = False
@@ -134,7 +134,7 @@ def solve_orbit(
             for i in range(count):
                 trial[0, i] = phases[i] + share * step[0, i]
                 trial[1, i] = speeds[i] + share * step[1, i]
-            terms = assemble(problem, stops, gaps, trial[0], trial[1], work.residual, jacobian, work.before)
+            terms = assemble(problem, sides, stops, trial[0], trial[1], work.residual, jacobian, work.before)
             norm = _norm(work.residual)
             if norm < before or norm <= RESPONSE_ROUNDOFF * terms:
                 break
@@ -151,7 +151,7 @@ def solve_orbit(
 
 @kernel
 def newton_kantorovich(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, terms: float, work: NewtonScratch
+    problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, terms: float, work: NewtonScratch
 ) -> tuple[float, float]:
     """Return the Newton-Kantorovich quantity ``b s L`` and the radius 2 s; infinity for a singular Jacobian.
 
@@ -175,4 +175,4 @@ def newton_kantorovich(
         inverse = max(inverse, row)
         step = max(step, abs(system[i, size]))
     step += inverse * noise
-    return inverse * step * second_derivative_bound(problem, stops, gaps, speeds, 2.0 * step), 2.0 * step
+    return inverse * step * second_derivative_bound(problem, sides, stops, speeds, 2.0 * step), 2.0 * step

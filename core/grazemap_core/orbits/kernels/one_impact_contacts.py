@@ -10,9 +10,9 @@ import math
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, further_contact
+from grazemap_core.numerics.jit.record_references import reference
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, ContactScratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE
 from grazemap_core.records import NamedTuple
@@ -45,7 +45,7 @@ class OneImpactMotions(NamedTuple):
 class MotionScratch(NamedTuple):
     """Scratch for orbits with one impact and N blocks."""
 
-    stops: Floats
+    sides: Floats
     """(1,) Stop of the impact."""
     phases: Floats
     """(1,) Its phase."""
@@ -79,11 +79,11 @@ def _contact_at(
     own, other = motions.own + motions.own_by_gap * gap, motions.other + motions.other_by_gap * gap
     stop, restitution = motions.stop, motions.restitution
     right, left = (own, other) if stop > 0.0 else (other, own)
-    gaps = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
-    stops, phases, speeds = scratch.stops, scratch.phases, scratch.speeds
-    stops[0], phases[0], speeds[0] = stop, phase, stop * speed
+    stops = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
+    sides, phases, speeds = scratch.sides, scratch.phases, scratch.speeds
+    sides[0], phases[0], speeds[0] = stop, phase, stop * speed
     status, excess, _, touched = further_contact(
-        problem, stops, gaps, phases, speeds, floor, scratch.flow_between, scratch.contact
+        problem, sides, stops, phases, speeds, floor, scratch.flow_between, scratch.contact
     )
     return status, excess, touched
 
@@ -94,13 +94,15 @@ def contacts_at(
     motions: OneImpactMotions,
     phases: Floats,
     floor: float,
-    found: Contacts,
+    contacts: Contacts,
     scratch: MotionScratch,
 ) -> None:
-    """Write the contacts of the orbits at phases (m,) into `found`; `floor` is that of `further_contact`."""
+    """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(phases.shape[0]):
-        found.status[i], found.excess[i], found.stop[i] = _contact_at(structure, family, phases[i], floor, work)
+        contacts.status[i], contacts.excess[i], contacts.stop[i] = _contact_at(
+            structure, family, phases[i], floor, work
+        )
 
 
 @kernel
@@ -110,12 +112,12 @@ def contacts_begin(
     clear: Floats,
     met: Floats,
     floor: float,
-    found: Contacts,
+    contacts: Contacts,
     scratch: MotionScratch,
 ) -> None:
     """Move phases `clear` (m,), of admissible orbits, to those at which a contact begins, on the way to `met` (m,).
 
-    The contact itself is written into `found`.
+    The contact itself is written into `contacts`.
     """
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(clear.shape[0]):
@@ -126,9 +128,9 @@ def contacts_begin(
             if abs(outside - inside) <= MAXIMUM_ANGLE * (1.0 + abs(middle)):
                 break
             here, there, on = _contact_at(structure, family, middle, floor, work)
-            if here == plain(CLEAR):
+            if here == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
                 outside, status, excess, touched = middle, here, there, on
         clear[i] = inside
-        found.status[i], found.excess[i], found.stop[i] = status, excess, touched
+        contacts.status[i], contacts.excess[i], contacts.stop[i] = status, excess, touched

@@ -108,7 +108,7 @@ def shooting(count: int, blocks: int) -> Shooting:
 
 @kernel
 def shoot(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, scratch: Shooting
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, scratch: Shooting
 ) -> tuple[float, float]:
     """Carry the state from impact to impact over a span; write flow, state, before and residual.
 
@@ -119,7 +119,7 @@ def shoot(
     terms : float
         As `equations.assemble`, summed over all impacts and all earlier spans.
     """
-    count, blocks = stops.shape[0], problem.decay.shape[0]
+    count, blocks = sides.shape[0], problem.decay.shape[0]
     omega, highest = problem.omega, highest_order(problem)
     flow, state = scratch.flow, scratch.state
     terms_sum = 0.0
@@ -132,7 +132,7 @@ def shoot(
             time = (end - phases[i]) / omega
             e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, time)
             flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3] = e11, e12, e21, e22
-            strength = -rebound_of(gaps, stops[i]) * omega * speeds[i]
+            strength = -rebound_of(stops, sides[i]) * omega * speeds[i]
             y, rate = y + strength * unit_impulse, rate + strength * drift
             summed += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
             y, rate = e11 * y + e12 * rate, e21 * y + e22 * rate
@@ -146,8 +146,8 @@ def shoot(
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
         x, v, a, _ = steady_motion(problem, sine, cosine)
-        place = gap_of(gaps, stops[i]) / problem.length
-        strength = -rebound_of(gaps, stops[i]) * omega * speeds[i]
+        place = gap_of(stops, sides[i]) / problem.length
+        strength = -rebound_of(stops, sides[i]) * omega * speeds[i]
         for j in range(blocks):
             y, rate = state[i, j, 0], state[i, j, 1]
             frequency = problem.frequency[j]
@@ -162,7 +162,7 @@ def shoot(
                 time = (phases[i + 1] - phases[i]) / omega
                 terms_sum += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
         scratch.before[i, 0], scratch.before[i, 1], scratch.before[i, 2] = x, v, a
-        scratch.residual[i, 0], scratch.residual[i, 1] = x - stops[i] * place, v - speeds[i]
+        scratch.residual[i, 0], scratch.residual[i, 1] = x - sides[i] * place, v - speeds[i]
         largest = max(largest, max(abs(scratch.residual[i, 0]), abs(scratch.residual[i, 1])))
         terms = max(terms, size * (1.0 + highest * abs(phases[i])) + abs(place))
     return largest, terms + terms_sum
@@ -211,7 +211,7 @@ def _pass_impact(
 
 
 @kernel
-def solve_step(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: Shooting) -> float:
+def solve_step(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: Shooting) -> float:
     """Write the Newton step and the effect of perturbations after one span; return the norm of the step.
 
     `shoot` is called before. The norm is infinity where the matrix is singular.
@@ -227,7 +227,7 @@ def solve_step(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats
         for column in range(size + 1):
             turned[row, column] = 1.0 if row == column else 0.0
     for i in range(count):
-        _pass_impact(problem, i, rebound_of(gaps, stops[i]), speeds[i], second_derivative, turned, scratch)
+        _pass_impact(problem, i, rebound_of(stops, sides[i]), speeds[i], second_derivative, turned, scratch)
     for row in range(size):
         for column in range(size):
             system[row, column] = (problem.sign if row == column else 0.0) - turned[row, column]
@@ -238,7 +238,7 @@ def solve_step(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats
         scratch.change[row, 0] = system[row, size]
     largest = 0.0
     for i in range(count):
-        _pass_impact(problem, i, rebound_of(gaps, stops[i]), speeds[i], second_derivative, scratch.change, scratch)
+        _pass_impact(problem, i, rebound_of(stops, sides[i]), speeds[i], second_derivative, scratch.change, scratch)
         p, s = scratch.across[2, 0], scratch.across[3, 0]
         scratch.step[i, 0], scratch.step[i, 1] = p, s
         # NaN counts as infinite
@@ -327,7 +327,7 @@ def _largest_sum_of_moduli(count: int, size: int, scratch: Shooting) -> float:
 
 
 @kernel
-def norm_of_inverse(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: Shooting) -> float:
+def norm_of_inverse(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: Shooting) -> float:
     """Return the maximum norm of the inverse of the Jacobian; `solve_step` is called before.
 
     Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together, as
@@ -347,13 +347,13 @@ def norm_of_inverse(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: F
         for c in range(size):
             basis[row, c] = 1.0 if row == c else 0.0
     for i in range(count - 1, -1, -1):
-        impact = rebound_of(gaps, stops[i]), speeds[i]
+        impact = rebound_of(stops, sides[i]), speeds[i]
         _back_over(problem, i, impact, basis, size, scratch.places[i], scratch.speeds[i], scratch)
     # each phase and speed, from its impact back to the first one
     for i in range(count - 1, -1, -1):
         of_place, of_speed = scratch.of_place[i], scratch.of_speed[i]
         phase = 2 * (count - 1 - i)
-        impact = rebound_of(gaps, stops[i]), speeds[i]
+        impact = rebound_of(stops, sides[i]), speeds[i]
         _back_over(problem, i, impact, rows, phase, of_place, of_speed, scratch)
         velocity, acceleration = scratch.before[i, 1], scratch.before[i, 2]
         for j in range(blocks):

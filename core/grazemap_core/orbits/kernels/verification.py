@@ -32,12 +32,12 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
-from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import (
-    CLEAR,
+    NO_FURTHER_CONTACT,
     ContactScratch,
     apply_flow,
     contact_scratch,
@@ -45,7 +45,7 @@ from grazemap_core.orbits.kernels.admissibility import (
 )
 from grazemap_core.orbits.kernels.capture import CaptureScratch, capture_ratio, capture_scratch
 from grazemap_core.orbits.kernels.equations import (
-    Impacts,
+    OrbitImpacts,
     OrbitProblem,
     largest_rebound,
     rebound_of,
@@ -80,11 +80,11 @@ class VerificationScratch(NamedTuple):
     """(N, 2) The state from which `guess_from_replay` starts."""
     replay: workspace.Workspace
     """Workspace of its simulation."""
-    stops: Floats
+    sides: Floats
     """(impacts,) Stops of the impacts."""
     guess: Floats
     """(2, impacts) Phases and speeds of the guess."""
-    found: Floats
+    solution: Floats
     """(2, impacts) Phases and speeds of the orbit."""
     periodic_impulse: Floats
     """(N, 2) A field of `OrbitProblem`."""
@@ -137,9 +137,9 @@ def verification_scratch(blocks: int) -> VerificationScratch:
     return VerificationScratch(
         start=np.zeros((blocks, 2)),
         replay=workspace.workspace(blocks, most),
-        stops=np.zeros(most),
+        sides=np.zeros(most),
         guess=np.zeros((2, most)),
-        found=np.zeros((2, most)),
+        solution=np.zeros((2, most)),
         periodic_impulse=np.zeros((blocks, 2)),
         unused=np.zeros((blocks, 2)),
         shooting=shooting(most, blocks),
@@ -157,16 +157,16 @@ def _not_verified(reason: int) -> Verification:
 
 
 @kernel
-def unit_of_speeds(problem: CellProblem, gaps: Stops) -> float:
+def unit_of_speeds(problem: CellProblem, stops: Stops) -> float:
     """Return the unit of displacements; that of velocities is omega times it."""
-    return max(problem.lasting_bound, gaps.unit)
+    return max(problem.lasting_bound, stops.unit)
 
 
 @kernel
 def _as_guess(
     problem: CellProblem,
     scratch: VerificationScratch,
-    gaps: Stops,
+    stops: Stops,
     events: Floats,
     first: int,
     end: int,
@@ -179,14 +179,14 @@ def _as_guess(
     where an event is no impact, or there are too many.
     """
     count = end - first
-    if count > scratch.stops.shape[0]:
+    if count > scratch.sides.shape[0]:
         return 0
-    unit = unit_of_speeds(problem, gaps)
+    unit = unit_of_speeds(problem, stops)
     for i in range(count):
         event = events[first + i]
         if event[workspace.KIND] != workspace.IMPACT:
             return 0
-        scratch.stops[i] = sign * event[workspace.STOP]
+        scratch.sides[i] = sign * event[workspace.STOP]
         scratch.guess[0, i] = math.pi * (event[workspace.HALF] - half) + problem.omega * event[workspace.TIME]
         scratch.guess[1, i] = sign * event[workspace.VELOCITY] / (problem.omega * unit)
     return count
@@ -196,7 +196,7 @@ def _as_guess(
 def guess_from_record(
     problem: CellProblem,
     scratch: VerificationScratch,
-    gaps: Stops,
+    stops: Stops,
     half: int,
     length: int,
     events: Floats,
@@ -214,12 +214,12 @@ def guess_from_record(
         first -= 1
     # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
-    return _as_guess(problem, scratch, gaps, events, first, rows, half - length, sign)
+    return _as_guess(problem, scratch, stops, events, first, rows, half - length, sign)
 
 
 @kernel
 def guess_from_replay(
-    problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, gaps: Stops, half: int, length: int
+    problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, stops: Stops, half: int, length: int
 ) -> int:
     """Simulate the next `length` half periods and write their impacts as a guess; return the number of impacts.
 
@@ -227,17 +227,17 @@ def guess_from_replay(
     Phases count from there. The number is 0 where an event is no impact, or there are too many.
     """
     work = scratch.replay
-    work.cursor[workspace.ROWS] = 0
+    work.cursor[workspace.EVENT_COUNT] = 0
     for k in range(length):
-        if run_half(problem, held, gaps, scratch.start, half + k, work) != workspace.OK:
+        if run_half(problem, held, stops, scratch.start, half + k, work) != workspace.OK:
             return 0
-        if work.cursor[workspace.ROWS] > scratch.stops.shape[0]:
+        if work.cursor[workspace.EVENT_COUNT] > scratch.sides.shape[0]:
             return 0
-    return _as_guess(problem, scratch, gaps, work.events, plain(0), work.cursor[workspace.ROWS], half, 1.0)
+    return _as_guess(problem, scratch, stops, work.events, plain(0), work.cursor[workspace.EVENT_COUNT], half, 1.0)
 
 
 @kernel
-def _reach(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, radius: float) -> float:
+def _reach(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, radius: float) -> float:
     """Return a bound on the change of q when every phase and speed changes by at most `radius`."""
     by_speed, by_phase = 0.0, 0.0
     for j in range(problem.decay.shape[0]):
@@ -248,30 +248,30 @@ def _reach(problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, ra
     total = 0.0
     for i in range(speeds.shape[0]):
         total += abs(speeds[i])
-    rebound = largest_rebound(stops, gaps)
+    rebound = largest_rebound(sides, stops)
     reach: float = radius * rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
     return reach
 
 
 @kernel
 def _repeats(
-    stops: Floats, phases: Floats, speeds: Floats, shift: int, angle: float, sign: float
+    sides: Floats, phases: Floats, speeds: Floats, shift: int, angle: float, sign: float
 ) -> tuple[bool, float]:
     """Compare each impact with the one `shift` impacts later, moved back by `angle` and multiplied by `sign`.
 
     Returns whether the stops agree, and the largest difference of phases or speeds.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     away = 0.0
     for i in range(count - shift):
-        if stops[i + shift] != sign * stops[i]:
+        if sides[i + shift] != sign * sides[i]:
             return False, math.inf
         away = max(away, abs(phases[i + shift] - phases[i] - angle), abs(speeds[i + shift] - sign * speeds[i]))
     return True, away
 
 
 @kernel
-def apparent_length(scratch: VerificationScratch, gaps: Stops, count: int, length: int, away: float) -> int:
+def apparent_length(scratch: VerificationScratch, stops: Stops, count: int, length: int, away: float) -> int:
     """Return the smallest number of half periods after which the impacts of the guess repeat, to a distance `away`.
 
     A trajectory that converges to a motion is often closer to where it was several returns ago than to where it was one
@@ -281,7 +281,7 @@ def apparent_length(scratch: VerificationScratch, gaps: Stops, count: int, lengt
     if count == 0:
         return length
     for part in range(1, length // 2 + 1):
-        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not gaps.symmetric):
+        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not stops.symmetric):
             continue
         shift, sign = count * part // length, -1.0 if part % 2 == 1 else 1.0
         agree = True
@@ -289,7 +289,7 @@ def apparent_length(scratch: VerificationScratch, gaps: Stops, count: int, lengt
             speed = scratch.guess[1, i]
             agree = (
                 agree
-                and scratch.stops[i + shift] == sign * scratch.stops[i]
+                and scratch.sides[i + shift] == sign * scratch.sides[i]
                 and abs(scratch.guess[1, i + shift] - sign * speed) <= away
                 and abs(speed * (scratch.guess[0, i + shift] - scratch.guess[0, i] - math.pi * part)) <= away
             )
@@ -300,8 +300,8 @@ def apparent_length(scratch: VerificationScratch, gaps: Stops, count: int, lengt
 
 @kernel
 def _least_length(
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     turn: float,
@@ -316,12 +316,12 @@ def _least_length(
     radius, uniqueness_radius : float
         There is a solution within `radius` of the numbers given, and no other one within `uniqueness_radius`.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     for part in range(1, length // 2 + 1):
-        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not gaps.symmetric):
+        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not stops.symmetric):
             continue
         sign = -1.0 if part % 2 == 1 else 1.0
-        agree, away = _repeats(stops, phases, speeds, count * part // length, turn * part / length, sign)
+        agree, away = _repeats(sides, phases, speeds, count * part // length, turn * part / length, sign)
         if not agree or away > tolerances.REPEATED_RADII * radius:
             continue
         # shifted by this part the motion is a solution of the same equations
@@ -331,11 +331,11 @@ def _least_length(
 
 @kernel
 def _state_after_first_impact(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, speeds: Floats, scratch: VerificationScratch
+    problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: VerificationScratch
 ) -> None:
     """Write the state just after the first impact into `contact.states[0]`; `shoot` has written the state before it."""
     after = scratch.contact.states[0]
-    strength = -rebound_of(gaps, stops[0]) * problem.omega * speeds[0]
+    strength = -rebound_of(stops, sides[0]) * problem.omega * speeds[0]
     for j in range(problem.decay.shape[0]):
         for c in range(2):
             after[j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
@@ -344,8 +344,8 @@ def _state_after_first_impact(
 @kernel
 def _means(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     length: int,
     phases: Floats,
     speeds: Floats,
@@ -383,7 +383,7 @@ def _means(
             speed = sign * speeds[(i + 1) % count]
             apply_flow(flow_between[i], state, state)
             # a motion whose halves are mirror images is one between symmetric stops
-            strength = -rebound_of(gaps, stops[(i + 1) % count]) * problem.omega * speed
+            strength = -rebound_of(stops, sides[(i + 1) % count]) * problem.omega * speed
             for j in range(state.shape[0]):
                 state[j, 0] += strength * problem.unit_impulse[j, 0]
                 state[j, 1] += strength * problem.unit_impulse[j, 1]
@@ -392,30 +392,30 @@ def _means(
 
 @kernel
 def _solve(
-    problem: OrbitProblem, stops: Floats, gaps: Stops, phases: Floats, speeds: Floats, scratch: VerificationScratch
+    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, scratch: VerificationScratch
 ) -> tuple[float, float]:
     """Solve for the orbit near phases and speeds by Newton's method, in place.
 
     Returns the Newton-Kantorovich quantity and the radius, as `newton.newton_kantorovich`; infinity where Newton's
     method does not converge.
     """
-    count = stops.shape[0]
+    count = sides.shape[0]
     settled = False
     for _ in range(tolerances.VERIFICATION_STEPS):
-        residual, terms = shoot(problem, stops, gaps, phases, speeds, scratch.shooting)
-        step = solve_step(problem, stops, gaps, speeds, scratch.shooting)
+        residual, terms = shoot(problem, sides, stops, phases, speeds, scratch.shooting)
+        step = solve_step(problem, sides, stops, speeds, scratch.shooting)
         if not step < math.inf or (settled and not residual <= tolerances.ORBIT_RESIDUAL * terms):
             return math.inf, math.inf
         if settled:
-            inverse = norm_of_inverse(problem, stops, gaps, speeds, scratch.shooting)
+            inverse = norm_of_inverse(problem, sides, stops, speeds, scratch.shooting)
             step += inverse * RESPONSE_ROUNDOFF * terms
-            return inverse * step * second_derivative_bound(problem, stops, gaps, speeds, 2.0 * step), 2.0 * step
+            return inverse * step * second_derivative_bound(problem, sides, stops, speeds, 2.0 * step), 2.0 * step
         for i in range(count):
             phases[i] += scratch.shooting.step[i, 0]
             speeds[i] += scratch.shooting.step[i, 1]
         for i in range(count):
             following = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
-            if not (following > phases[i] and stops[i] * speeds[i] > 0.0):
+            if not (following > phases[i] and sides[i] * speeds[i] > 0.0):
                 return math.inf, math.inf
         settled = step <= tolerances.ORBIT_SETTLED
     return math.inf, math.inf
@@ -439,17 +439,17 @@ def _write_floquet_matrix(problem: OrbitProblem, scratch: VerificationScratch) -
 
 
 @kernel
-def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, scratch: VerificationScratch) -> None:
+def _repeated_impulses(problem: CellProblem, blocks: ImpulseBlocks, length: int, scratch: VerificationScratch) -> None:
     """Write the sums over all earlier spans of `length` half periods into scratch.
 
     The sums of the flow go into `shooting.closing`, the sums of a unit impulse into `periodic_impulse`.
     """
     span = 0.5 * length * problem.cells * problem.step
     kind = SAME_SIGN if length % 2 == 0 else ALTERNATING
-    for j in range(chain.decay.shape[0]):
-        square, twice = chain.frequency_squared[j], 2.0 * chain.decay[j]
-        p, q, _ = block_sum(kind, chain.decay[j], chain.discriminant[j], square, 0.0, span)
-        first, second = chain.unit_impulse[j, 0], chain.unit_impulse[j, 1]
+    for j in range(blocks.decay.shape[0]):
+        square, twice = blocks.frequency_squared[j], 2.0 * blocks.decay[j]
+        p, q, _ = block_sum(kind, blocks.decay[j], blocks.discriminant[j], square, 0.0, span)
+        first, second = blocks.unit_impulse[j, 0], blocks.unit_impulse[j, 1]
         scratch.shooting.closing[j, 0], scratch.shooting.closing[j, 1] = p, q
         scratch.periodic_impulse[j, 0] = first + p * first + q * second
         scratch.periodic_impulse[j, 1] = second + p * second - q * (square * first + twice * second)
@@ -457,19 +457,19 @@ def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, 
 
 @kernel
 def _orbit_problem(
-    problem: CellProblem, chain: ImpulseBlocks, gaps: Stops, length: int, scratch: VerificationScratch
+    problem: CellProblem, blocks: ImpulseBlocks, stops: Stops, length: int, scratch: VerificationScratch
 ) -> OrbitProblem:
     """Return the equations of motions that repeat, or are mirrored, after `length` half periods.
 
     Without `doubled_impulse` and `periodic_impulse_by_span`, which verification does not use.
     """
-    unit = unit_of_speeds(problem, gaps)
+    unit = unit_of_speeds(problem, stops)
     return OrbitProblem(  # by position: numba takes at most fifteen keyword arguments
-        chain.decay,
-        chain.discriminant,
-        chain.frequency_squared,
-        chain.frequency,
-        chain.unit_impulse,
+        blocks.decay,
+        blocks.discriminant,
+        blocks.frequency_squared,
+        blocks.frequency,
+        blocks.unit_impulse,
         scratch.periodic_impulse,
         scratch.unused,
         scratch.unused,
@@ -495,19 +495,19 @@ def _distance_moved(phases: Floats, speeds: Floats, scratch: VerificationScratch
 
 
 @kernel
-def _slowest(stops: Floats, speeds: Floats) -> float:
+def _slowest(sides: Floats, speeds: Floats) -> float:
     """Return the smallest impact speed."""
     least = math.inf
-    for i in range(stops.shape[0]):
-        least = min(least, stops[i] * speeds[i])
+    for i in range(sides.shape[0]):
+        least = min(least, sides[i] * speeds[i])
     return least
 
 
 @kernel
 def _smallest_gap(
     problem: OrbitProblem,
-    stops: Floats,
-    gaps: Stops,
+    sides: Floats,
+    stops: Stops,
     phases: Floats,
     speeds: Floats,
     radius: float,
@@ -516,24 +516,25 @@ def _smallest_gap(
 ) -> float:
     """Return the smallest distance from a stop at an extremum between the impacts of every orbit within `radius`.
 
-    It is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a stop.
+    The distance is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a
+    stop.
     """
-    if not _slowest(stops, speeds) > radius:
+    if not _slowest(sides, speeds) > radius:
         return -math.inf
-    _state_after_first_impact(problem, stops, gaps, speeds, scratch)
+    _state_after_first_impact(problem, sides, stops, speeds, scratch)
     flow_between = scratch.shooting.flow[: phases.shape[0]]
     status, excess, _, _ = further_contact_from(
-        problem, stops, gaps, phases, speeds, -floor, flow_between, scratch.contact
+        problem, sides, stops, phases, speeds, -floor, flow_between, scratch.contact
     )
-    return -excess - _reach(problem, stops, gaps, speeds, radius) if status == CLEAR else -math.inf
+    return -excess - _reach(problem, sides, stops, speeds, radius) if status == NO_FURTHER_CONTACT else -math.inf
 
 
 @kernel
-def _impacts_by_stop(stops: Floats, count: int) -> tuple[int, int]:
+def _impacts_by_stop(sides: Floats, count: int) -> tuple[int, int]:
     """Return how many of the first `count` impacts are on the right stop, and on the left one."""
     right, left = 0, 0
     for i in range(count):
-        if stops[i] > 0.0:
+        if sides[i] > 0.0:
             right += 1
         else:
             left += 1
@@ -544,7 +545,7 @@ def _impacts_by_stop(stops: Floats, count: int) -> tuple[int, int]:
 def _capture(
     problem: CellProblem,
     orbit: OrbitProblem,
-    impacts: Impacts,
+    impacts: OrbitImpacts,
     uncertainty: float,
     multiplier: float,
     scratch: VerificationScratch,
@@ -560,9 +561,9 @@ def _capture(
 @kernel
 def verify(
     problem: CellProblem,
-    chain: ImpulseBlocks,
+    blocks: ImpulseBlocks,
     scratch: VerificationScratch,
-    gaps: Stops,
+    stops: Stops,
     count: int,
     length: int,
     distance: float,
@@ -573,7 +574,7 @@ def verify(
     Parameters
     ----------
     scratch : VerificationScratch
-        `stops` and `guess` are as `guess_from_record` or `guess_from_replay` leave them; `capture.arrival` is the state
+        `sides` and `guess` are as `guess_from_record` or `guess_from_replay` leave them; `capture.arrival` is the state
         of the trajectory from whose time on the phases of the guess count.
     count : int
         The number of impacts that they return.
@@ -584,53 +585,53 @@ def verify(
     error : float
         Distance up to which the trajectory is known, in displacement of the contact.
     """
-    if not chain.verifiable:
+    if not blocks.verifiable:
         return _not_verified(codes.NOT_VERIFIED)
-    if count == 0 or (length % 2 == 1 and not gaps.symmetric):
+    if count == 0 or (length % 2 == 1 and not stops.symmetric):
         return _not_verified(codes.SEQUENCE_UNKNOWN)
-    _repeated_impulses(problem, chain, length, scratch)
-    record = _orbit_problem(problem, chain, gaps, length, scratch)
+    _repeated_impulses(problem, blocks, length, scratch)
+    record = _orbit_problem(problem, blocks, stops, length, scratch)
     orbit = reference(record)
-    stops, phases, speeds = scratch.stops[:count], scratch.found[0, :count], scratch.found[1, :count]
+    sides, phases, speeds = scratch.sides[:count], scratch.solution[0, :count], scratch.solution[1, :count]
     for i in range(count):
         phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
-    kantorovich, radius = _solve(orbit, stops, gaps, phases, speeds, scratch)
+    kantorovich, radius = _solve(orbit, sides, stops, phases, speeds, scratch)
     if not kantorovich < math.inf:
         return _not_verified(codes.NOT_SOLVED)
-    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * gaps.unit:
+    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * stops.unit:
         return _not_verified(codes.NOT_SOLVED)
     if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
     _write_floquet_matrix(orbit, scratch)
     multiplier = spectral_radius(scratch.matrix, scratch.real, scratch.imaginary)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
-    uncertainty = _reach(orbit, stops, gaps, speeds, radius)
-    impacts = Impacts(gaps, stops, phases, speeds)
+    uncertainty = _reach(orbit, sides, stops, speeds, radius)
+    impacts = OrbitImpacts(stops, sides, phases, speeds)
     ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
-    gap = _smallest_gap(orbit, stops, gaps, phases, speeds, radius, floor, scratch)
+    gap = _smallest_gap(orbit, sides, stops, phases, speeds, radius, floor, scratch)
     if not gap > 0.0:
         return _not_verified(codes.GRAZE_UNRESOLVED)
     if not stable:
         return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
-    least_length = _least_length(stops, gaps, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
+    least_length = _least_length(sides, stops, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
     if least_length == 0:
         return _not_verified(codes.NOT_DISTINCT)
     parts = length // least_length
-    right, left = _impacts_by_stop(stops, count // parts)
-    _state_after_first_impact(orbit, stops, gaps, speeds, scratch)
-    x, v = _means(orbit, stops, gaps, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
+    right, left = _impacts_by_stop(sides, count // parts)
+    _state_after_first_impact(orbit, sides, stops, speeds, scratch)
+    x, v = _means(orbit, sides, stops, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
     unit = orbit.length
     return Verification(
         codes.RESOLVED,
         least_length,
         right,
         left,
-        _slowest(stops, speeds) * unit * problem.omega,
+        _slowest(sides, speeds) * unit * problem.omega,
         multiplier ** (1.0 / parts),
-        x * unit / gaps.unit,
-        v * unit / gaps.unit,
+        x * unit / stops.unit,
+        v * unit / stops.unit,
         max(ratio, reach / gap) / share,
     )

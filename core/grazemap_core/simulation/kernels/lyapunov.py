@@ -267,7 +267,7 @@ def classify_growth(
     Parameters
     ----------
     unit : float
-        That of the stops.
+        The unit of the stops.
     skipped, second_skipped : int
         Even numbers of half periods at the beginning, in which the first and the second perturbation align; they do not
         count.

@@ -28,14 +28,14 @@ from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
     INTEGRAL,
     LOWEST,
+    MotionPart,
     OutputRows,
     OutputScratch,
-    Segment,
     observe_segment,
 )
 from grazemap_core.simulation.tolerances import CLOSED, CLOSING_FLOOR
 
-IMPACTS, SPEEDS, TOP_SPEED, IMPULSE, LOSS = 0, 1, 2, 3, 4
+IMPACT_COUNT, SPEEDS, TOP_SPEED, TOTAL_IMPULSE, LOSS = 0, 1, 2, 3, 4
 """Rows of `Totals.contacts`: number of impacts, infinite in complete chatter; sum of the speeds of those that are not
 summed; largest speed; impulse; energy lost."""
 
@@ -64,9 +64,9 @@ class Totals(NamedTuple):
 
 def totals(outputs: int) -> Totals:
     """Return the totals of nothing."""
-    found = Totals(np.zeros((5, 2)), np.zeros((outputs, 4)))
-    clear_totals(found)
-    return found
+    whole = Totals(np.zeros((5, 2)), np.zeros((outputs, 4)))
+    clear_totals(whole)
+    return whole
 
 
 @kernel
@@ -93,11 +93,11 @@ def _add_contact(observed: ObservedOutputs, stops: Stops, row: Floats, totals: T
     side, speed = 0 if stop > 0 else 1, abs(velocity)
     mass, restitution = observed.effective_mass, restitution_of(stops, stop)
     contacts = totals.contacts
-    contacts[IMPACTS, side] += np.inf if kind == workspace.CHATTER else 1.0
+    contacts[IMPACT_COUNT, side] += np.inf if kind == workspace.CHATTER else 1.0
     contacts[SPEEDS, side] += speed
     contacts[TOP_SPEED, side] = max(contacts[TOP_SPEED, side], speed)
     kept = 0.0 if _rests(kind) else restitution
-    contacts[IMPULSE, side] += (1.0 + kept) * mass * speed
+    contacts[TOTAL_IMPULSE, side] += (1.0 + kept) * mass * speed
     contacts[LOSS, side] += 0.5 * (1.0 - kept) * (1.0 + kept) * mass * speed * speed
     if kind == workspace.CHATTER:
         for r in range(1, observed.jumps.shape[0]):  # the first bounce is not in the motion at rest
@@ -139,12 +139,12 @@ def observe_rows(
         if _rests(row[workspace.KIND]):
             stop = row[workspace.STOP]
             before = totals.outputs[0, INTEGRAL]
-            segment = Segment(row, stop * gap_of(stops, stop), length)
+            segment = MotionPart(row, stop * gap_of(stops, stop), length)
             observe_segment(problem, observed.held, segment, 0, totals.outputs, scratch)
             force = stop * observed.effective_mass * (totals.outputs[0, INTEGRAL] - before)
-            totals.contacts[IMPULSE, 0 if stop > 0 else 1] += force
+            totals.contacts[TOTAL_IMPULSE, 0 if stop > 0 else 1] += force
         elif totals.outputs.shape[0] > 1:
-            observe_segment(problem, observed.free, Segment(row, 0.0, length), 1, totals.outputs, scratch)
+            observe_segment(problem, observed.free, MotionPart(row, 0.0, length), 1, totals.outputs, scratch)
 
 
 @kernel
@@ -159,7 +159,7 @@ def begin_record(held: HeldProblem, u: Floats, half: int, work: Workspace) -> No
         write_state(row, held.state)
     else:
         write_state(row, u)
-    work.cursor[workspace.ROWS] = 1
+    work.cursor[workspace.EVENT_COUNT] = 1
 
 
 @kernel
@@ -178,16 +178,16 @@ def observe_periods(
     -------
     status : OK, RECORD_FULL when half a period has more events than the record, or why the trajectory ended.
     """
-    observed, found, scratch = watched
+    observed, totals, scratch = watched
     for half in range(2 * periods):
         begin_record(held, u, half, work)
         status = run_half(problem, held, stops, u, half, work)
-        rows = work.cursor[workspace.ROWS]
+        rows = work.cursor[workspace.EVENT_COUNT]
         if rows > work.events.shape[0]:
             return workspace.RECORD_FULL
         if status != workspace.OK:
             return status
-        observe_rows(problem, observed, stops, work.events[:rows], (half + 1.0, 0.0), found, scratch)
+        observe_rows(problem, observed, stops, work.events[:rows], (half + 1.0, 0.0), totals, scratch)
     return workspace.OK
 
 
@@ -210,7 +210,7 @@ def close_motion(
     for _ in range(most):
         copy_matrix(before, u)
         for half in range(2 * period):
-            work.cursor[workspace.ROWS] = 0
+            work.cursor[workspace.EVENT_COUNT] = 0
             status = run_half(problem, held, stops, u, half, work)
             if status != workspace.OK:
                 return status

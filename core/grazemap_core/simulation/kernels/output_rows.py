@@ -30,7 +30,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS
 """Nodes and weights of a panel of length 1. The square of an output turns by 4 in it: ten nodes integrate it with an
 error of 1e-18."""
-INTEGRAL, SQUARE, HIGHEST, LOWEST = 0, 1, 2, 3
+INTEGRAL, SQUARE_INTEGRAL, HIGHEST, LOWEST = 0, 1, 2, 3
 """Columns of the totals of an output: its integral, that of its square, its largest value, that of its negative."""
 
 
@@ -38,11 +38,11 @@ class OutputRows(NamedTuple):
     """R outputs in one regime of the contact, with n blocks and H harmonics."""
 
     decay: Floats
-    """(n,) Of the blocks, as in `CellProblem` or `HeldProblem`."""
+    """(n,) Decay of the blocks, as in `CellProblem` or `HeldProblem`."""
     discriminant: Floats
-    """(n,) Likewise."""
+    """(n,) Discriminant of the blocks, as in `CellProblem` or `HeldProblem`."""
     frequency_squared: Floats
-    """(n,) Likewise."""
+    """(n,) Squared frequency of the blocks, as in `CellProblem` or `HeldProblem`."""
     values: Floats
     """(R, 2 n) Parts of the blocks (u, u') in an output."""
     harmonics: Complexes
@@ -70,15 +70,15 @@ class OutputScratch(NamedTuple):
     """(PEAK_DEPTH, 6) Parts of a panel in which a peak is still sought."""
 
 
-class Segment(NamedTuple):
+class MotionPart(NamedTuple):
     """A part of a motion between two events."""
 
     row: Floats
-    """The event at its start."""
+    """The event at the start."""
     place: float
     """The contact coordinate at rest."""
     length: float
-    """Its length."""
+    """Length of the part."""
 
 
 def output_scratch(outputs: int, blocks: int) -> OutputScratch:
@@ -168,7 +168,7 @@ def _value_and_rate(series: Floats, t: float) -> tuple[float, float]:
 def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> float:
     """Return the largest value of sign times a series on [0, 1], or `highest` if that is larger.
 
-    It is NaN where a bound overflows or is NaN, and where `highest` is NaN.
+    The result is NaN where a bound overflows or is NaN, and where `highest` is NaN.
 
     The stack is never full. On an interval of length l the control points of the interpolant exceed the larger end by
     at most ``l^2 M/6``, with M a bound of the second derivative, and M and the fourth derivative are at most
@@ -210,7 +210,7 @@ def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> f
 
 @kernel
 def observe_segment(
-    problem: CellProblem, outputs: OutputRows, segment: Segment, first: int, totals: Floats, scratch: OutputScratch
+    problem: CellProblem, outputs: OutputRows, segment: MotionPart, first: int, totals: Floats, scratch: OutputScratch
 ) -> None:
     """Add a part of a motion between two events to the totals (R, 4) of the outputs from `first` on.
 
@@ -230,7 +230,7 @@ def observe_segment(
                 total += WEIGHTS[node] * y
                 square += WEIGHTS[node] * y * y
             totals[r, INTEGRAL] += step * total
-            totals[r, SQUARE] += step * square
+            totals[r, SQUARE_INTEGRAL] += step * square
             if r > 0:
                 totals[r, HIGHEST] = _raise_peak(series, 1.0, totals[r, HIGHEST], scratch.stack)
                 totals[r, LOWEST] = _raise_peak(series, -1.0, totals[r, LOWEST], scratch.stack)

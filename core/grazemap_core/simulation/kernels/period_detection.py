@@ -30,8 +30,8 @@ from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
-from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation import tolerances
 
@@ -73,8 +73,8 @@ def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Works
         ring.states[row, 2 * j + 1, 0] = sign * u[j, 1]
     # in the coordinates z the stops are exchanged every half period
     first = 0 if (k - 1) % 2 == 0 else 1
-    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT]
-    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT]
+    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT_IMPACTS]
+    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT_IMPACTS]
     ring.held[row, first, 0] = work.tally[workspace.HELD_RIGHT]
     ring.held[row, 1 - first, 0] = work.tally[workspace.HELD_LEFT]
     ring.min_speed[row, 0] = work.tally[workspace.MIN_SPEED]
@@ -182,7 +182,7 @@ def nearest_returns(
     Parameters
     ----------
     scale : (2 N,)
-        `CellProblem.displacement_scale`, of all lanes or, with a second axis, of each (`by_lane`).
+        `CellProblem.displacement_scale`, of all lanes or, with a second axis, of each (`lane_values`).
     search : ReturnSearch
         Receives the first return and the minimum distance.
     used : int
@@ -198,18 +198,18 @@ def nearest_returns(
         row = row - 1 if row > 0 else size - 1
         then = ring.states[row]
         # one or two coordinates exclude most lengths, for all lanes
-        weight, here, there, near = of_lanes(scale, 0, distance.shape[0]), now[0], then[0], 0
+        weight, here, there, near = lane_row(scale, 0, distance.shape[0]), now[0], then[0], 0
         for lane in range(min(used, distance.shape[0])):
-            near += 1 if at(weight, lane) * abs(here[lane] - there[lane]) <= bound[lane] else 0
+            near += 1 if lane_value(weight, lane) * abs(here[lane] - there[lane]) <= bound[lane] else 0
         if near == 0:
             continue
         for lane in range(min(used, distance.shape[0])):
-            distance[lane] = at(weight, lane) * abs(here[lane] - there[lane])
+            distance[lane] = lane_value(weight, lane) * abs(here[lane] - there[lane])
         for c in range(1, now.shape[0]):
-            weight = of_lanes(scale, c, distance.shape[0])
+            weight = lane_row(scale, c, distance.shape[0])
             here, there, near = now[c], then[c], 0
             for lane in range(min(used, distance.shape[0])):
-                distance[lane] = max(distance[lane], at(weight, lane) * abs(here[lane] - there[lane]))
+                distance[lane] = max(distance[lane], lane_value(weight, lane) * abs(here[lane] - there[lane]))
                 near += 1 if distance[lane] <= bound[lane] else 0
             if near == 0:
                 break

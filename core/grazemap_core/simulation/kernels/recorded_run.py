@@ -10,7 +10,7 @@ from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, UNDECIDED, Workspace
+from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, RECORD_FULL, UNDECIDED, Workspace
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
@@ -86,7 +86,7 @@ def run_recorded(
     for half in range(halves_done, halves):
         save_start(began, held, u, work)
         status = run_half(problem, held, stops, u, half, work)
-        if work.cursor[ROWS] > work.events.shape[0]:
+        if work.cursor[EVENT_COUNT] > work.events.shape[0]:
             restore_start(began, held, u, work)
             return RECORD_FULL, half
         if status != OK:

@@ -64,15 +64,15 @@ def events_before(rows: Floats, half: Integers, within: Floats, half_time: float
     half_time : float
         Duration of a half period.
     """
-    found = np.empty(half.shape[0], dtype=np.int64)
+    places = np.empty(half.shape[0], dtype=np.int64)
     row = 0
     for n in range(half.shape[0]):
         while (
             row + 1 < rows.shape[0] and (rows[row + 1, HALF] - half[n]) * half_time + rows[row + 1, TIME] <= within[n]
         ):
             row += 1
-        found[n] = row
-    return found
+        places[n] = row
+    return places
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -76,7 +76,7 @@ def apply_saltation(
     Parameters
     ----------
     velocity, acceleration : float
-        Those of q before the impact; the velocity is not zero.
+        Velocity and acceleration of q before the impact; the velocity is not zero.
     tangent : (2 N, k)
     """
     factor = 1.0 + restitution
@@ -163,8 +163,8 @@ def carry_tangent(
     if resting:
         # a displaced contact returns to the stop at once; only the effect of dampers that it moves remains
         stick_tangent(problem, held, tangent)
-    for row in range(work.cursor[workspace.ROWS] + 1):
-        last = row == work.cursor[workspace.ROWS]
+    for row in range(work.cursor[workspace.EVENT_COUNT] + 1):
+        last = row == work.cursor[workspace.EVENT_COUNT]
         time = problem.step * (problem.cells // 2) if last else work.events[row, workspace.TIME]
         if resting:
             flow_tangent(held.decay, held.discriminant, held.frequency_squared, time - passed, tangent)
@@ -230,9 +230,9 @@ def run_half_linearised(
         with which the trajectory ended.
     """
     save_start(began, held, u, work)
-    work.cursor[workspace.ROWS] = 0
+    work.cursor[workspace.EVENT_COUNT] = 0
     status = run_half(problem, held, stops, u, half, work)
-    if work.cursor[workspace.ROWS] > work.events.shape[0]:
+    if work.cursor[workspace.EVENT_COUNT] > work.events.shape[0]:
         restore_start(began, held, u, work)
         return workspace.RECORD_FULL
     if status != workspace.OK:

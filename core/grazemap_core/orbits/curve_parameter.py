@@ -13,7 +13,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.one_stop import VariedStop
+from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop
@@ -36,10 +36,10 @@ class VariedFactor:
         return self.right if stop > 0 else self.left
 
 
-Varied = VariedStop | VariedFactor
+CurveParameter = VariedStop | VariedFactor
 
 
-class Gaps(NamedTuple):
+class MovedGaps(NamedTuple):
     """The gaps of the stops as functions of that of one of them, under forces of the factor 1."""
 
     other: SecondStop
@@ -47,10 +47,10 @@ class Gaps(NamedTuple):
     value: Callable[[Floats], Floats]
     """Returns the values (m,) of the parameter at gaps (m,) of the stop."""
     forces: bool = False
-    """Whether it is the factor of the forces: speeds are proportional to it."""
+    """Whether the parameter is the factor of the forces: speeds are proportional to it."""
 
 
-def varied_gaps(oscillator: Oscillator, varied: Varied, stop: int) -> Gaps | None:
+def moved_gaps(oscillator: Oscillator, varied: CurveParameter, stop: int) -> MovedGaps | None:
     """Return the gaps of a stop that the parameter moves; None where it moves the other stop alone.
 
     Raises
@@ -60,7 +60,7 @@ def varied_gaps(oscillator: Oscillator, varied: Varied, stop: int) -> Gaps | Non
     """
     place = contact_equilibrium(oscillator)
     if isinstance(varied, VariedFactor):
-        return _of_factor(varied, stop, place)
+        return _gaps_of_factor(varied, stop, place)
     offset = stop * place
     if varied.together:
         other = SecondStop(2.0 * offset, 1.0)
@@ -68,15 +68,15 @@ def varied_gaps(oscillator: Oscillator, varied: Varied, stop: int) -> Gaps | Non
         other = ABSENT if varied.other is None else SecondStop(varied.other + offset)
     else:
         return None
-    return Gaps(other, lambda gap: gap + offset)
+    return MovedGaps(other, lambda gap: gap + offset)
 
 
-def _of_factor(varied: VariedFactor, stop: int, place: float) -> Gaps:
+def _gaps_of_factor(varied: VariedFactor, stop: int, place: float) -> MovedGaps:
     own, beside = varied.clearance(stop), varied.clearance(-stop)
     if varied.name == "bias":
         if place == 0.0:
             raise ParameterError("bias", "does not move the contact, so the motions do not depend on it")
-        return Gaps(SecondStop(own + beside, -1.0), lambda gap: (own - gap) / (stop * place))
+        return MovedGaps(SecondStop(own + beside, -1.0), lambda gap: (own - gap) / (stop * place))
     gap, other = own - stop * place, beside + stop * place
     if gap == 0.0:
         raise ParameterError("clearance", "leaves no gap to the equilibrium, which no force changes")
@@ -85,4 +85,4 @@ def _of_factor(varied: VariedFactor, stop: int, place: float) -> Gaps:
         with np.errstate(divide="ignore"):
             return np.asarray(gap / gaps)
 
-    return Gaps(ABSENT if np.isinf(other) else SecondStop(0.0, other / gap), value, forces=True)
+    return MovedGaps(ABSENT if np.isinf(other) else SecondStop(0.0, other / gap), value, forces=True)

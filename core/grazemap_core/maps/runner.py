@@ -11,7 +11,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
 from grazemap_core.contact.cell_problem import (
-    UNIT,
+    STOPS_UNIT,
     Clearance,
     both_clearances,
     cell_problem,
@@ -26,16 +26,23 @@ from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane
 from grazemap_core.maps.kernels.column import Column, return_search
 from grazemap_core.maps.kernels.final_states import final_states
+from grazemap_core.maps.kernels.first_pass import PITCH
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import ENDED_EARLY, RESTS, ColumnTask, TrajectoryResults, lane_records
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
-from grazemap_core.maps.kernels.lanes import PITCH
 from grazemap_core.maps.kernels.lockstep import lanes
-from grazemap_core.maps.kernels.multi_impact_cell import WIDTH as SECOND_PASS
-from grazemap_core.maps.kernels.own_tables import OF_GROUP, SHARED_TABLES, LaneModels, OwnModels, OwnTables, own_tables
-from grazemap_core.maps.kernels.tangent_batches import WIDTH as CHANGES
+from grazemap_core.maps.kernels.second_pass import WIDTH as SECOND_PASS
+from grazemap_core.maps.kernels.separate_tables import (
+    OF_GROUP,
+    SHARED_TABLES,
+    LaneModels,
+    SeparateModels,
+    TablesPerLane,
+    separate_tables,
+)
+from grazemap_core.maps.kernels.tangent_batches import BATCH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops, FromState, Start
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
@@ -54,7 +61,7 @@ from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import OUTSIDE, State, touched_stop
 
 
-class Settling(NamedTuple):
+class RunSettings(NamedTuple):
     """Settings of a run."""
 
     max_periods: int
@@ -103,7 +110,7 @@ class Conditions(NamedTuple):
         return Conditions(*(values[which] for values in self))
 
 
-class _Begun(NamedTuple):
+class _Starts(NamedTuple):
     """Trajectories where they begin, their model and what their results need."""
 
     model: LaneModel
@@ -126,15 +133,15 @@ class _Begun(NamedTuple):
     """(n,) Bounds of the steady motions."""
 
 
-class Apart(NamedTuple):
+class SeparateRuns(NamedTuple):
     """Trajectories from rest of one structure, each at a frequency of its own."""
 
-    settler: Settler
+    runner: Runner
     """The structure and the settings."""
     omega: Floats
     """(k,) The frequencies."""
     steady: Complexes
-    """(k, H, 2, N + 1) `Settler.steady` at omega."""
+    """(k, H, 2, N + 1) `Runner.steady` at omega."""
     conditions: Conditions
     """The conditions of the trajectories."""
 
@@ -152,33 +159,33 @@ class RunEnd(NamedTuple):
     """1 if a decision may be wrong, as of `LaneErrors`."""
 
 
-class Settler:
+class Runner:
     """Settings and scratch for runs of one oscillator."""
 
-    def __init__(self, oscillator: Oscillator, task: Settling, before: Settler | None = None) -> None:
+    def __init__(self, oscillator: Oscillator, settings: RunSettings, before: Runner | None = None) -> None:
         """Allocate lanes, histories and tangents; nothing is run.
 
-        With `before`, whose task differs in `max_periods` at most and whose oscillator is of the same size, they are
-        those of that settler: a sweep goes on with its errors, and neither settler is to be run while the other one is.
-        So settlers that share them belong to one thread.
+        With `before`, whose settings differ in `max_periods` at most and whose oscillator is of the same size, they are
+        those of that runner: a sweep goes on with its errors, and neither runner is to be run while the other one is.
+        So runners that share them belong to one thread.
         """
         size = oscillator.size
         self._models = trajectory_models(oscillator)
         free = self._models.free
-        self._blocks = impulse_blocks(free, task.early)
-        self._task = task
+        self._blocks = impulse_blocks(free, settings.early)
+        self._settings = settings
         self._equilibrium = equilibrium(oscillator)
         direction = np.concatenate([self._models.constrained.profile, np.zeros(size)])
         self._aside = np.ascontiguousarray((free.to_modal @ direction).reshape(size, 2))
-        growth_periods = min(math.ceil(GROWTH_SHARE * task.max_periods), MOST_GROWTH_PERIODS)
-        self._growth_halves = 2 * growth_periods if task.linearised else 0
+        growth_periods = min(math.ceil(GROWTH_SHARE * settings.max_periods), MOST_GROWTH_PERIODS)
+        self._growth_halves = 2 * growth_periods if settings.linearised else 0
         self._masses = (0,) * size
         self._scratch: dict[str, Any]
         if before is None:
-            events = RECORDED_IMPACTS if task.linearised or task.early else 0
+            events = RECORDED_IMPACTS if settings.linearised or settings.early else 0
             self._scratch = {
                 "group": lanes(size, events),
-                "history": stroboscopic_history(size, task.max_period, LANES),
+                "history": stroboscopic_history(size, settings.max_period, LANES),
                 "tangents": lane_tangents(size, self._growth_halves),
                 "records": lane_records(),
                 "returns": return_search(),
@@ -192,7 +199,7 @@ class Settler:
             if before._growth_halves != self._growth_halves:
                 tangents = lane_tangents(size, self._growth_halves)._replace(errors=before.errors)
                 self._scratch = {**self._scratch, "tangents": tangents}
-        self._own: list[OwnTables] = [] if before is None else before._own  # one, where they were needed
+        self._separate: list[TablesPerLane] = [] if before is None else before._separate  # one, where they were needed
         self._ended = ENDED_EARLY  # no trajectory was run
 
     @property
@@ -203,8 +210,8 @@ class Settler:
     @property
     def errors(self) -> LaneErrors:
         """The errors of the lanes: those with which the trajectories of a sweep are handed on."""
-        found: LaneErrors = self._scratch["tangents"].errors
-        return found
+        errors: LaneErrors = self._scratch["tangents"].errors
+        return errors
 
     def steady(self, omega: Floats) -> Complexes:
         """Return the amplitudes of the reference motions at frequencies (m,), shape (m, H, 2, N + 1)."""
@@ -225,7 +232,7 @@ class Settler:
         Parameters
         ----------
         steady : complex (H, 2, N + 1)
-            `Settler.steady` at omega.
+            `Runner.steady` at omega.
         conditions : Conditions, or (n,) or (n, 2)
             The latter are clearances as `Conditions.of` takes them.
         start : Start
@@ -243,59 +250,60 @@ class Settler:
         -------
         codes, figures : (n, s, CODES) and (n, s, FIGURES), with further columns for what is observed
         """
-        given = conditions if isinstance(conditions, Conditions) else Conditions.of(self._models.oscillator, conditions)
-        begun = self._begun(omega, steady, given, start, phase)
-        column = self._column(shared_model(begun.model), begun, inherits, goes_on)
+        if not isinstance(conditions, Conditions):
+            conditions = Conditions.of(self._models.oscillator, conditions)
+        starts = self._starts(omega, steady, conditions, start, phase)
+        column = self._column(shared_model(starts.model), starts, inherits, goes_on)
         self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
-        figures = column.results.figures
-        if self._task.observed is not None:
-            parts = begun.model.problem, begun.model.held
-            more = figures_of_column(self._task.observed, self._models, parts, steady, begun.stops, column.results)
+        figures, observed = column.results.figures, self._settings.observed
+        if observed is not None:
+            parts = starts.model.problem, starts.model.held
+            more = figures_of_column(observed, self._models, parts, steady, starts.stops, column.results)
             figures = np.concatenate([figures, more], axis=1)
-        return _named(begun, column.results.codes, figures)
+        return _named(starts, column.results.codes, figures)
 
     def compile_classification(self) -> None:
         """Compile, or load, the kernel that names motions, for all numbers of masses; nothing is run."""
         classify_lane.compile(self._example()[0])
 
-    def compile_lockstep(self, apart: bool = False) -> None:
+    def compile_lockstep(self, separate: bool = False) -> None:
         """Compile, or load, the kernel that carries lanes, with all that goes before it; no trajectory is run.
 
-        It is that for this number of masses: of lanes that share their tables, or of lanes `apart`.
+        The kernel is for this number of masses: for lanes that share their tables, or for lanes `separate`.
         """
         column, model = self._example()
-        own = self._own_tables(model.problem.cells) if apart else SHARED_TABLES
-        if apart:
-            OwnModels([model])
-        compile_for(settle_column, self._masses, column, own, classify_lane.address(column))
+        tables = self._separate_tables(model.problem.cells) if separate else SHARED_TABLES
+        if separate:
+            SeparateModels([model])
+        compile_for(settle_column, self._masses, column, tables, classify_lane.address(column))
 
     def _example(self) -> tuple[Column, LaneModel]:
         """Return what the kernels take, and the model of its trajectories."""
-        given = Conditions.of(self._models.oscillator, np.ones(1))
-        begun = self._begun(1.0, self.steady(np.ones(1))[0], given, AtRest(), 0.0)
-        return self._column(shared_model(begun.model), begun), begun.model
+        conditions = Conditions.of(self._models.oscillator, np.ones(1))
+        starts = self._starts(1.0, self.steady(np.ones(1))[0], conditions, AtRest(), 0.0)
+        return self._column(shared_model(starts.model), starts), starts.model
 
-    def _begun(self, omega: float, steady: Complexes, given: Conditions, start: Start, phase: float) -> _Begun:
+    def _starts(self, omega: float, steady: Complexes, conditions: Conditions, start: Start, phase: float) -> _Starts:
         """Return trajectories as those of `run` where they begin."""
-        free, gaps = self._models.free, self._gaps(given)
+        free, gaps = self._models.free, self._gaps(conditions)
         count, model = len(gaps), self._model(omega, steady, phase)
         problem = model.problem
-        stops = stops_table(self._models.oscillator, gaps, given.restitution, problem.cells, problem.steady_bound)
+        stops = stops_table(self._models.oscillator, gaps, conditions.restitution, problem.cells, problem.steady_bound)
         scaled = start.scaled if isinstance(start, BetweenStops | AboutMiddle) else np.zeros((1, *self._shape))
         offset, on_stop = np.zeros(count), np.zeros(count * len(scaled), dtype=np.int64)
         if isinstance(start, AtRest):
             state = np.zeros(self._shape)
             offset, on_stop = _preload(gaps)
         elif isinstance(start, FromState):
-            state, on_stop[0] = self._impact_at_start(given, start.state)
-            state = self._from_equilibrium(given, state)
+            state, on_stop[0] = self._impact_at_start(conditions, start.state)
+            state = self._from_equilibrium(conditions, state)
         elif isinstance(start, BetweenStops):
-            state = self._from_equilibrium(given, start.origin)
+            state = self._from_equilibrium(conditions, start.origin)
         else:
-            state = self._from_equilibrium(given, np.zeros(self._shape))
-            offset = middle_of_stops(given, stops[:, UNIT])
+            state = self._from_equilibrium(conditions, np.zeros(self._shape))
+            offset = middle_of_stops(conditions, stops[:, STOPS_UNIT])
         base = free_state(free, steady, problem.orders, omega, state[0], state[1], phase)
-        return _Begun(
+        return _Starts(
             model,
             stops,
             np.repeat(base[None], count, axis=0),
@@ -303,13 +311,13 @@ class Settler:
             offset,
             np.repeat(self._aside[None], count, axis=0),
             on_stop,
-            given.forcing,
+            conditions.forcing,
             np.full(count, problem.steady_bound),
         )
 
     @property
     def _shape(self) -> tuple[int, int]:
-        """Of a state."""
+        """Shape of a state."""
         return 2, len(self._masses)
 
     def _model(self, omega: float, steady: Complexes, phase: float) -> LaneModel:
@@ -322,25 +330,25 @@ class Settler:
         model, rest = self._model(omega, steady, 0.0), np.zeros(len(self._masses))
         return model, free_state(self._models.free, steady, model.problem.orders, omega, rest, rest, 0.0)
 
-    def _column(self, models: LaneModels, begun: _Begun, inherits: bool = False, goes_on: bool = False) -> Column:
+    def _column(self, models: LaneModels, starts: _Starts, inherits: bool = False, goes_on: bool = False) -> Column:
         """Return what the kernels take."""
-        count, task = len(begun.on_stop), self._task
+        count, settings = len(starts.on_stop), self._settings
         results = TrajectoryResults(
             codes=np.empty((count, lane_state.CODES), dtype=np.int64),
             figures=np.empty((count, lane_state.FIGURES)),
-            final=final_states(count if task.observed is not None else 0, len(self._masses)),
+            final=final_states(count if settings.observed is not None else 0, len(self._masses)),
         )
         of_column = ColumnTask(
-            stops=begun.stops,
-            base=begun.base,
-            directions=begun.directions,
-            offset=begun.offset,
-            aside=begun.aside,
-            on_stop=begun.on_stop,
-            max_periods=task.max_periods,
-            max_period=task.max_period,
-            early=task.early,
-            follow=task.follow,
+            stops=starts.stops,
+            base=starts.base,
+            directions=starts.directions,
+            offset=starts.offset,
+            aside=starts.aside,
+            on_stop=starts.on_stop,
+            max_periods=settings.max_periods,
+            max_period=settings.max_period,
+            early=settings.early,
+            follow=settings.follow,
             growth_halves=self._growth_halves,
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
             inherits=inherits,
@@ -362,7 +370,7 @@ class Settler:
         if self._ended == ENDED_EARLY:
             return None
         free, size = self._models.free, len(self._masses)
-        orders = np.array([one.order for one in self._models.oscillator.forces], dtype=np.float64)
+        orders = np.array([harmonic.order for harmonic in self._models.oscillator.forces], dtype=np.float64)
         moved = free.from_modal @ self._scratch["final_state"].ravel() + reference_state(steady, orders, omega, 0.0)
         state = conditions.forcing[-1] * moved.reshape(2, size)
         state[0] += conditions.bias[-1] * self._equilibrium
@@ -400,24 +408,24 @@ class Settler:
     def random_states(self, omega: float, steady: Complexes, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return the states (s, 2, N) of `AboutMiddle`."""
         unit = self.unit(omega, steady, clearance)
-        given = Conditions.of(self.oscillator, np.array([both_clearances(clearance)]))
+        conditions = Conditions.of(self.oscillator, np.array([both_clearances(clearance)]))
         states = unit * start.scaled
-        states[:, 0] += middle_of_stops(given, np.array([unit]))[0] * self._models.constrained.profile
+        states[:, 0] += middle_of_stops(conditions, np.array([unit]))[0] * self._models.constrained.profile
         return np.asarray(states)
 
-    def _own_tables(self, cells: int) -> OwnTables:
+    def _separate_tables(self, cells: int) -> TablesPerLane:
         """Return scratch for lanes that have their own tables, with so many cells in a period or fewer."""
-        size, known = len(self._masses), self._own
+        size, known = len(self._masses), self._separate
         if not known or len(known[0].tables[OF_GROUP].steady_table) < 2 * (cells + 1):
-            batches = [own_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
-            known[:] = [OwnTables(1 + len(batches), (own_tables(size, LANES, cells), *batches))]
+            batches = [separate_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
+            known[:] = [TablesPerLane(1 + len(batches), (separate_tables(size, LANES, cells), *batches))]
         return known[0]
 
     def unit(self, omega: float, steady: Complexes, clearance: Clearance) -> float:
         """Return the unit of the stops in which initial states are given, `Stops.unit`."""
         problem, _ = cell_problem(self._models, steady, omega, 0.0)
-        given = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
-        right, left = self._gaps(given)[0].tolist()
+        conditions = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
+        right, left = self._gaps(conditions)[0].tolist()
         return float(unit_of_stops(right, left, problem.steady_bound))
 
     def _gaps(self, conditions: Conditions) -> Floats:
@@ -427,9 +435,9 @@ class Settler:
 
     def _from_equilibrium(self, conditions: Conditions, state: Floats) -> Floats:
         """Return a state (2, N) from the equilibrium, over the factor of the forces."""
-        begun = state / conditions.forcing[0]
-        begun[0] -= conditions.bias[0] / conditions.forcing[0] * self._equilibrium
-        return np.asarray(begun)
+        scaled = state / conditions.forcing[0]
+        scaled[0] -= conditions.bias[0] / conditions.forcing[0] * self._equilibrium
+        return np.asarray(scaled)
 
     def _impact_at_start(self, conditions: Conditions, state: Floats) -> tuple[Floats, int]:
         """Return a state (2, N) after the impact with which a trajectory may begin there, and the stop it is on."""
@@ -454,41 +462,41 @@ class Settler:
         return codes[0, 0], figures[0, 0]
 
 
-CAN_RUN_APART: Final = PART_COMPILER is not None
+CAN_SEPARATE: Final = PART_COMPILER is not None
 """Whether lanes may have tables of their own; else trajectories that share none run one after the other."""
 
 
-def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
+def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
     """Run trajectories side by side, each of which has tables of its own.
 
-    The settlers have the same task, without initial states, sweeps and observables, and share their scratch.
+    The runners have the same settings, without initial states, sweeps and observables, and share their scratch.
 
     Returns
     -------
     codes, figures : (n, 1, CODES) and (n, 1, FIGURES)
     """
     models, bases = [], []
-    for settler, omegas, steadies, _ in structures:
+    for runner, omegas, steadies, _ in structures:
         for omega, steady in zip(omegas.tolist(), steadies, strict=True):
-            model, base = settler._at_rest(omega, steady)
+            model, base = runner._at_rest(omega, steady)
             models.append(model)
             bases.append(base)
-    aside, gaps, offset, on_stop = (np.concatenate(found) for found in zip(*map(_rest_of, structures), strict=True))
+    aside, gaps, offset, on_stop = (np.concatenate(parts) for parts in zip(*map(_rest_of, structures), strict=True))
     restitution, forcing = (
-        np.concatenate([getattr(one.conditions, name) for one in structures]) for name in ("restitution", "forcing")
+        np.concatenate([getattr(runs.conditions, name) for runs in structures]) for name in ("restitution", "forcing")
     )
-    cells = np.array([one.problem.cells for one in models])
-    amplitude = np.array([one.problem.steady_bound for one in models])
-    first = structures[0].settler
+    cells = np.array([model.problem.cells for model in models])
+    amplitude = np.array([model.problem.steady_bound for model in models])
+    first = structures[0].runner
     codes = np.empty((len(models), 1, lane_state.CODES), dtype=np.int64)
     figures = np.empty((len(models), 1, lane_state.FIGURES))
     for number in np.unique(cells).tolist():
         which = np.flatnonzero(cells == number)
         stops = stops_table(first.oscillator, gaps[which], restitution[which], number, amplitude[which])
-        own = OwnModels([models[i] for i in which.tolist()])
+        separate = SeparateModels([models[i] for i in which.tolist()])
         base = np.stack([bases[i] for i in which.tolist()])
-        begun = _Begun(
-            own.models.shared,
+        starts = _Starts(
+            separate.models.shared,
             stops,
             base,
             np.zeros((1, *base.shape[1:])),
@@ -498,24 +506,24 @@ def run_apart(structures: Sequence[Apart]) -> tuple[Integers, Floats]:
             forcing[which],
             amplitude[which],
         )
-        column = first._column(own.models, begun)
-        settle_column(first._masses, column, first._own_tables(number), classify_lane.address(column))
-        codes[which], figures[which] = _named(begun, column.results.codes, column.results.figures)
+        column = first._column(separate.models, starts)
+        settle_column(first._masses, column, first._separate_tables(number), classify_lane.address(column))
+        codes[which], figures[which] = _named(starts, column.results.codes, column.results.figures)
     return codes, figures
 
 
-def _rest_of(one: Apart) -> tuple[Floats, Floats, Floats, Integers]:
+def _rest_of(runs: SeparateRuns) -> tuple[Floats, Floats, Floats, Integers]:
     """Return `aside`, the gaps, `offset` and `on_stop` of trajectories from rest."""
-    gaps = one.settler._gaps(one.conditions)
-    return np.repeat(one.settler._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
+    gaps = runs.runner._gaps(runs.conditions)
+    return np.repeat(runs.runner._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
 
 
-def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
+def _named(starts: _Starts, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
     """Return the results of trajectories, (n, s, ..), in the unit of the oscillator."""
-    codes = codes.reshape(len(begun.stops), -1, codes.shape[1])
-    figures = figures.reshape(len(begun.stops), -1, figures.shape[1])
-    figures[:, :, lane_state.LEAST_VELOCITY] *= begun.forcing[:, None]
-    hidden = hidden_by_rounding(begun.steady_bound, begun.stops[:, UNIT])
+    codes = codes.reshape(len(starts.stops), -1, codes.shape[1])
+    figures = figures.reshape(len(starts.stops), -1, figures.shape[1])
+    figures[:, :, lane_state.LEAST_VELOCITY] *= starts.forcing[:, None]
+    hidden = hidden_by_rounding(starts.steady_bound, starts.stops[:, STOPS_UNIT])
     if np.any(hidden):
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
@@ -529,7 +537,7 @@ def shared_model(model: LaneModel) -> LaneModels:
 
 
 def _preload(gaps: Floats) -> tuple[Floats, Integers]:
-    """Return `offset` and `on_stop` of a task: trajectories from rest begin held by a preloaded stop."""
+    """Return `offset` and `on_stop` of `ColumnTask`: trajectories from rest begin held by a preloaded stop."""
     preloaded = gaps < 0.0
     offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
     return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1]
@@ -540,8 +548,8 @@ def middle_of_stops(conditions: Conditions, unit: Floats) -> Floats:
     right, left = (conditions.clearance / conditions.forcing[:, None]).T
     with np.errstate(invalid="ignore"):
         both = 0.5 * (right - left)
-    one = np.minimum(right - unit, 0.0) + np.maximum(unit - left, 0.0)
-    return np.asarray(np.where(np.isfinite(both), both, one))
+    single = np.minimum(right - unit, 0.0) + np.maximum(unit - left, 0.0)
+    return np.asarray(np.where(np.isfinite(both), both, single))
 
 
 def impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:

@@ -1,7 +1,7 @@
 """Models and tables of lanes: those that all lanes share, or every lane's own.
 
-Where every lane has its own tables, those of a trajectory are copied into its lane when it starts (`begin_own`), and
-from there into batches of lanes in a cell (`put_in_pass`, `put_in_changes`). Shared tables are not copied.
+Where every lane has its own tables, those of a trajectory are copied into its lane when it starts (`begin_separate`),
+and from there into batches of lanes in a cell (`put_in_pass`, `put_in_changes`). Shared tables are not copied.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, SCALARS, TERMS, LaneModel, LaneTables
-from grazemap_core.numerics.jit.by_lane import put, record_of, store, table_of
 from grazemap_core.numerics.jit.compiled import inlined, kernel
+from grazemap_core.numerics.jit.lane_values import put_lane_value, record_of, store, table_of
 from grazemap_core.records import NamedTuple
 
 OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
@@ -22,7 +22,7 @@ OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
 
 
 class LaneModels(NamedTuple):
-    """The model that all trajectories share, or that each of them has for itself (`by_lane.record_of`)."""
+    """The model that all trajectories share, or that each of them has for itself (`lane_values.record_of`)."""
 
     shared: LaneModel
     """The model of all, or of one of them; all have the same number of cells in a period."""
@@ -32,7 +32,7 @@ class LaneModels(NamedTuple):
     """(n,) Where the model of every trajectory is in memory; (0,) where it is shared."""
 
 
-class OwnTables(NamedTuple):
+class TablesPerLane(NamedTuple):
     """Tables of lanes that have their own, or none where they are shared."""
 
     number: int
@@ -41,10 +41,10 @@ class OwnTables(NamedTuple):
     """OF_GROUP to OF_CHANGES."""
 
 
-SHARED_TABLES = OwnTables(0, ())
+SHARED_TABLES = TablesPerLane(0, ())
 
 
-def own_tables(size: int, pitch: int, cells: int) -> LaneTables:
+def separate_tables(size: int, pitch: int, cells: int) -> LaneTables:
     """Return empty tables of lanes that have their own, for so many blocks and cells; `forcing` is that of one cell."""
     places = {
         "flow": 4 * size,
@@ -64,10 +64,10 @@ def own_tables(size: int, pitch: int, cells: int) -> LaneTables:
     return LaneTables(block_response=np.zeros(0), **empty)
 
 
-class OwnModels:
+class SeparateModels:
     """Models of trajectories, each of which has its own.
 
-    They are where kernels expect them as long as this object exists.
+    The models are where kernels expect them as long as this object exists.
 
     Attributes
     ----------
@@ -88,15 +88,15 @@ class OwnModels:
 def _copy(target: Floats, pitch: int, lane: int, source: Floats, first: int, count: int) -> None:
     """Copy numbers that all lanes share to the first places of a lane of its own."""
     for place in range(count):
-        put(target, place, pitch, lane, source[first + place])
+        put_lane_value(target, place, pitch, lane, source[first + place])
 
 
 @kernel
-def begin_own(models: LaneModels, own: OwnTables, lane: int, trajectory: int) -> None:
+def begin_separate(models: LaneModels, separate: TablesPerLane, lane: int, trajectory: int) -> None:
     """Give a lane the model of a trajectory, if each has its own."""
-    if own.number > 0:
+    if separate.number > 0:
         models.addresses[lane] = models.of_trajectories[trajectory]
-        tables, group = record_of(models, lane).tables, table_of(own, OF_GROUP, models)
+        tables, group = record_of(models, lane).tables, table_of(separate, OF_GROUP, models)
         _copy(group.flow, LANES, lane, tables.flow, 0, tables.flow.shape[0])
         _copy(group.output_row, LANES, lane, tables.output_row, 0, tables.output_row.shape[0])
         _copy(group.steady_table, LANES, lane, tables.steady_table, 0, tables.steady_table.shape[0])
@@ -131,6 +131,6 @@ def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) ->
 
 
 @kernel
-def cell_of_pass(own: OwnTables, cell: int) -> int:
+def cell_of_pass(separate: TablesPerLane, cell: int) -> int:
     """Return where a batch has the tables of a cell: where every lane has its own, they are those of one cell."""
-    return cell if own.number == 0 else 0
+    return cell if separate.number == 0 else 0

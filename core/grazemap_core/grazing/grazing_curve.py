@@ -56,7 +56,7 @@ class VariedStop:
         Raises
         ------
         ParameterError
-            It is not greater than 0: the equilibrium is beyond that stop, so there is no motion without contact.
+            The gap is not greater than 0: the equilibrium is beyond that stop, so there is no motion without contact.
         """
         if self.other is None:
             return math.inf

@@ -13,8 +13,8 @@ from typing import Any
 
 from numba import njit, typeof, types
 
-from grazemap_core.numerics.jit.by_reference import Reference
 from grazemap_core.numerics.jit.inlining import INTERPRETED, KERNEL_COMPILER
+from grazemap_core.numerics.jit.record_references import Reference
 
 _njit: Any = njit  # numba's type stubs omit private options and the options of wrappers
 
@@ -36,7 +36,7 @@ class _Address(types.WrapperAddressProtocol):
         return self._known
 
 
-class ApartKernel:
+class PointerKernel:
     """A kernel of a reference to a named tuple and of integers, which returns an integer."""
 
     def __init__(self, function: Callable[..., int], options: dict[str, Any]) -> None:

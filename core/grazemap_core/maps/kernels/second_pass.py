@@ -17,21 +17,21 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.maps.kernels.lanes import (
+from grazemap_core.maps.kernels.first_pass import (
     PARABOLA_DIVISOR,
     LaneBatch,
     Masses,
-    four_of_lanes,
+    four_lane_rows,
     horner,
     horner_step,
     lane_batch,
     lower_bound,
-    three_of_lanes,
+    three_lane_rows,
 )
+from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
-from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, plain
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 
 Five = tuple[float, float, float, float, float]
 Fifteen = tuple[
@@ -43,35 +43,35 @@ WIDTH = 16
 
 # rows of the `LaneBatch.rows` of a second pass
 UNIT, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
-"""That of `stops.Stops`; stop (+1 A, -1 C); z of the expansion point; 1 if that is on the stop (after an impact), else
-0; the gap and its rate in s there."""
+"""The unit of `stops.Stops`; stop (+1 A, -1 C); z of the expansion point; 1 if that point is on the stop (after an
+impact), else 0; the gap and its rate in s there."""
 OUTCOME, CONTACT_S, SPEED, JUMP, CONTACT_ACCELERATION = 6, 7, 8, 9, 10
 """Of the last round: outcome, s of the contact, speed before it, change of the velocity, and acceleration toward the
 stop after it (in velocity and time of the problem)."""
 END_GAP, END_RATE, END_X, END_V, END_LOSS = 11, 12, 13, 14, 15
-"""At the end of the cell: the gap and its rate, q and q', and END_LOSS of `lanes`."""
+"""At the end of the cell: the gap and its rate, q and q', and END_LOSS of `first_pass`."""
 END_VALUE, END_SLOPE, TERM_SUM, OTHER_CLEAR, LEAST_GAP = 16, 17, 18, 19, 20
 """Of the gap, its zero on the stop divided out: value and slope at the end of the cell, and the sum of the moduli of
-all terms; 1 where a contact with the other stop is impossible; lower bound of the gap as `lanes.LEAST_GAP`, up to the
-next contact or the end of the cell."""
+all terms; 1 where a contact with the other stop is impossible; lower bound of the gap as `first_pass.LEAST_GAP`, up
+to the next contact or the end of the cell."""
 BOTH, RESTITUTION = 21, 22
 """Distance of the stops; restitution of this one."""
-ROWS = 23
+PASS_ROWS = 23
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is certified; there is no contact up to the end of the cell; the next contact was found."""
 
 FOURTH_TO_HERMITE, FOURTH_TO_QUADRATIC = 144.0, 162.0
-"""Divisors of s^4 max |fourth derivative|, see `lanes.lower_bound` and `lanes._find_impact`."""
+"""Divisors of s^4 max |fourth derivative|, see `first_pass.lower_bound` and `first_pass._find_impact`."""
 
 OTHER_STOP_SHARE = 0.95
 """Maximum distance of the contact from a stop, as a share of the distance of the stops, at which it does not touch the
 other one; the margin is wide because such lanes are rare."""
 
 
-def second_pass(masses: int) -> LaneBatch:
+def second_batch(masses: int) -> LaneBatch:
     """Return an empty second pass for an oscillator."""
-    return lane_batch(masses, WIDTH, ROWS)
+    return lane_batch(masses, WIDTH, PASS_ROWS)
 
 
 @fused_inlined
@@ -162,14 +162,14 @@ def _add_impulse(table: Floats, c: int, rows: Floats, out: Floats, count: int) -
 def _expand_after_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Expand the gap after an impact at the expansion point in every lane with a JUMP (0 elsewhere)."""
     rows, series, unit_impulse = batch.rows, batch.series, tables.unit_impulse
-    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
+    step = lane_row(tables.scalars, lane_tables.STEP, WIDTH)
     for n in range(2, TERMS):
-        response = of_lanes(tables.response, n, WIDTH)
+        response = lane_row(tables.response, n, WIDTH)
         row = series[n * WIDTH : (n + 1) * WIDTH]
         for k in range(min(count, WIDTH)):
-            row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * at(response, k)
+            row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * lane_value(response, k)
     for k in range(min(count, WIDTH)):
-        half = 0.5 * at(step, k)
+        half = 0.5 * lane_value(step, k)
         per_square = 2.0 / (half * half)
         struck = rows[JUMP * WIDTH + k] != 0.0
         on, gap, rate = rows[ON_STOP * WIDTH + k], rows[GAP * WIDTH + k], rows[RATE * WIDTH + k]
@@ -195,19 +195,19 @@ def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: Lane
     rows, series, start, table = batch.rows, batch.series, batch.start, tables.series
     for n in range(TERMS):
         row = series[n * WIDTH : (n + 1) * WIDTH]
-        steady = of_lanes(tables.forcing, TERMS * cell + n, WIDTH)
+        steady = lane_row(tables.forcing, TERMS * cell + n, WIDTH)
         for k in range(min(count, WIDTH)):
-            total = at(steady, k)
+            total = lane_value(steady, k)
             for c in range(2 * len(masses)):
-                total += at(of_lanes(table, 2 * len(masses) * n + c, WIDTH), k) * start[c * WIDTH + k]
+                total += lane_value(lane_row(table, 2 * len(masses) * n + c, WIDTH), k) * start[c * WIDTH + k]
             row[k] = -rows[SIDE * WIDTH + k] * total
     _shift_series(series, rows, plain(ORIGIN), count)
     for j in range(len(masses)):
-        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, WIDTH)
+        f0, f1, f2, f3 = four_lane_rows(tables.flow, j, WIDTH)
         block, moved = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):
-            moved[k] = at(f0, k) * block[k] + at(f1, k) * block[WIDTH + k]
-            moved[WIDTH + k] = at(f2, k) * block[k] + at(f3, k) * block[WIDTH + k]
+            moved[k] = lane_value(f0, k) * block[k] + lane_value(f1, k) * block[WIDTH + k]
+            moved[WIDTH + k] = lane_value(f2, k) * block[k] + lane_value(f3, k) * block[WIDTH + k]
     for k in range(min(count, WIDTH)):
         rows[ON_STOP * WIDTH + k] = 0.0
     _expand_after_impacts(masses, tables, batch, count)
@@ -291,14 +291,14 @@ def certify_clear(tables: LaneTables, batch: LaneBatch, count: int) -> None:
 
     Output: OUTCOME, CLEAR or UNCERTAIN, and LEAST_GAP, END_GAP and END_RATE without a contact.
 
-    A zero of the gap at the expansion point is divided out first. The certificate is that of `lanes.lower_bound`, on
-    both sides of the minimum of the cubic through values and slopes at both ends, with the fourth derivative bounded by
-    the series itself.
+    A zero of the gap at the expansion point is divided out first. The certificate is that of `first_pass.lower_bound`,
+    on both sides of the minimum of the cubic through values and slopes at both ends, with the fourth derivative bounded
+    by the series itself.
     """
     rows, series = batch.rows, batch.series
-    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
+    step = lane_row(tables.scalars, lane_tables.STEP, WIDTH)
     for k in range(min(count, WIDTH)):
-        half = 0.5 * at(step, k)
+        half = 0.5 * lane_value(step, k)
         on = rows[ON_STOP * WIDTH + k] > 0.0
         a = _gap_series(series, k, on)
         left = 1.0 - rows[ORIGIN * WIDTH + k]
@@ -341,13 +341,13 @@ def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
 
     Output: OUTCOME; where it is CONTACT, LEAST_GAP; and CONTACT_S, SPEED and JUMP, which are 0 elsewhere.
 
-    Halley's method starts at the root of the cubic of `certify_clear`; the certificate is that of `lanes._find_impact`,
-    with the fourth derivative bounded by the series itself.
+    Halley's method starts at the root of the cubic of `certify_clear`; the certificate is that of
+    `first_pass._find_impact`, with the fourth derivative bounded by the series itself.
     """
     rows, series = batch.rows, batch.series
-    step = of_lanes(tables.scalars, lane_tables.STEP, WIDTH)
+    step = lane_row(tables.scalars, lane_tables.STEP, WIDTH)
     for k in range(min(count, WIDTH)):
-        half = 0.5 * at(step, k)
+        half = 0.5 * lane_value(step, k)
         on = rows[ON_STOP * WIDTH + k] > 0.0
         a = _gap_series(series, k, on)
         left = 1.0 - rows[ORIGIN * WIDTH + k]
@@ -407,20 +407,20 @@ def apply_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: i
 def end_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
     """Write q, q' and END_LOSS at the end of the cell."""
     rows, place = batch.rows, 2 * (cell + 1)
-    x, v = of_lanes(tables.steady_table, place, WIDTH), of_lanes(tables.steady_table, place + 1, WIDTH)
-    steady = of_lanes(tables.scalars, lane_tables.STEADY, WIDTH)
-    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, WIDTH)
+    x, v = lane_row(tables.steady_table, place, WIDTH), lane_row(tables.steady_table, place + 1, WIDTH)
+    steady = lane_row(tables.scalars, lane_tables.STEADY, WIDTH)
+    fourth = lane_row(tables.scalars, lane_tables.STEADY_FOURTH, WIDTH)
     for k in range(min(count, WIDTH)):
-        rows[END_X * WIDTH + k] = at(x, k)
-        rows[END_V * WIDTH + k] = at(v, k)
-        rows[END_LOSS * WIDTH + k] = CONTACT_ROUNDING * at(steady, k) + at(fourth, k)
+        rows[END_X * WIDTH + k] = lane_value(x, k)
+        rows[END_V * WIDTH + k] = lane_value(v, k)
+        rows[END_LOSS * WIDTH + k] = CONTACT_ROUNDING * lane_value(steady, k) + lane_value(fourth, k)
     for j in range(len(masses)):
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, WIDTH)
-        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, WIDTH)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, WIDTH)
+        frequency, of_reach, of_fourth = three_lane_rows(tables.bound, j, WIDTH)
         end = batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):
             a, b = end[k], end[WIDTH + k]
-            rows[END_X * WIDTH + k] += at(r0, k) * a + at(r1, k) * b
-            rows[END_V * WIDTH + k] += at(r2, k) * a + at(r3, k) * b
-            weight = CONTACT_ROUNDING * at(of_reach, k) + at(of_fourth, k)
-            rows[END_LOSS * WIDTH + k] += weight * (at(frequency, k) * abs(a) + abs(b))
+            rows[END_X * WIDTH + k] += lane_value(r0, k) * a + lane_value(r1, k) * b
+            rows[END_V * WIDTH + k] += lane_value(r2, k) * a + lane_value(r3, k) * b
+            weight = CONTACT_ROUNDING * lane_value(of_reach, k) + lane_value(of_fourth, k)
+            rows[END_LOSS * WIDTH + k] += weight * (lane_value(frequency, k) * abs(a) + abs(b))

@@ -18,11 +18,11 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
+from grazemap_core.maps.borders.motion_grid import MotionGrid, Name, Point
 from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
-from grazemap_core.maps.borders.region import Equations, Region
+from grazemap_core.maps.borders.region import PointEquations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
-from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
 from grazemap_core.maps.unfolding import random_starts
@@ -45,14 +45,14 @@ class Regions:
 
     Attributes
     ----------
-    grid : Grid
+    grid : MotionGrid
     number : int (n, m)
         Index in `found` of a point's region; NO_REGION where the motion is not periodic, has no impacts or rests on a
         stop, and where no orbit was found.
     found : list of Region
     """
 
-    def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
+    def __init__(self, grid: MotionGrid, progress: BorderProgress | None = None) -> None:
         """Find all regions, and report progress.
 
         Raises
@@ -63,10 +63,10 @@ class Regions:
         self.grid = grid
         self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)
         self.found: list[Region] = []
-        self._equations = Equations(grid)
+        self._equations = PointEquations(grid)
         self._progress = progress or BorderProgress(None)
         self._searched = 0
-        self._last_settler: tuple[ParameterPoint, Settler] | None = None
+        self._last_runner: tuple[ParameterPoint, Runner] | None = None
         solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
         self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name])))
         for place in np.flatnonzero(solvable[:-1]).tolist():
@@ -118,11 +118,11 @@ class Regions:
         values = self.grid.at(point)
         forced = forced_oscillator(self.grid.oscillator_at(point), values.omega, values.clearance)
         states = self._starts * np.array([1.0, values.omega])[:, None]
-        settler = self._settler(values, forced.oscillator)
-        steady = settler.steady(np.array([values.omega]))[0]
+        runner = self._runner(values, forced.oscillator)
+        steady = runner.steady(np.array([values.omega]))[0]
         clearances = np.array([[values.clearance_right, values.clearance_left]])
         middle = _middle(forced)
-        codes, _ = settler.run(values.omega, steady, clearances, BetweenStops(middle, states))
+        codes, _ = runner.run(values.omega, steady, clearances, BetweenStops(middle, states))
         there = [k for k, code in enumerate(codes[0]) if self.grid.name_of(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
             state = middle + forced.stops.unit * states[k]
@@ -144,13 +144,13 @@ class Regions:
             )
             yield from _named(_last_period(run, name.period), name, self.grid.mirrored)
 
-    def _settler(self, values: ParameterPoint, oscillator: Oscillator) -> Settler:
-        """Return the settler of an oscillator with these values; the last one is cached."""
+    def _runner(self, values: ParameterPoint, oscillator: Oscillator) -> Runner:
+        """Return the runner of an oscillator with these values; the last one is cached."""
         key = values._replace(omega=0.0, clearance_right=0.0, clearance_left=0.0)
-        if self._last_settler is None or self._last_settler[0] != key:
+        if self._last_runner is None or self._last_runner[0] != key:
             period = max(name.period for name in self.grid.names)
-            self._last_settler = key, Settler(oscillator, Settling(self._longest, period, linearised=False))
-        return self._last_settler[1]
+            self._last_runner = key, Runner(oscillator, RunSettings(self._longest, period, linearised=False))
+        return self._last_runner[1]
 
     @cached_property
     def _longest(self) -> int:

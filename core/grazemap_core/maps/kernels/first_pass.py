@@ -19,8 +19,8 @@ from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps import tolerances
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, TERMS, LaneTables
-from grazemap_core.numerics.jit.by_lane import at, of_lanes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
+from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
 
 Masses = tuple[int, ...]
@@ -47,7 +47,7 @@ REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 10, 11, 12, 1
 """Bounds of |q| and of h^4/384 |q''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
 GAP, RESTITUTION = 17, 18
-"""Of the stop that q is closer to."""
+"""Gap and restitution of the stop that q is closer to."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
 impact; lower bound of the gap where q turns back in the cell and, on either side of an impact, of the gap times the
@@ -77,7 +77,7 @@ class LaneBatch(NamedTuple):
     series: Floats
     """(TERMS * pitch,) Coefficients of q in z; in a second pass, of the gap in s."""
     rows: Floats
-    """(number of rows * pitch,) BATCH_ROWS rows; in a second pass, those of `multi_impact_cell`."""
+    """(number of rows * pitch,) BATCH_ROWS rows; in a second pass, those of `second_pass`."""
 
 
 def lane_batch(masses: int, pitch: int = PITCH, rows: int = BATCH_ROWS) -> LaneBatch:
@@ -86,20 +86,20 @@ def lane_batch(masses: int, pitch: int = PITCH, rows: int = BATCH_ROWS) -> LaneB
 
 
 @fused_inlined
-def four_of_lanes(table: Floats, j: int, pitch: int) -> tuple[float, float, float, float]:
-    """Return the four numbers of a block as `of_lanes` does."""
+def four_lane_rows(table: Floats, j: int, pitch: int) -> tuple[float, float, float, float]:
+    """Return the four numbers of a block as `lane_row` does."""
     return (
-        of_lanes(table, 4 * j, pitch),
-        of_lanes(table, 4 * j + 1, pitch),
-        of_lanes(table, 4 * j + 2, pitch),
-        of_lanes(table, 4 * j + 3, pitch),
+        lane_row(table, 4 * j, pitch),
+        lane_row(table, 4 * j + 1, pitch),
+        lane_row(table, 4 * j + 2, pitch),
+        lane_row(table, 4 * j + 3, pitch),
     )
 
 
 @fused_inlined
-def three_of_lanes(table: Floats, j: int, pitch: int) -> tuple[float, float, float]:
-    """Return the three numbers of a block as `of_lanes` does."""
-    return of_lanes(table, 3 * j, pitch), of_lanes(table, 3 * j + 1, pitch), of_lanes(table, 3 * j + 2, pitch)
+def three_lane_rows(table: Floats, j: int, pitch: int) -> tuple[float, float, float]:
+    """Return the three numbers of a block as `lane_row` does."""
+    return lane_row(table, 3 * j, pitch), lane_row(table, 3 * j + 1, pitch), lane_row(table, 3 * j + 2, pitch)
 
 
 @fused_inlined
@@ -115,23 +115,25 @@ def _advance_fused(
 ) -> int:
     flow, output_row = tables.flow, tables.output_row
     right, left = limit[:LANES], limit[LANES : 2 * LANES]
-    steady_x = of_lanes(tables.steady_table, 2 * end, LANES)
-    steady_v = of_lanes(tables.steady_table, 2 * end + 1, LANES)
-    step = of_lanes(tables.scalars, lane_tables.STEP, LANES)
+    steady_x = lane_row(tables.steady_table, 2 * end, LANES)
+    steady_v = lane_row(tables.steady_table, 2 * end + 1, LANES)
+    step = lane_row(tables.scalars, lane_tables.STEP, LANES)
     flagged = 0
     at_x, at_v = 2 * len(masses) * LANES, (2 * len(masses) + 1) * LANES
     for lane in range(min(used, LANES)):
-        x, v, third = at(steady_x, lane), at(steady_v, lane), at(step, lane) / 3.0
+        x, v, third = lane_value(steady_x, lane), lane_value(steady_v, lane), lane_value(step, lane) / 3.0
         for j in range(len(masses)):
             first, second = here[2 * j * LANES + lane], here[(2 * j + 1) * LANES + lane]
-            a = at(of_lanes(flow, 4 * j, LANES), lane) * first + at(of_lanes(flow, 4 * j + 1, LANES), lane) * second
-            b = at(of_lanes(flow, 4 * j + 2, LANES), lane) * first + at(of_lanes(flow, 4 * j + 3, LANES), lane) * second
+            f0, f1 = lane_row(flow, 4 * j, LANES), lane_row(flow, 4 * j + 1, LANES)
+            f2, f3 = lane_row(flow, 4 * j + 2, LANES), lane_row(flow, 4 * j + 3, LANES)
+            a = lane_value(f0, lane) * first + lane_value(f1, lane) * second
+            b = lane_value(f2, lane) * first + lane_value(f3, lane) * second
             there[2 * j * LANES + lane] = a
             there[(2 * j + 1) * LANES + lane] = b
-            r0, r1 = of_lanes(output_row, 4 * j, LANES), of_lanes(output_row, 4 * j + 1, LANES)
-            r2, r3 = of_lanes(output_row, 4 * j + 2, LANES), of_lanes(output_row, 4 * j + 3, LANES)
-            x += at(r0, lane) * a + at(r1, lane) * b
-            v += at(r2, lane) * a + at(r3, lane) * b
+            r0, r1 = lane_row(output_row, 4 * j, LANES), lane_row(output_row, 4 * j + 1, LANES)
+            r2, r3 = lane_row(output_row, 4 * j + 2, LANES), lane_row(output_row, 4 * j + 3, LANES)
+            x += lane_value(r0, lane) * a + lane_value(r1, lane) * b
+            v += lane_value(r2, lane) * a + lane_value(r3, lane) * b
         x0, v0 = here[at_x + lane], here[at_v + lane]
         early, late = x0 + third * v0, x - third * v
         highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
@@ -154,32 +156,32 @@ def _advance_by_block(
     flags: Integers,
     used: int,
 ) -> int:
-    steady_x = of_lanes(tables.steady_table, 2 * end, LANES)
-    steady_v = of_lanes(tables.steady_table, 2 * end + 1, LANES)
-    step = of_lanes(tables.scalars, lane_tables.STEP, LANES)
+    steady_x = lane_row(tables.steady_table, 2 * end, LANES)
+    steady_v = lane_row(tables.steady_table, 2 * end + 1, LANES)
+    step = lane_row(tables.scalars, lane_tables.STEP, LANES)
     right, left = limit[:LANES], limit[LANES : 2 * LANES]
     used = min(used, LANES)
     start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     after = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     for lane in range(used):
-        after[lane] = at(steady_x, lane)
-        after[LANES + lane] = at(steady_v, lane)
+        after[lane] = lane_value(steady_x, lane)
+        after[LANES + lane] = lane_value(steady_v, lane)
     for j in range(blocks):
-        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, LANES)
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, LANES)
+        f0, f1, f2, f3 = four_lane_rows(tables.flow, j, LANES)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, LANES)
         block, moved = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(used):
             first, second = block[lane], block[LANES + lane]
-            a = at(f0, lane) * first + at(f1, lane) * second
-            b = at(f2, lane) * first + at(f3, lane) * second
+            a = lane_value(f0, lane) * first + lane_value(f1, lane) * second
+            b = lane_value(f2, lane) * first + lane_value(f3, lane) * second
             moved[lane] = a
             moved[LANES + lane] = b
-            after[lane] += at(r0, lane) * a + at(r1, lane) * b
-            after[LANES + lane] += at(r2, lane) * a + at(r3, lane) * b
+            after[lane] += lane_value(r0, lane) * a + lane_value(r1, lane) * b
+            after[LANES + lane] += lane_value(r2, lane) * a + lane_value(r3, lane) * b
     flagged = 0
     for lane in range(used):
         x, v = after[lane], after[LANES + lane]
-        x0, v0, third = start[lane], start[LANES + lane], at(step, lane) / 3.0
+        x0, v0, third = start[lane], start[LANES + lane], lane_value(step, lane) / 3.0
         early, late = x0 + third * v0, x - third * v
         highest, lowest = max(max(x0, early), max(late, x)), min(min(x0, early), min(late, x))
         flag = 0 if (highest < right[lane]) & (-lowest < left[lane]) else 1
@@ -239,19 +241,19 @@ def update_limits(
 
     `gap` and `limit` (2 * LANES,) have the right stop of every lane, then the left one.
     """
-    steady = of_lanes(tables.scalars, lane_tables.STEADY, LANES)
-    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, LANES)
+    steady = lane_row(tables.scalars, lane_tables.STEADY, LANES)
+    fourth = lane_row(tables.scalars, lane_tables.STEADY_FOURTH, LANES)
     right, left = limit[:LANES], limit[LANES : 2 * LANES]
     for lane in range(min(used, LANES)):
-        reach[lane] = at(steady, lane)
-        right[lane] = at(fourth, lane)
+        reach[lane] = lane_value(steady, lane)
+        right[lane] = lane_value(fourth, lane)
     for j in range(blocks):
-        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, LANES)
+        frequency, of_reach, of_fourth = three_lane_rows(tables.bound, j, LANES)
         block = state[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(min(used, LANES)):
-            envelope = at(frequency, lane) * abs(block[lane]) + abs(block[LANES + lane])
-            reach[lane] += at(of_reach, lane) * envelope
-            right[lane] += at(of_fourth, lane) * envelope
+            envelope = lane_value(frequency, lane) * abs(block[lane]) + abs(block[LANES + lane])
+            reach[lane] += lane_value(of_reach, lane) * envelope
+            right[lane] += lane_value(of_fourth, lane) * envelope
     for lane in range(min(used, LANES)):
         loss = CONTACT_ROUNDING * reach[lane] + right[lane] + close[lane]
         right[lane] = (1.0 - CONTACT_ROUNDING) * gap[lane] - loss
@@ -261,9 +263,9 @@ def update_limits(
 @fused_inlined
 def _coefficient(masses: Masses, series: Floats, start: Floats, forcing: float, n: int, k: int) -> float:
     """Return the coefficient n of q in z for lane k of a batch."""
-    total = at(forcing, k)
+    total = lane_value(forcing, k)
     for c in range(2 * len(masses)):
-        total += at(of_lanes(series, 2 * len(masses) * n + c, PITCH), k) * start[c * PITCH + k]
+        total += lane_value(lane_row(series, 2 * len(masses) * n + c, PITCH), k) * start[c * PITCH + k]
     return total
 
 
@@ -272,7 +274,7 @@ def _expand_positions(masses: Masses, tables: LaneTables, cell: int, start: Floa
     """Write the coefficients of q in z, three at a time, as three rows of the table fit in registers."""
     count, table = min(count, LANES), tables.series
     for n in range(0, TERMS, 3):
-        f0, f1, f2 = three_of_lanes(tables.forcing, 5 * cell + n // 3, PITCH)
+        f0, f1, f2 = three_lane_rows(tables.forcing, 5 * cell + n // 3, PITCH)
         out = series[n * PITCH : (n + 3) * PITCH]
         for k in range(count):
             out[k] = _coefficient(masses, table, start, f0, n, k)
@@ -285,31 +287,31 @@ def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: LaneBa
     """Write the state, q and q' at the end of the cell without the impact, and the bounds without it."""
     count = min(count, LANES)
     rows = batch.rows
-    x, v = of_lanes(tables.steady_table, 2 * end, PITCH), of_lanes(tables.steady_table, 2 * end + 1, PITCH)
-    steady = of_lanes(tables.scalars, lane_tables.STEADY, PITCH)
-    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
+    x, v = lane_row(tables.steady_table, 2 * end, PITCH), lane_row(tables.steady_table, 2 * end + 1, PITCH)
+    steady = lane_row(tables.scalars, lane_tables.STEADY, PITCH)
+    fourth = lane_row(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
     for k in range(count):
-        rows[END_X * PITCH + k] = at(x, k)
-        rows[END_V * PITCH + k] = at(v, k)
-        rows[REACH * PITCH + k] = at(steady, k)
-        rows[FOURTH * PITCH + k] = at(fourth, k)
+        rows[END_X * PITCH + k] = lane_value(x, k)
+        rows[END_V * PITCH + k] = lane_value(v, k)
+        rows[REACH * PITCH + k] = lane_value(steady, k)
+        rows[FOURTH * PITCH + k] = lane_value(fourth, k)
     for j in range(blocks):
-        f0, f1, f2, f3 = four_of_lanes(tables.flow, j, PITCH)
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, PITCH)
-        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, PITCH)
+        f0, f1, f2, f3 = four_lane_rows(tables.flow, j, PITCH)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, PITCH)
+        frequency, of_reach, of_fourth = three_lane_rows(tables.bound, j, PITCH)
         block = batch.start[2 * j * PITCH : (2 * j + 2) * PITCH]
         moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
             first, second = block[k], block[PITCH + k]
-            a = at(f0, k) * first + at(f1, k) * second
-            b = at(f2, k) * first + at(f3, k) * second
+            a = lane_value(f0, k) * first + lane_value(f1, k) * second
+            b = lane_value(f2, k) * first + lane_value(f3, k) * second
             moved[k] = a
             moved[PITCH + k] = b
-            rows[END_X * PITCH + k] += at(r0, k) * a + at(r1, k) * b
-            rows[END_V * PITCH + k] += at(r2, k) * a + at(r3, k) * b
-            envelope = at(frequency, k) * abs(first) + abs(second)
-            rows[REACH * PITCH + k] += at(of_reach, k) * envelope
-            rows[FOURTH * PITCH + k] += at(of_fourth, k) * envelope
+            rows[END_X * PITCH + k] += lane_value(r0, k) * a + lane_value(r1, k) * b
+            rows[END_V * PITCH + k] += lane_value(r2, k) * a + lane_value(r3, k) * b
+            envelope = lane_value(frequency, k) * abs(first) + abs(second)
+            rows[REACH * PITCH + k] += lane_value(of_reach, k) * envelope
+            rows[FOURTH * PITCH + k] += lane_value(of_fourth, k) * envelope
 
 
 @fused_inlined
@@ -369,9 +371,9 @@ def _approximate_impact(tables: LaneTables, batch: LaneBatch, count: int) -> Non
     with the second derivative of the cubic through both ends. The certificate is sharper than that of `advance`.
     """
     count = min(count, LANES)
-    rows, series, steps = batch.rows, batch.series, of_lanes(tables.scalars, lane_tables.STEP, PITCH)
+    rows, series, steps = batch.rows, batch.series, lane_row(tables.scalars, lane_tables.STEP, PITCH)
     for k in range(count):
-        step = at(steps, k)
+        step = lane_value(steps, k)
         x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
         x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
         right, left = rows[RIGHT * PITCH + k], rows[LEFT * PITCH + k]
@@ -397,7 +399,7 @@ def _approximate_impact(tables: LaneTables, batch: LaneBatch, count: int) -> Non
         rows[LEAST_GAP * PITCH + k] = min(here if turns else both, there if turns_there else both)
         rows[OUTCOME * PITCH + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
-        step = at(steps, k)
+        step = lane_value(steps, k)
         x0, v0 = rows[START_X * PITCH + k], rows[START_V * PITCH + k]
         x1, v1 = rows[END_X * PITCH + k], rows[END_V * PITCH + k]
         gap, side, t = rows[GAP * PITCH + k], rows[SIDE * PITCH + k], rows[IMPACT_Z * PITCH + k]
@@ -433,8 +435,8 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     count = min(count, LANES)
     _approximate_impact(tables, batch, count)
     rows, series = batch.rows, batch.series
-    steps = of_lanes(tables.scalars, lane_tables.STEP, PITCH)
-    viscous_term = of_lanes(tables.scalars, lane_tables.VISCOUS_TERM, PITCH)
+    steps = lane_row(tables.scalars, lane_tables.STEP, PITCH)
+    viscous_term = lane_row(tables.scalars, lane_tables.VISCOUS_TERM, PITCH)
     for k in range(count):
         z, e = rows[IMPACT_Z * PITCH + k], rows[CONTACT_ACCELERATION * PITCH + k]
         f, d = _value_and_slope(series, k, z)
@@ -446,7 +448,7 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         f = side * gap - f
         change = f * d / (d * d + f * e)
         z += change
-        step = at(steps, k)
+        step = lane_value(steps, k)
         per_step = 2.0 / step
         per_square = 2.0 * per_step * per_step
         v = (d + 2.0 * e * change) * per_step
@@ -459,33 +461,33 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         rows[IMPACT_Z * PITCH + k] = z
         rows[JUMP * PITCH + k] = jump
         rows[SPEED * PITCH + k] = speed
-        rows[CONTACT_ACCELERATION * PITCH + k] = side * (e * per_square - at(viscous_term, k) * jump)
+        rows[CONTACT_ACCELERATION * PITCH + k] = side * (e * per_square - lane_value(viscous_term, k) * jump)
         rows[MINIMUM_BEFORE * PITCH + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * PITCH + k]
         rows[MAXIMUM_BEFORE * PITCH + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         converged = (abs(change) < tolerances.ROOT_CHANGE) & (abs(e * change) < tolerances.ROOT_SLOPE_CHANGE * abs(d))
         known = rows[OUTCOME * PITCH + k]
-        found = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
-        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else found
+        outcome = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
+        rows[OUTCOME * PITCH + k] = NO_IMPACT if known == NO_IMPACT else outcome
 
 
 @fused_inlined
 def horner(table: Floats, c: int, pitch: int, k: int, z: float) -> float:
     """Return the polynomial of degree 14 with the coefficients in row c of a table."""
     square, n = z * z, TERMS * c
-    even, odd = at(of_lanes(table, n + 14, pitch), k), at(of_lanes(table, n + 13, pitch), k)
-    even = even * square + at(of_lanes(table, n + 12, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 11, pitch), k)
-    even = even * square + at(of_lanes(table, n + 10, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 9, pitch), k)
-    even = even * square + at(of_lanes(table, n + 8, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 7, pitch), k)
-    even = even * square + at(of_lanes(table, n + 6, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 5, pitch), k)
-    even = even * square + at(of_lanes(table, n + 4, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 3, pitch), k)
-    even = even * square + at(of_lanes(table, n + 2, pitch), k)
-    odd = odd * square + at(of_lanes(table, n + 1, pitch), k)
-    value: float = odd * z + (even * square + at(of_lanes(table, n, pitch), k))
+    even, odd = lane_value(lane_row(table, n + 14, pitch), k), lane_value(lane_row(table, n + 13, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 12, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 11, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 10, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 9, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 8, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 7, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 6, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 5, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 4, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 3, pitch), k)
+    even = even * square + lane_value(lane_row(table, n + 2, pitch), k)
+    odd = odd * square + lane_value(lane_row(table, n + 1, pitch), k)
+    value: float = odd * z + (even * square + lane_value(lane_row(table, n, pitch), k))
     return value
 
 
@@ -494,16 +496,16 @@ def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, co
     """Add the effect of the impact to the state at the end of the cell; write q, q' and END_LOSS there."""
     count = min(count, LANES)
     rows, unit_impulse = batch.rows, tables.unit_impulse
-    x, v = of_lanes(tables.steady_table, 2 * end, PITCH), of_lanes(tables.steady_table, 2 * end + 1, PITCH)
-    steady = of_lanes(tables.scalars, lane_tables.STEADY, PITCH)
-    fourth = of_lanes(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
+    x, v = lane_row(tables.steady_table, 2 * end, PITCH), lane_row(tables.steady_table, 2 * end + 1, PITCH)
+    steady = lane_row(tables.scalars, lane_tables.STEADY, PITCH)
+    fourth = lane_row(tables.scalars, lane_tables.STEADY_FOURTH, PITCH)
     for k in range(count):
-        rows[END_X * PITCH + k] = at(x, k)
-        rows[END_V * PITCH + k] = at(v, k)
-        rows[END_LOSS * PITCH + k] = CONTACT_ROUNDING * at(steady, k) + at(fourth, k)
+        rows[END_X * PITCH + k] = lane_value(x, k)
+        rows[END_V * PITCH + k] = lane_value(v, k)
+        rows[END_LOSS * PITCH + k] = CONTACT_ROUNDING * lane_value(steady, k) + lane_value(fourth, k)
     for j in range(blocks):
-        r0, r1, r2, r3 = four_of_lanes(tables.output_row, j, PITCH)
-        frequency, of_reach, of_fourth = three_of_lanes(tables.bound, j, PITCH)
+        r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, PITCH)
+        frequency, of_reach, of_fourth = three_lane_rows(tables.bound, j, PITCH)
         moved = batch.end[2 * j * PITCH : (2 * j + 2) * PITCH]
         for k in range(count):
             z, jump = rows[IMPACT_Z * PITCH + k], rows[JUMP * PITCH + k]
@@ -511,10 +513,10 @@ def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: LaneBatch, co
             b = moved[PITCH + k] + jump * horner(unit_impulse, 2 * j + 1, PITCH, k, z)
             moved[k] = a
             moved[PITCH + k] = b
-            rows[END_X * PITCH + k] += at(r0, k) * a + at(r1, k) * b
-            rows[END_V * PITCH + k] += at(r2, k) * a + at(r3, k) * b
-            weight = CONTACT_ROUNDING * at(of_reach, k) + at(of_fourth, k)
-            rows[END_LOSS * PITCH + k] += weight * (at(frequency, k) * abs(a) + abs(b))
+            rows[END_X * PITCH + k] += lane_value(r0, k) * a + lane_value(r1, k) * b
+            rows[END_V * PITCH + k] += lane_value(r2, k) * a + lane_value(r3, k) * b
+            weight = CONTACT_ROUNDING * lane_value(of_reach, k) + lane_value(of_fourth, k)
+            rows[END_LOSS * PITCH + k] += weight * (lane_value(frequency, k) * abs(a) + abs(b))
 
 
 @fused_inlined
@@ -528,11 +530,11 @@ def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """
     count = min(count, LANES)
     rows = batch.rows
-    steps = of_lanes(tables.scalars, lane_tables.STEP, PITCH)
-    impulse_reach = of_lanes(tables.scalars, lane_tables.IMPULSE_REACH, PITCH)
-    impulse_fourth = of_lanes(tables.scalars, lane_tables.IMPULSE_FOURTH, PITCH)
+    steps = lane_row(tables.scalars, lane_tables.STEP, PITCH)
+    impulse_reach = lane_row(tables.scalars, lane_tables.IMPULSE_REACH, PITCH)
+    impulse_fourth = lane_row(tables.scalars, lane_tables.IMPULSE_FOURTH, PITCH)
     for k in range(count):
-        step = at(steps, k)
+        step = lane_value(steps, k)
         side, unit, restitution = rows[SIDE * PITCH + k], rows[UNIT * PITCH + k], rows[RESTITUTION * PITCH + k]
         at_rest = tolerances.LANE_REST_SHARE * (1.0 - restitution) * step
         jump = abs(rows[JUMP * PITCH + k])
@@ -540,8 +542,8 @@ def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         time = left * step
         leaving = restitution * rows[SPEED * PITCH + k]
         gap, rate = rows[GAP * PITCH + k] - side * rows[END_X * PITCH + k], -side * rows[END_V * PITCH + k]
-        reach = rows[REACH * PITCH + k] + at(impulse_reach, k) * jump
-        fourth = rows[FOURTH * PITCH + k] + at(impulse_fourth, k) * jump
+        reach = rows[REACH * PITCH + k] + lane_value(impulse_reach, k) * jump
+        fourth = rows[FOURTH * PITCH + k] + lane_value(impulse_fourth, k) * jump
         square = left * left
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
         margin = tolerances.LANE_SURE * (reach + unit)

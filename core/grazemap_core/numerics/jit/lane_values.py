@@ -4,8 +4,8 @@ The numbers of a table are those of all lanes, (places,), or every lane's own, (
 tells which, so numba compiles one kernel for either; shared tables cost nothing. The pitch is a constant to the
 compiler, which would not use vector instructions otherwise.
 
-    row = of_lanes(table, place, pitch)     before a loop over lanes
-    at(row, lane)                           in the loop
+    row = lane_row(table, place, pitch)     before a loop over lanes
+    lane_value(row, lane)                   in the loop
 
 `record_of` looks up what belongs to a lane in a named tuple, or a reference to one, with the fields
 
@@ -25,22 +25,22 @@ from numba.core import cgutils
 from numba.extending import lower_builtin, type_callable
 
 from grazemap_core.arrays import Floats
-from grazemap_core.numerics.jit.by_reference import Reference
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import Reference
 
 
-def of_lanes(table: Floats, place: int, pitch: int) -> float:
-    """Return what `at` takes: the number at a place of a table, or in a kernel where the lanes' own begin."""
+def lane_row(table: Floats, place: int, pitch: int) -> float:
+    """Return what `lane_value` takes: the number at a place of a table, or in a kernel where the lanes' own begin."""
     number: float = table[place]
     return number
 
 
-@type_callable(of_lanes)
+@type_callable(lane_row)
 def _type_of_lanes(_: Any) -> Any:
     return lambda table, place, pitch: table.dtype if table.ndim == 1 else types.CPointer(table.dtype)
 
 
-@lower_builtin(of_lanes, types.Array, types.Integer, types.Integer)
+@lower_builtin(lane_row, types.Array, types.Integer, types.Integer)
 def _look_up_place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     table, place, pitch = signature.args
     data = context.make_array(table)(context, builder, arguments[0]).data
@@ -51,38 +51,38 @@ def _look_up_place(context: Any, builder: Any, signature: Any, arguments: Any) -
     return builder.gep(data, [index], inbounds=True)
 
 
-def at(row: float, lane: int) -> float:
-    """Return a lane's number of a row from `of_lanes`."""
+def lane_value(row: float, lane: int) -> float:
+    """Return a lane's number of a row from `lane_row`."""
     return row
 
 
-@type_callable(at)
+@type_callable(lane_value)
 def _type_of_number(_: Any) -> Any:
     return lambda row, lane: row.dtype if isinstance(row, types.CPointer) else row
 
 
-@lower_builtin(at, types.Float, types.Integer)
+@lower_builtin(lane_value, types.Float, types.Integer)
 def _shared_number(_: Any, __: Any, ___: Any, arguments: Any) -> Any:
     return arguments[0]
 
 
-@lower_builtin(at, types.CPointer, types.Integer)
-def _own_number(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+@lower_builtin(lane_value, types.CPointer, types.Integer)
+def _separate_number(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     row, lane = signature.args
     index = context.cast(builder, arguments[1], lane, types.intp)
     return context.unpack_value(builder, row.dtype, builder.gep(arguments[0], [index], inbounds=True))
 
 
-def put(table: Floats, place: int, pitch: int, lane: int, number: float) -> None:
+def put_lane_value(table: Floats, place: int, pitch: int, lane: int, number: float) -> None:
     """Write a lane's own number; nothing where numbers are shared."""
 
 
-@type_callable(put)
+@type_callable(put_lane_value)
 def _type_of_put(_: Any) -> Any:
     return lambda table, place, pitch, lane, number: types.none
 
 
-@lower_builtin(put, types.Array, types.Integer, types.Integer, types.Integer, types.Float)
+@lower_builtin(put_lane_value, types.Array, types.Integer, types.Integer, types.Integer, types.Float)
 def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     table, *kinds, _ = signature.args
     if table.ndim > 1:
@@ -103,7 +103,7 @@ def _field(kind: Any, name: str) -> Any:
     return _target(kind).types[_target(kind).fields.index(name)]
 
 
-def _place(builder: Any, kind: Any, value: Any, name: str) -> Any:
+def _field_pointer(builder: Any, kind: Any, value: Any, name: str) -> Any:
     pointer = value if isinstance(kind, Reference) else cgutils.alloca_once_value(builder, value)
     return cgutils.gep_inbounds(builder, pointer, 0, _target(kind).fields.index(name))
 
@@ -121,8 +121,8 @@ def _type_of_record(_: Any) -> Any:
 @lower_builtin(record_of, types.Any, types.Integer)
 def _look_up_record(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     records, lane = signature.args
-    shared = _place(builder, records, arguments[0], "shared")
-    kind, place = _field(records, "addresses"), _place(builder, records, arguments[0], "addresses")
+    shared = _field_pointer(builder, records, arguments[0], "shared")
+    kind, place = _field(records, "addresses"), _field_pointer(builder, records, arguments[0], "addresses")
     addresses = context.make_array(kind)(context, builder, builder.load(place))
     index = context.cast(builder, arguments[1], lane, types.intp)
     address = builder.load(builder.gep(addresses.data, [index], inbounds=True))
@@ -130,32 +130,31 @@ def _look_up_record(context: Any, builder: Any, signature: Any, arguments: Any) 
     return builder.select(is_shared, shared, builder.inttoptr(address, shared.type))
 
 
-def table_of(own: Any, which: int, records: Any) -> Any:
-    """Return a reference to the tables of all lanes: those number `which`, a constant, of `own.tables`, if any.
+def table_of(separate: Any, which: int, records: Any) -> Any:
+    """Return a reference to the tables of all lanes: those number `which`, a constant, of `separate.tables`, if any.
 
-    Without any they are the field `tables` of what lanes share in `records`. `own` is a reference.
+    Without any they are the field `tables` of what lanes share in `records`. `separate` is a reference.
     """
     return records.shared.tables
 
 
 @type_callable(table_of)
 def _type_of_table(_: Any) -> Any:
-    def found(own: Any, which: Any, records: Any) -> Any:
-        return Reference(
-            _field(own, "tables")[0] if len(_field(own, "tables")) else _field(_field(records, "shared"), "tables")
-        )
+    def table_type(separate: Any, which: Any, records: Any) -> Any:
+        tables = _field(separate, "tables")
+        return Reference(tables[0] if len(tables) else _field(_field(records, "shared"), "tables"))
 
-    return found
+    return table_type
 
 
 @lower_builtin(table_of, Reference, types.Integer, types.Any)
 def _look_up_table(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    own, which, records = signature.args
-    if len(_field(own, "tables")) == 0:
-        shared, place = _field(records, "shared"), _place(builder, records, arguments[2], "shared")
+    separate, which, records = signature.args
+    if len(_field(separate, "tables")) == 0:
+        shared, place = _field(records, "shared"), _field_pointer(builder, records, arguments[2], "shared")
         return cgutils.gep_inbounds(builder, place, 0, shared.fields.index("tables"))
     zero, index = ir.Constant(ir.IntType(32), 0), context.cast(builder, arguments[1], which, types.intp)
-    return builder.gep(_place(builder, own, arguments[0], "tables"), [zero, index], inbounds=True)
+    return builder.gep(_field_pointer(builder, separate, arguments[0], "tables"), [zero, index], inbounds=True)
 
 
 def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -166,8 +165,8 @@ def _detached(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         array.parent = cgutils.get_null_value(array.parent.type)
         return array._getvalue()
     if isinstance(kind, types.NamedTuple):
-        for i, one in enumerate(kind.types):
-            part = _detached(context, builder, one, builder.extract_value(value, i))
+        for i, part_type in enumerate(kind.types):
+            part = _detached(context, builder, part_type, builder.extract_value(value, i))
             value = builder.insert_value(value, part, i)
     return value
 
