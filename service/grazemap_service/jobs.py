@@ -1,5 +1,9 @@
 """Jobs for routes: reads the job that a path names, starts the job of a request, and makes a job an answer.
 
+>>> job, is_new = submit(context, "unfolding-maps", request, requester)
+>>> job.status, is_new  # the same request, posted before, has the same job
+('accepted', False)
+
 The store decides whether a job is new.
 """
 

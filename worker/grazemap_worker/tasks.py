@@ -1,5 +1,9 @@
 """What a worker does after a wake-up: it claims, computes and commits tiles until there are none to claim.
 
+>>> compute_waiting_tiles(worker_context)
+>>> worker_context.store.jobs.get(job.id).status
+'successful'
+
 A tile is computed from a request in the store. The finished tile, the result or the failure is written to the store.
 The worker computes small tiles itself, and commits several of them together. It forks a compute process for any other
 tile. That process computes further tiles until it has worked for `TILE_SECONDS`. While it computes a long tile, the

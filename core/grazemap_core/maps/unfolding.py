@@ -1,4 +1,9 @@
-"""The unfolding map: which motion every point of a plane of two parameters settles to."""
+"""The unfolding map: which motion every point of a plane of two parameters settles to.
+
+>>> plane = Plane.of(oscillator, omega=np.array([0.28, 0.29]), clearance=np.array([1.5, 1.6]))
+>>> unfolding_map_tile(plane)["impacts_right"]
+array([[2, 3], [2, 2]], dtype=int32)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""Unfolding maps: which motion each point of a rectangle of two parameters settles to."""
+"""Unfolding maps: which motion each point of a rectangle of two parameters settles to.
+
+>>> from grazemap.results.base import decode_result
+>>> umap = decode_result(http.get(f"/v1/jobs/{job.id}/result?f=npz").content)
+>>> umap.at(0.28, 1.5).label
+'1-2r-2l'
+"""
 
 from __future__ import annotations
 

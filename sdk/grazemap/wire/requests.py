@@ -1,4 +1,9 @@
-"""The requests for curves and points of grazing, trajectories and maps."""
+"""The requests for curves and points of grazing, trajectories and maps.
+
+>>> request = UnfoldingMapsRequest(omega=[0.28, 0.29], clearance=[1.5, 1.6])
+>>> request.horizontal.vary, request.vertical.values
+('omega', [1.5, 1.6])
+"""
 
 from __future__ import annotations
 

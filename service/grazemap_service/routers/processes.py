@@ -1,4 +1,9 @@
-"""POST to a process: a route for each process, described by the `operation` of its request."""
+"""POST to a process: a route for each process, described by the `operation` of its request.
+
+>>> answer = http.post("/v1/unfolding-maps", json={"omega": [0.28, 0.29], "clearance": [1.5, 1.6]})
+>>> answer.status_code, answer.json()["status"]
+(201, 'accepted')
+"""
 
 from __future__ import annotations
 

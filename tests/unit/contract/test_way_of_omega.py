@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,13 +11,14 @@ from pathlib import Path
 ROOT = Path(__file__).parents[3]
 
 
-def test_omega_passes_the_modules_that_the_page_lists_and_no_more_than_allowed() -> None:
+def test_omega_passes_the_files_of_the_page_in_its_order_and_few_others() -> None:
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-W", "ignore", "-m", "tools.way_of_omega"]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    modules = [line.split()[1].partition(".")[2] for line in done.stdout.splitlines()]
-    paths = [f"`{module.replace('.', '/')}.py`" for module in modules]
-    page = (ROOT / "docs" / "architecture.md").read_text("utf-8")
-    listed = " ".join(page.split(f"There are {len(paths)}:")[1].split("###")[0].split())
-    assert listed == ", ".join(paths[:-1]) + f" and {paths[-1]}."
+    passed = [line.split()[1].replace(".", "/") for line in done.stdout.splitlines()]
+    page = (ROOT / "docs" / "way.md").read_text("utf-8")
+    listed = re.findall(r"^\| \d+ \| .*\(\.\./\w+/(.+)\.py\)", page, re.MULTILINE)
+    assert [path for path in passed if path in listed] == [path for path in listed if path in passed]
+    # a wake-up and a worker pass no omega on, and the way ends before the lanes
+    assert set(listed) - set(passed) <= {path for path in listed if path.endswith(("wake_ups", "tasks", "lockstep"))}

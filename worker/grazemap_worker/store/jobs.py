@@ -1,4 +1,9 @@
-"""The records of jobs, from submission to end, and the events of jobs."""
+"""The records of jobs, from submission to end, and the events of jobs.
+
+>>> record = store.jobs.get(job.id)
+>>> record.request["horizontal"]["vary"], record.progress.done, record.progress.total
+('omega', 0, 1)
+"""
 
 from __future__ import annotations
 
