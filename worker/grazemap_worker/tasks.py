@@ -1,6 +1,6 @@
 """What a worker does after a wake-up: it claims, computes and commits tiles until there are none to claim.
 
->>> compute_waiting_tiles(worker_context)
+>>> compute_waiting_tiles(worker_context)  # of a worker that takes every tile for a small one
 >>> worker_context.store.jobs.get(job.id).status
 'successful'
 

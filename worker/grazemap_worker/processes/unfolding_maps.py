@@ -1,8 +1,10 @@
 """The process unfolding-maps: the motion to which every point of a grid settles, in tiles of the grid.
 
->>> tile = compute_tile(request, Tile(row_start=0, row_stop=2, column_start=0, column_stop=1))
->>> tile["omega"], tile["impacts_right"]
-(array([0.28]), array([[2], [2]], dtype=int32))
+>>> plan = tiling(request)
+>>> plan.count, plan.tile(0)
+(1, Tile(row_start=0, row_stop=2, column_start=0, column_stop=2))
+>>> compute_tile(request, plan.tile(0))["impacts_right"]
+array([[2, 3], [2, 2]], dtype=int32)
 
 The document of an adaptive map has arrays of the whole grid for values that are known at inferred points too. The other
 values are in `at_computed`, for computed points only, in the order of numpy's ``array[computed]``.

@@ -1,8 +1,8 @@
 """Wake-ups: entries in RQ's queues, which say that there are tiles to claim.
 
->>> wake_worker(redis, fingerprint, WaitingJob("unfolding-maps", job.id), small=False)
->>> queue(redis, fingerprint, small=False).jobs[0].args == ["unfolding-maps", job.id]
-True
+>>> entry = queue(redis, fingerprint, small=False).jobs[0]  # sent with `wake_worker` when the job was started
+>>> entry.func_name, entry.args == ["unfolding-maps", job.id]
+('grazemap_worker.tasks.compute_waiting_tiles', True)
 
 A worker that takes a wake-up claims tiles until the ledger has no more for it, of whichever job. The entry names a job
 that waits, so that `rq info` and dashboards show work; the worker claims what is fair. A duplicate or a lost entry does

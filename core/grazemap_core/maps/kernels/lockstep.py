@@ -1,9 +1,9 @@
 """Trajectories in lockstep, cell after cell.
 
 >>> group = lanes(masses=3)  # room for LANES trajectories, side by side
->>> stops = Stops(1.5, 1.6, 0.8, 0.8, unit=1.5, chatter_impacts=64.0, settling_chatter=0.0, symmetric=False)
->>> set_stops(group, 0, stops)
->>> lane_stops(group, 0).left, float(group.gap[1])  # the other lanes are out of use: their stops are out of reach
+>>> for lane, gap in enumerate((1.5, 1.6)):  # two clearances
+...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))
+>>> lane_stops(group, 1).left, float(group.gap[2])  # a lane out of use has stops out of reach
 (1.6, 1e+300)
 
 All lanes are in the same cell of the same half period; each has its own stops, state and regime. They share an
