@@ -1,7 +1,8 @@
 """The representations of a result: content negotiation, ETags, and a cache of recently used representations.
 
 The store holds npz; the codec makes JSON from it. The ETag of a representation is the SHA-256 digest of the npz and
-the name of the form, for example "3f...-json". It is a strong ETag, as the same npz always gives the same JSON.
+the name of the form, for example "3f...-json". It is a strong ETag, as the service always makes the same JSON of the
+same npz.
 
 JSON is many times as large as its npz. Therefore only a few representations are loaded at a time, equal requests share
 one, and large JSON is made while it is sent, so that it is never complete in memory.
@@ -33,7 +34,8 @@ _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 _CACHE_CONTROL = "private, no-cache"
 # A representation is kept only if the cache has room for at least this many of its size.
 _MIN_RESULTS_IN_CACHE = 4
-# A result of more bytes is large: its JSON is made while it is sent, and it waits while many bytes are being sent.
+# A representation of more bytes is large; for JSON, the bytes of the unpacked arrays count. Large JSON is made while it
+# is sent, and a large representation is loaded only when not too many bytes are being sent.
 LARGE_BYTES = 1 << 20
 # Minimum bytes of a chunk of JSON.
 _CHUNK_BYTES = 1 << 16
@@ -47,8 +49,9 @@ def negotiate(accept: str, requested_form: str | None) -> str:
     Parameters
     ----------
     accept : str
-        The Accept header (RFC 9110 12.5.1), empty if there is none. If weights are equal, the more specific range
-        wins, then JSON.
+        The Accept header (RFC 9110 12.5.1), empty if there is none. The most specific range that matches a form gives
+        the form its weight; of equally specific ranges, the one with the greatest weight. The form with the greatest
+        weight is sent; if weights are equal, the one with the more specific range, then JSON.
     requested_form : str or None
         The query parameter f, which overrides the Accept header.
 
@@ -96,7 +99,7 @@ def _weight(media: str, form: str, ranges: list[tuple[str, float]]) -> tuple[flo
             specific = 0
         else:
             continue
-        if specific > best[1]:
+        if (specific, weight) > (best[1], best[0]):
             best = (weight, specific)
     return best
 
@@ -127,6 +130,8 @@ class CachedRepresentation:
         Bytes of memory: the size of the representation, or the size of the arrays if JSON is made while it is sent.
     length : int or None
         Bytes of the representation; None if JSON is made while it is sent.
+    users : int
+        Number of responses that send the representation, or are about to.
     """
 
     def __init__(self, content: bytes | tuple[Document, dict[str, Any]], size: int) -> None:
@@ -198,7 +203,7 @@ class RepresentationCache:
             return self._add(etag, await run_sync(_whole, npz, form, limiter=self._limiter))
 
     async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
-        """Return a large representation, after waiting until other representations have been sent."""
+        """Return a large representation, as soon as those that are being sent take at most `sent_bytes`."""
         async with self._turn:
             while self.bytes_in_use > self._sent_bytes:
                 self._done = anyio.Event()
@@ -261,7 +266,7 @@ def _large(npz: bytes, form: str) -> CachedRepresentation:
 
 
 def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
-    """Return document and metadata for the JSON. Unlike a result, a tile has the same fields as in its npz."""
+    """Return document and metadata for the JSON. A tile has the same fields in JSON and in npz, a result has not."""
     document, meta = decode_npz(npz)
     if "tile" not in meta:
         document = class_of(meta["process"], document).json_document(document)

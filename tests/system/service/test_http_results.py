@@ -67,6 +67,7 @@ def test_json_is_the_same_result(client: TestClient, finished: tuple[str, bytes]
         (f"*/*;q=0.9, {JSON};q=0.1", None, NPZ),
         (f"{JSON};q=0, */*", None, NPZ),
         (f"{NPZ}, */*", None, NPZ),
+        (f"application/octet-stream;q=0.1, {NPZ}, {JSON};q=0.5", None, NPZ),
         ("APPLICATION/JSON", None, JSON),
         (JSON, "npz", NPZ),
         ("image/png", "json", JSON),
