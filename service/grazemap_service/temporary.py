@@ -1,7 +1,7 @@
 """Temporary folders that are removed after use, even if their process was killed.
 
-A temporary folder contains a file that its process keeps locked. The next start removes folders whose file is not
-locked. Folders without such a file are never removed, whatever their name.
+A temporary folder contains a lock file, which its process keeps locked. `remove_abandoned`, at a later start, removes
+folders whose lock file is not locked. It never removes a folder without a lock file, whatever the name of the folder.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ YOUNG_SECONDS = 60.0
 
 
 class TemporaryFolder:
-    """A private folder. `close` removes it; if the process is killed before, `remove_abandoned` does at a later start.
+    """A private folder. `close` removes it; if the process is killed first, `remove_abandoned` does at a later start.
 
     Parameters
     ----------
     purpose : str
         Part of the name of the folder.
     max_path_bytes : int, optional
-        Maximum bytes of the path; if the path is longer, the folder is created in /tmp instead.
+        Maximum bytes of the path. If the path in the usual place is longer, the folder is created in /tmp.
     """
 
     def __init__(self, purpose: str = "", max_path_bytes: int | None = None) -> None:
@@ -48,8 +48,21 @@ class TemporaryFolder:
 
     def close(self) -> None:
         """Remove the folder."""
-        shutil.rmtree(self.path, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            _remove(self.path)
         self._lock.close()
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder, its lock file last: if anything else stays, a later start removes it."""
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
+        elif entry.name != LOCK:
+            with contextlib.suppress(OSError):
+                entry.unlink()
+    if all(entry.name == LOCK for entry in folder.iterdir()):
+        shutil.rmtree(folder)
 
 
 def remove_abandoned() -> None:
@@ -69,4 +82,4 @@ def _remove_if_abandoned(folder: Path) -> None:
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_NOFOLLOW)
     with os.fdopen(descriptor) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        shutil.rmtree(folder)
+        _remove(folder)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -41,6 +42,28 @@ def test_only_abandoned_folders_are_removed(base: Path) -> None:
     remove_abandoned()
     assert {path.name for path in base.iterdir()} == {used.path.name, young.path.name, ours.name, link.name}
     used.close()
+
+
+def test_a_folder_that_is_removed_in_part_is_removed_later(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = TemporaryFolder("closed"), TemporaryFolder("abandoned")
+    for folder in folders:
+        (folder.path / "data").mkdir()
+
+    def refused(path: Path, ignore_errors: bool = False) -> None:
+        (path / LOCK).unlink(missing_ok=True)  # it may be the first to go
+        if not ignore_errors:
+            raise OSError("busy")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "rmtree", refused)
+        folders[0].close()
+        folders[1]._lock.close()
+        age(folders[1].path)
+        remove_abandoned()
+    for folder in folders:
+        age(folder.path)
+    remove_abandoned()
+    assert list(base.iterdir()) == []
 
 
 def test_a_folder_in_use_by_redis_stays(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
