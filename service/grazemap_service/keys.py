@@ -1,7 +1,8 @@
 """Keys of clients: from the setting GRAZEMAP_API_KEYS, and from a file that is read again when it changes.
 
-A key is a bearer token after RFC 6750. If it is random, it has 128 bits: see `is_strong`. Logs and metrics contain the
-name of a key; of the key itself only a digest is kept. The queue uses the weight and the quota of a name.
+A key is a bearer token after RFC 6750. A key is accepted if a random one like it has 128 bits: see `is_strong`. Logs
+and metrics contain the name of a key, never the key. The keys of a file are kept as digests only. The weight and the
+quota of a key are those of the requester that has its name.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ RULE = (
     "case, 32 if hexadecimal digits, 39 if decimal digits; = may follow), 8 of them different; "
     'python -c "import secrets; print(secrets.token_urlsafe(24))" makes one'
 )
-# Patterns of alphabets, and their numbers of characters; other mixtures of characters count as 64.
+# Patterns of alphabets, and their numbers of characters. The first pattern that a key matches counts.
 _ALPHABETS = ((r"[0-9]*", 10), (r"[0-9a-f]*|[0-9A-F]*", 16), (r"[0-9a-z]*|[0-9A-Z]*", 36), (r"[A-Za-z0-9._~+/-]*", 64))
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,32}")
 # Seconds between two looks at the file.
@@ -51,14 +52,20 @@ Keyring = dict[bytes, Key]
 
 
 def is_strong(text: str) -> bool:
-    """Return whether a random key with characters of the same alphabet has 128 bits; the smallest alphabet counts."""
+    """Return whether a random key of this length from the smallest alphabet that has its characters has 128 bits.
+
+    The key must also have `MIN_DIFFERENT` different characters.
+    """
     body = text.rstrip("=")
     size = next((size for pattern, size in _ALPHABETS if re.fullmatch(pattern, body)), 1)
     return len(body) * math.log2(size) >= BITS and len(set(body)) >= MIN_DIFFERENT
 
 
 def setting_keys(keys: Sequence[SecretStr]) -> Keyring:
-    """Return the keys of GRAZEMAP_API_KEYS, each ``key`` or ``name=key``. Raises ValueError without a key in it."""
+    """Return the keys of GRAZEMAP_API_KEYS, each ``key`` or ``name=key``.
+
+    Raises ValueError if one is not valid; the message does not contain the key.
+    """
     entries = []
     for place, key in enumerate(keys, 1):
         name, _, text = key.get_secret_value().partition("=")
@@ -78,7 +85,10 @@ def file_keys(path: Path) -> Keyring:
     """
     try:
         with path.open("rb") as stream:
-            lines = stream.read(_MAX_FILE_BYTES).decode("utf-8").splitlines()
+            text = stream.read(_MAX_FILE_BYTES + 1)
+        if len(text) > _MAX_FILE_BYTES:
+            raise ValueError("the file has more than 1 MiB")
+        lines = text.decode("utf-8").splitlines()
     except OSError as error:
         raise ValueError(f"the file cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -128,15 +138,15 @@ def digest_of(key: bytes) -> bytes:
 
 
 class Keys:
-    """The keys that are accepted now.
+    """The keys that are accepted now. A key that is in the setting and in the file has what the file grants.
 
     Parameters
     ----------
     setting : sequence of SecretStr
         The keys of GRAZEMAP_API_KEYS.
     file : Path, optional
-        A file of keys, which is checked once a second at most and read again when it has changed. While it cannot be
-        used, the keys of the last valid file stay.
+        A file of keys, which is looked at once a second at most and read again when it has changed. While the file
+        cannot be used, the keys of the last valid file stay.
 
     Raises
     ------
@@ -163,7 +173,7 @@ class Keys:
         if self._file is None or time.monotonic() < self._next_look:
             return
         self._next_look = time.monotonic() + _LOOK_SECONDS
-        state = _state(self._file)
+        state = _state(self._file)  # before the file is read, so that a later change differs from it
         if state == self._state:
             return
         self._state = state
@@ -176,10 +186,10 @@ class Keys:
             log.info("keys read again", keys=len(self._file_keys))
 
 
-def _state(file: Path | None) -> tuple[int, int, int] | None:
-    """Return time, size and inode of a file, which differ after a change; None if there is no file."""
+def _state(file: Path | None) -> tuple[int, int, int, int] | None:
+    """Return times, size and inode of a file, which differ after a change, also of permissions; None: no file."""
     try:
         status = file.stat() if file is not None else None
     except OSError:
         return None
-    return (status.st_mtime_ns, status.st_size, status.st_ino) if status is not None else None
+    return (status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino) if status is not None else None

@@ -164,6 +164,22 @@ def test_keys_of_a_file_are_replaced_while_the_service_runs(
     assert statuses() == [401, 200]
 
 
+def test_a_file_that_is_too_long_is_refused_not_cut(key_file: KeyFile) -> None:
+    path = key_file(f"anna {FIRST} #" + "." * (1 << 20), f"bert {SECOND}")
+    with pytest.raises(ValueError, match="1 MiB"):
+        keys.file_keys(path)
+
+
+def test_a_change_that_keeps_time_and_size_is_seen(key_file: KeyFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when a file that could not be read gets other permissions."""
+    monkeypatch.setattr(keys, "_LOOK_SECONDS", 0.0)
+    path = key_file(f"anna {FIRST}")
+    accepted = Keys((), path)
+    path.write_text(f"bert {FIRST}")
+    os.utime(path, (1, 1))
+    assert accepted.find(FIRST.encode()) == Key("bert")
+
+
 def test_the_file_is_looked_at_once_a_second_at_most(key_file: KeyFile, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(keys.time, "monotonic", lambda: now[0])
