@@ -1,4 +1,4 @@
-"""POST to a process: a route for each process, described by the `operation` of its request.
+"""POST to a process, or to its estimate: two routes for each process, described by the `operation` of its request.
 
 >>> answer = http.post("/v1/unfolding-maps", json={"omega": [0.28, 0.29], "clearance": [1.5, 1.6]})
 >>> answer.status_code, answer.json()["status"]
@@ -64,7 +64,10 @@ def preferences(
 
 
 async def _ended(context: Context, job: Job, began: float, seconds: float) -> Status:
-    """Wait for the end of a job for so many seconds, and return its status; `began` is a time before its submission."""
+    """Wait for the end of a job for so many seconds at most; return its status.
+
+    `began` is a time before the submission of the job.
+    """
     status: Status | None = job.status
     deadline = time.monotonic() + seconds
     with context.hub.listen(job.id) as listener:
@@ -72,7 +75,7 @@ async def _ended(context: Context, job: Job, began: float, seconds: float) -> St
         if ended is not None:
             return ended
         while True:
-            if not connected:  # read only the status, because a record may have a megabyte
+            if not connected:  # events may be missed; only the status is read, because a record may have a megabyte
                 status = await run_sync(context.store.jobs.status, job.id, limiter=context.threads)
             left = deadline - time.monotonic()
             if status is None or status in FINISHED or left <= 0:
@@ -110,7 +113,8 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
             return answer
         if status != job.status:
             stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
-            job = stored or job
+            # a record that has been removed meanwhile cannot be read, but its last status is known
+            job = stored or job.model_copy(update={"status": status})
         return job_response(job, 201 if created else 200, headers)
 
     examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
@@ -147,13 +151,13 @@ def _compiled_first(context: Context, process: str, request: ProcessRequest) -> 
     kernels = kernels_of(process, request)
     if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
-    chain = (
+    masses = (
         f" for this number of masses, {request.oscillator.size},"
         if processes.IMPLEMENTATIONS[process].per_mass_count
         else ""
     )
     detail = (
-        f"kernels{chain} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
+        f"kernels{masses} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
         "does not contain"
     )
     return [Note(code="compiles-first", detail=detail)]

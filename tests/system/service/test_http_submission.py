@@ -17,7 +17,7 @@ from grazemap_service.request_body import JsonRequest
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
 from grazemap_worker.store.jobs import Jobs
-from grazemap_worker.store.keys import job_key
+from grazemap_worker.store.keys import EVENTS_CHANNEL, job_key
 from tests.support import parsing
 from tests.support.sdk_documents import REQUESTS
 from tests.support.service_running import CURVE, MAP, PlayedWorker, problem_of
@@ -158,6 +158,24 @@ def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None
     assert 0.1 < time.monotonic() - began < 15
     assert answer.json()["status"] == "successful"
     assert answer.headers["preference-applied"] == "wait=20"
+
+
+def test_a_job_that_is_removed_during_the_wait_has_its_last_status(
+    client: TestClient, worker: Any, store: Store
+) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+
+    def end_and_remove() -> None:
+        time.sleep(0.2)
+        pipeline = store.redis.pipeline()  # in one step, so that the service cannot read the record between them
+        message = "\n".join((job["id"], "", "done", json.dumps({"status": "failed"})))
+        pipeline.publish(EVENTS_CHANNEL, message).delete(job_key(job["id"])).execute()
+
+    remover = Thread(target=end_and_remove)
+    remover.start()
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=20"})
+    remover.join()
+    assert answer.json()["status"] == "failed"
 
 
 def test_prefer_wait_gives_up_after_its_time_and_does_not_read_the_request_repeatedly(
