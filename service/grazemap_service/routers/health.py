@@ -26,11 +26,11 @@ class Health(BaseModel):
 
 
 class Readiness(BaseModel):
-    """Requests are taken, and results served; they are computed when there are workers."""
+    """Requests are taken, and stored results are served; new results are computed when there are workers."""
 
     status: str = "ready"
-    workers: int = Field(description="Live workers of this release.")
-    detail: str = Field(default="", description="What the workers do while none is alive yet.")
+    workers: int = Field(description="Live workers of this release, without those for small tiles alone.")
+    detail: str = Field(default="", description="Why no worker computes yet; empty while one is alive.")
 
 
 @router.get("/healthz", operation_id="get_health", summary="Liveness")
@@ -48,20 +48,22 @@ async def get_health() -> Health:
 )
 @router.head("/readyz", include_in_schema=False)
 async def get_readiness(context: CurrentContext) -> Readiness:
-    """Answer 200 when Redis takes a write; `workers` says how many compute."""
+    """Answer 200 when Redis takes a write; `workers` says how many workers are alive."""
     return await run_sync(_readiness, context, limiter=context.threads)
 
 
 def _readiness(context: Context) -> Readiness:
     """Write to the store; return the number of live workers, or what starting workers do (blocking)."""
     context.store.try_write()
-    live = context.store.workers.live()
-    workers = [worker for worker in live if worker.core_version == context.core_version and not worker.small]
-    if workers:
-        return Readiness(workers=len(workers))
+    live = [worker for worker in context.store.workers.live() if worker.core_version == context.core_version]
+    count = sum(not worker.small for worker in live)
+    if count:
+        return Readiness(workers=count)
     starting = context.store.workers.starting()
+    if starting:
+        return Readiness(workers=0, detail=f"{starting[0].upper()}{starting[1:]}.")
     return Readiness(
-        workers=0, detail=f"{starting[0].upper()}{starting[1:]}." if starting else "No worker is alive yet."
+        workers=0, detail="Only workers for small tiles are alive yet." if live else "No worker is alive yet."
     )
 
 

@@ -44,6 +44,10 @@ def test_ready_says_how_many_workers_there_are_and_what_those_do_that_are_not(cl
     worker.store.workers.set_starting("")
     worker.store.workers.renew(WorkerInfo("of another release", "f", "another"), 60)
     assert client.get("/readyz").json() == nobody
+    worker.store.workers.renew(WorkerInfo("for small tiles", "f", core_version(), small=True), 60)
+    answer = client.get("/readyz").json()
+    assert answer["workers"] == 0
+    assert answer["detail"] != nobody["detail"]
 
 
 def test_the_root_describes_the_service(client: TestClient) -> None:
