@@ -1,4 +1,4 @@
-"""The body of a request: its end, its limits of bytes and of time, and its conversion from JSON.
+"""The body of a request: where it ends, how long and how late it may be, and its conversion from JSON.
 
 JSON must be in UTF-8, as application/json or application/...+json. It must not be nested too deeply. The names in an
 object must differ, and there must not be too many.
@@ -36,7 +36,7 @@ _REST_SECONDS = 5.0
 
 
 class ReadRestOfBody:
-    """Reads the rest of the request body before it ends a response that was sent early.
+    """If a response is complete before the request body is, reads the rest of the body first, then ends the response.
 
     If the connection were closed while the client still sends, it would be reset, and the client might never see the
     response. A very long body is read only in part. The connection is closed afterwards, even after the whole body.
@@ -77,7 +77,8 @@ class BodyLimit:
     """Refuses a body that is too long, has an ambiguous end, or arrives too late.
 
     If Content-Length exceeds the limit, the body is not read. A body without it is refused as soon as it exceeds the
-    limit. With both Content-Length and Transfer-Encoding, a proxy may see another end of the body (RFC 9112 6.3).
+    limit. With both Content-Length and Transfer-Encoding, a proxy may disagree about where the body ends (RFC 9112
+    6.3), so both together are refused.
     """
 
     def __init__(self, app: ASGIApp, limit: int) -> None:
@@ -95,8 +96,8 @@ class BodyLimit:
             detail = "Content-Length and Transfer-Encoding are both given; send one of them."
             await response_of(ProblemException("bad-request", detail))(scope, receive, send)
             return
-        # the number of digits is checked first, because int() refuses thousands of digits
-        if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
+        # int() refuses thousands of digits, and a digit such as "²"
+        if declared.isascii() and declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
             await response_of(self._too_large())(scope, receive, send)
             return
         received, due = 0, anyio.current_time() + REQUEST_SECONDS
@@ -125,7 +126,7 @@ class JsonRequest(Request):
     """A request whose body is checked before the framework reads it."""
 
     async def body(self) -> bytes:
-        """Return the raw body. Raises ProblemException for a wrong or no media type, and a compressed or empty body."""
+        """Return the raw body. Raises ProblemException if it is compressed or empty, or not declared as JSON."""
         data = await super().body()
         encodings = ",".join(self.headers.getlist("content-encoding")).lower().split(",")
         if any(encoding.strip() not in ("", "identity") for encoding in encodings):
@@ -202,8 +203,10 @@ def _object_of_unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _check_depth_and_texts(value: Any, max_depth: int) -> None:
-    level = [value]
-    for _ in range(max_depth + 1):
+    level, depth = [value], 0
+    while level:
+        if depth == max_depth and any(isinstance(item, dict | list) for item in level):
+            raise _too_deep(max_depth)
         below: list[Any] = []
         for item in level:
             if isinstance(item, dict):
@@ -213,10 +216,7 @@ def _check_depth_and_texts(value: Any, max_depth: int) -> None:
                 below += item
             elif isinstance(item, str) and not _encodable(item):
                 raise ProblemException("malformed-json", "A text of the body holds half of a surrogate pair.")
-        if not below:
-            return
-        level = below
-    raise _too_deep(max_depth)
+        level, depth = below, depth + 1
 
 
 def _encodable(text: str) -> bool:

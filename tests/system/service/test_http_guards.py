@@ -11,6 +11,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -20,6 +21,8 @@ from starlette.testclient import TestClient
 
 from grazemap_service import request_body
 from grazemap_service.app import create_app
+from grazemap_service.problems import ProblemException
+from grazemap_service.request_body import parse_json
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from tests.support.service_running import CURVE, connect_to
@@ -157,6 +160,14 @@ def test_a_large_body_is_413_before_it_is_sent_whole(live_url: str, store: Store
     assert answer.status == json.loads(answer.body)["status"] == 413
     assert json.loads(answer.body)["type"] == "urn:grazemap:problem:body-too-large"
     assert store.jobs.page() == ([], None)
+
+
+@pytest.mark.parametrize(
+    ("text", "allowed"), [("[[]]", True), ('[{"a": 1}]', True), ("[[[]]]", False), ("[[{}]]", False)]
+)
+def test_empty_lists_and_objects_have_a_depth_too(text: str, allowed: bool) -> None:
+    with nullcontext() if allowed else pytest.raises(ProblemException):
+        parse_json(text.encode(), 2)
 
 
 def test_a_body_at_the_limit_is_read(serve: Any) -> None:
