@@ -20,7 +20,7 @@ from grazemap_service.settings import ServiceSettings
 from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
 
-# Timeout of a command in seconds. It is short, so that clients get an answer before all threads wait for Redis.
+# Timeout of a Redis command in seconds. It is short, so that clients get an answer before all threads wait for Redis.
 STORE_SECONDS = 1.0
 _ROUTERS = (processes, batches, jobs, events, results, root, health)
 
@@ -65,7 +65,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
 
 
 async def _beat() -> None:
-    """Send signs of life of the event loop for ever."""
+    """Send a sign of life every few seconds, as long as the event loop runs."""
     while True:
         watchdog.beat()
         await asyncio.sleep(watchdog.INTERVAL_SECONDS)

@@ -149,7 +149,10 @@ def planned(context: Context, process: str, request: ProcessRequest) -> Submissi
 def start(
     context: Context, submissions: Sequence[Submission], requester: Requester
 ) -> list[tuple[Job, bool] | BacklogFull | redis.exceptions.RedisError]:
-    """Start the jobs of requests; return for each what `submit` returns, without notes, or raises (blocking)."""
+    """Start the jobs of requests (blocking).
+
+    Returns for each request what `submit` returns, a job without notes and whether it is new, or the error.
+    """
     settings = context.settings
     outcomes = context.store.jobs.submit(
         submissions, context.core_version, settings.max_pending_tiles, requester, settings.max_seconds

@@ -1,7 +1,8 @@
 """The limits of this server, in addition to those of the wire models.
 
-The counts of a request are checked before the plan is made, so that a range of 10**18 points costs nothing. Then the
-estimate of the plan is checked. A refusal is a "too-much-work" problem with the members `estimate` and `limit`.
+The counts of a request and the cost of its longest forcing period are checked before the plan is made, so that a range
+of 10**18 points costs nothing. Then the estimate of the plan is checked. A refusal is a "too-much-work" problem with
+the members `estimate` and `limit`.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.planning.rates import MAX_TILE_SECONDS, PERIODS_PER_SECOND
 from grazemap_worker.processes import IMPLEMENTATIONS
 
-# Larger estimates are reported as this number, because a problem must not repeat a number that the client sent.
+# Larger estimates, and those that are not numbers, are reported as this number.
 _MAX_REPORTED = 1e18
-# Maximum estimate of a step after the tiles of a job; the step is stopped after an hour of processor time.
+# Maximum estimate of a step after the tiles of a job, if the time limit of a tile (an hour) applies to the step.
 MAX_STEP_SECONDS = 3600.0
 
 
@@ -46,6 +47,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: ServiceSetting
     # the conditions are negated so that nan, from an estimate that overflowed, is refused too
     if not plan.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", plan.estimate.periods, settings.max_work)
+    # no job may take longer than all its tiles and the steps after them may
     max_seconds = MAX_TILE_SECONDS * plan.count
     for step in implementation.after(request):
         max_seconds += step.seconds

@@ -162,7 +162,7 @@ def install(app: FastAPI) -> None:
 
 
 async def answer_to(request: Request, exception: Exception) -> Response:
-    """Return the response for an exception; raise an exception that is not known."""
+    """Return the response for an exception; an exception of another kind is raised again."""
     match exception:
         case ProblemException():
             return response_of(exception)
@@ -188,13 +188,13 @@ async def answer_to(request: Request, exception: Exception) -> Response:
 
 
 def _routed(request: Request, exception: StarletteHTTPException) -> Response:
-    """Return the response for a request that the framework refuses without calling a route."""
+    """Return the response for an exception of the framework, such as that of an address that does not exist."""
     status = exception.status_code
     if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
         names = ", ".join(sorted(PROCESSES))
         return problem_response(make_problem("unknown-process", f"The processes are {names}."))
     if status == 405:
-        # below a mount there are no routes; there the framework lists all methods
+        # below a mount, such as that of static files, `_methods` sees no routes; the framework lists the methods itself
         allowed = ", ".join(_methods(request)) or (exception.headers or {}).get("Allow", "")
         return problem_response(make_problem("method-not-allowed"), headers={"Allow": allowed})
     kind = _STATUS_KINDS.get(status, "bad-request" if status < 500 else "internal-error")

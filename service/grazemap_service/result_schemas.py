@@ -83,7 +83,7 @@ def one_of(names: Mapping[str, str]) -> Schema:
 
 
 def _stem(process: str) -> str:
-    """Return the name of a process as a class, for example "UnfoldingMaps"."""
+    """Return the class name of a process, for example "UnfoldingMaps"."""
     return PROCESSES[process].__name__.removesuffix("Request")
 
 
@@ -115,7 +115,7 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
 
 
 def _json_fields(record: RecordSchema) -> tuple[Field, ...]:
-    """Return the fields that a result has in JSON only, and always there."""
+    """Return the fields that a result has in JSON only; in JSON they are never left out."""
     return tuple(field.varied(when="") for field in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
