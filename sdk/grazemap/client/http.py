@@ -1,4 +1,4 @@
-"""HTTP for both clients: their settings, the pauses between attempts, and the exceptions for answers."""
+"""HTTP for both clients: settings, headers, pauses between attempts, and the exceptions for answers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ADDRESS = "base_url must look like http://host:port or https://host"
 _HEADER_TEXT = re.compile(r"[!-~]*")
 # Job ids become parts of addresses and of file names in the cache.
 JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
-_GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
+_GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}")
 # Identifies this process to a service without keys, which shares its workers fairly between clients.
 _CLIENT_ID = secrets.token_hex(8)
 # The same problem as the service's own.
@@ -40,7 +40,7 @@ UNKNOWN_JOB = Problem(
 
 
 class ConnectionSettings:
-    """The arguments of a client's constructor; invalid ones raise ValueError."""
+    """The arguments of a client's constructor; values that are not allowed raise ValueError."""
 
     def __init__(
         self,
@@ -58,14 +58,16 @@ class ConnectionSettings:
             raise ValueError(_ADDRESS) from None
         if parts.scheme not in ("http", "https") or not parts.host or not port_fits:
             raise ValueError(_ADDRESS)
+        if "?" in base_url or "#" in base_url:  # the paths of requests are added at its end
+            raise ValueError(_ADDRESS)
         if parts.userinfo:
             raise ValueError("base_url must not contain a user or a password; use api_key")
         if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
             raise ValueError("api_key must be printable ASCII without spaces")
-        if timeout <= 0 or retries < 0:
+        if not timeout > 0 or retries < 0:  # NaN is refused too
             raise ValueError("timeout must be > 0 and retries >= 0")
         if group is not None and not _GROUP.fullmatch(group):
-            raise ValueError("group must be up to 64 letters, digits, '.', '_' and '-'")
+            raise ValueError("group must be 1 to 64 letters, digits, '.', '_' and '-'")
         self.group = group
         self.base_url, self.api_key = base_url.rstrip("/"), api_key
         self.cache = ResultCache(cache_dir) if cache_dir is not None else None
@@ -91,7 +93,7 @@ class ConnectionSettings:
 
     @property
     def _uses_environment(self) -> bool:
-        """Whether the proxies in environment variables are used; never for a service on this machine."""
+        """Whether proxies of the environment are used: not for a loopback address or localhost."""
         host = urlsplit(self.base_url).hostname or ""
         try:
             return not ipaddress.ip_address(host).is_loopback
@@ -107,12 +109,13 @@ def job_path(job_id: str) -> str:
 
 
 def pause(attempt: int) -> float:
-    """Return the seconds before the next attempt: exponential, with full jitter."""
-    return random.uniform(0.0, min(constants.MAX_BACKOFF, constants.BACKOFF_START * 2**attempt))
+    """Return the seconds before the next attempt: random, up to a limit that doubles to MAX_BACKOFF (full jitter)."""
+    doublings = min(attempt, 64)  # a larger power need not fit into a float
+    return random.uniform(0.0, min(constants.MAX_BACKOFF, constants.BACKOFF_START * 2**doublings))
 
 
 def failure_of(error: httpx2.RequestError) -> ConnectionFailed:
-    """Return the exception for a request without an answer. Raises ProtocolError where an answer cannot be read."""
+    """Return the exception for a request without an answer. Raises ProtocolError for an answer that cannot be read."""
     if not isinstance(error, httpx2.TransportError):
         raise ProtocolError(f"the answer cannot be read: {error}") from error
     url = error.request.url

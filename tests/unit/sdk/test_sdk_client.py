@@ -1,6 +1,7 @@
 """The blocking and the asynchronous client with a service."""
 
 import json
+import math
 
 import httpx2
 import numpy as np
@@ -250,9 +251,12 @@ def test_a_broken_result_is_reported(client, service, content):
         {"base_url": "http://[::1"},
         {"base_url": "http://line\nbreak"},
         {"base_url": "//x"},
+        {"base_url": "http://x/?a=1"},
+        {"base_url": "http://x/#a"},
         {"api_key": "k\u00e9y"},
         {"api_key": "two\nlines"},
         {"timeout": 0},
+        {"timeout": math.nan},
         {"retries": -1},
     ],
 )

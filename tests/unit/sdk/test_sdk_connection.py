@@ -10,6 +10,7 @@ import pytest
 from httpx2 import ConnectError, UnsupportedProtocol
 
 from grazemap import constants, errors
+from grazemap.client.http import pause
 from tests.support.sdk_played import Lines, Played
 
 
@@ -50,6 +51,10 @@ def test_pauses_grow_and_are_jittered(play):
         assert max(pauses) <= most
         assert max(pauses) > 0.8 * most
         assert min(pauses) < 0.2 * most
+
+
+def test_a_pause_after_any_number_of_attempts_is_finite():
+    assert 0.0 <= pause(5000) <= constants.MAX_BACKOFF
 
 
 def test_retry_after_is_honoured_in_seconds_and_as_a_date(play):
