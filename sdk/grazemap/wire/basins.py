@@ -63,15 +63,15 @@ class BasinCoordinate(Request):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Its first and last value, without the others, which may be too many."""
+        """Its first and last value, without expanding the range."""
         return ends_of(self.values)
 
 
 class BasinsRequest(ProcessRequest):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
-    `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0, or with a bias those of
-    the static equilibrium.
+    `initial` holds all other coordinates, and the phase of the forcing. Left out, velocities and phase are 0, and
+    displacements are 0, or with a bias or a negative clearance those of the structure at rest.
     """
 
     operation = Operation(
@@ -122,7 +122,7 @@ class BasinsRequest(ProcessRequest):
                 raise invalid(f"{coordinate.vary} does not exist", f"1 to {count}", name, "vary")
         if self.horizontal.vary == self.vertical.vary:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
-        initial = self.initial.fitted(self.oscillator, self.clearance, ("initial",))
+        initial = self.initial.completed(self.oscillator, self.clearance, ("initial",))
         # values that the rectangle replaces are not part of the request
         state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
         for coordinate in (self.horizontal, self.vertical):
@@ -130,8 +130,8 @@ class BasinsRequest(ProcessRequest):
                 state[coordinate.quantity][coordinate.mass - 1] = 0.0
         self._stays_between_the_stops(state["displacement"])
         # the model is frozen, but this is still its validation
-        given = {name: values for name, values in state.items() if values}
-        object.__setattr__(self, "initial", initial.model_copy(update=given))
+        known = {name: values for name, values in state.items() if values}
+        object.__setattr__(self, "initial", initial.model_copy(update=known))
         return self
 
     def _stays_between_the_stops(self, displacement: list[float]) -> None:
@@ -143,16 +143,17 @@ class BasinsRequest(ProcessRequest):
             return
         row, stops = self.oscillator.contact_row, as_pair(self.clearance)
         place = sum(h * x for h, x in zip(row, displacement, strict=True))
-        lowest, highest, moved = place, place, None
+        lowest, highest, moving = place, place, []
         for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
             reached = [row[coordinate.mass - 1] * end for end in coordinate.ends]
             if coordinate.quantity == "displacement" and row[coordinate.mass - 1] != 0.0:
-                lowest, highest, moved = lowest + min(reached), highest + max(reached), name
-        right, left = (float("inf") if one is None else one for one in (stops.right, stops.left))
+                lowest, highest = lowest + min(reached), highest + max(reached)
+                moving.append(name)
+        right, left = (float("inf") if gap is None else gap for gap in (stops.right, stops.left))
         if -left < lowest and highest < right:
             return
-        if moved is None:
-            detail = "initial.displacement places the contact on a stop"
+        if not moving:
+            detail = "initial.displacement places the contact on a stop or beyond it"
             raise invalid(detail, INSIDE_STOPS, "initial", "displacement")
-        detail = f"{moved}.values place the contact on a stop or beyond it"
-        raise invalid(detail, INSIDE_STOPS, moved, "values")
+        detail = f"{' and '.join(f'{name}.values' for name in moving)} place the contact on a stop or beyond it"
+        raise invalid(detail, INSIDE_STOPS, moving[-1], "values")

@@ -14,26 +14,44 @@ from grazemap.wire.structure import ClearancePair, as_pair
 Count = Annotated[int, Field(ge=1), Listable]
 MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
 LONGEST_PERIOD = 256
-# Of a contact coordinate, relative to the sum of its terms.
+# Round-off of a contact coordinate, relative to the sum of the moduli of its terms.
 _ROUNDING = 4.0 * 2.220446049250313e-16
 MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 
 class InitialState(Request):
-    """The initial state of a trajectory; left out: at rest in the static equilibrium, forcing phase 0."""
+    """The initial state of a trajectory; left out: at rest, forcing phase 0."""
 
     displacement: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """N numbers; left out: 0, or with a bias those of the static equilibrium."""
+    """N numbers; left out: 0, or with a bias or a negative clearance those of the structure at rest."""
     velocity: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
     """N numbers; left out: 0."""
     phase: Float = 0.0
     """Of the forcing f sin(omega t + phase) at t = 0, in radians; harmonic k is shifted by k times as much."""
 
     def fitted(self, oscillator: Oscillator, clearance: float | ClearancePair, at: tuple[str, ...]) -> InitialState:
+        """Return the `completed` state. Raises the error of `invalid` also where the contact is outside the stops."""
+        state, stops = self.completed(oscillator, clearance, at), as_pair(clearance)
+        right, left = (math.inf if gap is None else gap for gap in (stops.right, stops.left))
+        if self.displacement is not None:
+            terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
+            several = sum(h != 0.0 for h in oscillator.contact_row) > 1
+            place, rounding = math.fsum(terms), _ROUNDING * sum(map(abs, terms)) if several else 0.0
+            if not -left - rounding <= place <= right + rounding:
+                raise invalid(
+                    f"{'.'.join(at)}.displacement places the contact outside the stops",
+                    "-clearance <= contact coordinate <= clearance, of the left and the right stop",
+                    *at,
+                    "displacement",
+                )
+        return state
+
+    def completed(self, oscillator: Oscillator, clearance: float | ClearancePair, at: tuple[str, ...]) -> InitialState:
         """Return the state with zeros for values that were left out, so that equal requests have the same text.
 
-        Where 0 is not the equilibrium, displacements that were left out stay so. `at` is its place in the request.
-        Raises where it does not fit the number of degrees of freedom or the stops.
+        Displacements that were left out stay so with a bias or a negative clearance: 0 is not at rest there. `at` is
+        the place of the state in the request. Raises the error of `invalid` where there is not one number per degree of
+        freedom.
         """
         where, count, stops = ".".join(at), oscillator.size, as_pair(clearance)
         for name in ("displacement", "velocity"):
@@ -41,20 +59,7 @@ class InitialState(Request):
             if values is not None and len(values) != count:
                 detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} degrees of freedom"
                 raise invalid(detail, "one number per mass", *at, name)
-        right, left = (math.inf if one is None else one for one in (stops.right, stops.left))
-        if self.displacement is not None:
-            terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
-            several = sum(h != 0.0 for h in oscillator.contact_row) > 1
-            place, rounding = math.fsum(terms), _ROUNDING * sum(map(abs, terms)) if several else 0.0
-            if not -left - rounding <= place <= right + rounding:
-                detail = f"{where}.displacement places the contact outside the stops"
-                raise invalid(
-                    detail,
-                    "-clearance <= contact coordinate <= clearance, of the left and the right stop",
-                    *at,
-                    "displacement",
-                )
-        centred = not any(oscillator.bias or ()) and right >= 0.0 and left >= 0.0
+        centred = not any(oscillator.bias or ()) and all(gap is None or gap >= 0.0 for gap in (stops.right, stops.left))
         names = ("displacement", "velocity") if centred else ("velocity",)
         return self.model_copy(update={name: [0.0] * count for name in names if getattr(self, name) is None})
 

@@ -29,6 +29,7 @@ from grazemap.wire import (
     UnfoldingMapsRequest,
     canonical,
     canonical_id,
+    parse_request,
 )
 from tests.support.sdk_documents import result_of
 from tests.support.sdk_refusals import refused
@@ -260,6 +261,28 @@ def test_coordinates_that_a_rectangle_replaces_are_not_part_of_the_request():
     assert given == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
     assert given.initial.displacement == [0.1, 0.0, 0.2]
     assert basins() == basins(initial={"phase": 0})
+
+
+def test_a_coordinate_that_a_rectangle_replaces_may_lie_outside_the_stops():
+    across = ("displacement", 1, [-1.0, 1.0])
+    assert basins(across, initial={"displacement": [9.0, 0.1, 0.2]}) == basins(
+        across, initial={"displacement": [0.0, 0.1, 0.2]}
+    )
+
+
+def test_the_one_form_of_a_rectangle_between_two_masses_is_taken_again():
+    initial = {"displacement": [5.0, 5.0, 0.0]}
+    request = asked(
+        "basins",
+        oscillator={"contact": [1, 2]},
+        omega=0.3,
+        clearance=1.6,
+        horizontal=("displacement", 1, [4.0, 6.0]),
+        vertical=("velocity", 1, [0.0, 0.5]),
+        initial=initial,
+    )
+    assert request.initial.displacement == [0.0, 5.0, 0.0]
+    assert parse_request("basins", request.model_dump()) == request
 
 
 def curves(motions, **keywords):
