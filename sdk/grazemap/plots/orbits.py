@@ -1,4 +1,4 @@
-"""Periodic orbits: their multipliers on the unit circle, and branches over a parameter."""
+"""Pictures of periodic orbits: multipliers and the unit circle, and the speeds of a branch over a parameter."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from grazemap.wire import impacts_on, motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# The axis of speeds begins at most this share of its upper end below 0, where virtual impacts are.
 _VIRTUAL_SHARE = 0.3
+# Multipliers along a branch with a larger modulus are not drawn.
 _MAX_MODULUS = 3.0
 # Share of the height that is added to a picture for a scale of colours inside it.
 _BAR_SPACE = 0.25
@@ -103,10 +105,9 @@ def _unit_circle(drawing: Drawing) -> Axes:
 def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label: str | None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
-    Stable motions are solid, unstable motions dashed, inadmissible orbits pale. Special points are marked on all
-    impacts, and stretches end at them. A branch may go back as its own mirror image, or as the same motions some
-    forcing periods later; then it is drawn once. `colour` is the colour of the motions, `label` the name of the branch
-    in the legend.
+    Stable motions are solid, unstable motions dashed, inadmissible orbits pale; these stretches end at special points,
+    which are marked on the lines of all impacts. A branch may retrace itself, as mirror images or shifted by forcing
+    periods; it is drawn once. `colour` is the colour of the motions, `label` the name of the branch in the legend.
     """
     ax = drawing.ax
     drawing.describe(
@@ -124,15 +125,15 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
             ax.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
-        marker, colour, text = BIFURCATIONS[point.type]
+        marker, point_colour, text = BIFURCATIONS[point.type]
         heights = _speeds(result, point).tolist()
-        style = {"marker": marker, "color": colour, "markersize": 6, "linestyle": "none", "zorder": 5}
-        label = None if point.type in seen else text
+        style = {"marker": marker, "color": point_colour, "markersize": 6, "linestyle": "none", "zorder": 5}
+        name = None if point.type in seen else text
         seen.add(point.type)
-        fill = colour if point.admissible else "white"
-        ax.plot([point.parameter] * len(heights), heights, label=label, markerfacecolor=fill, **style)
+        fill = point_colour if point.admissible else "white"
+        ax.plot([point.parameter] * len(heights), heights, label=name, markerfacecolor=fill, **style)
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
-    # virtual impacts may be many times as fast as real ones
+    # virtual impacts have negative speeds, which may be many times as large as those of real ones
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_VIRTUAL_SHARE * high), high)
     if drawing.labels:
@@ -155,18 +156,19 @@ def named_branch(result: OrbitBranch) -> str:
 
 
 def _name_stops(ax: Axes, result: OrbitBranch) -> None:
-    """Write A or C, the stop of the impacts, at that end of a branch where most lines are separate."""
+    """Write A or C, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
     knots = result.knots()
     first, last = _drawn_once(knots)
-    real = [kind != "not admissible" for kind in knots.kinds]
-    if not any(real[first:last]):
-        real = [True] * len(real)
-    ends = {
-        knot: inwards
-        for knot in range(first, last + 1)
-        for inwards in (-1, 1)
-        if (knot < last and real[knot]) == (inwards == 1) != (knot > first and real[knot - 1])
-    }
+    if first == last:  # a single orbit has no line
+        return
+    admissible = [kind != "not admissible" for kind in knots.kinds]
+    if not any(admissible[first:last]):
+        admissible = [True] * len(admissible)
+    ends: dict[int, int] = {}  # knots next to admissible orbits on one side only, and on which: 1 after, -1 before
+    for knot in range(first, last + 1):
+        before, after = knot > first and admissible[knot - 1], knot < last and admissible[knot]
+        if before != after:
+            ends[knot] = 1 if after else -1
     low, high = ax.get_ylim()
     groups = {
         knot: _close_groups(knots.path[knot, 1 : 1 + len(result.stops)], _MERGED_DISTANCE * (high - low))

@@ -508,6 +508,12 @@ def test_a_branch_that_goes_back_as_its_mirror_image_has_two_stretches_and_is_dr
     assert not branch.plot(labels=False).texts
 
 
+def test_a_branch_of_a_single_orbit_has_a_picture():
+    branch = result_of("orbit-branches")
+    alone = {name: array[:1] for name, array in vars(branch).items() if np.shape(array)[:1] == branch.parameter.shape}
+    assert replace(branch, special_points=(), **alone).plot().get_title() == branch.plot().get_title()
+
+
 def test_branches_on_one_axes_share_the_legend_and_differ_by_colour_and_name():
     branch = result_of("orbit-branches")
     ax = branch.plot(branch.plot(), legend="outside")
