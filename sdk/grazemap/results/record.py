@@ -87,7 +87,7 @@ def field(
 
 
 def stored(description: str, **more: Any) -> Any:
-    """Declare a field that only documents have. Objects of the class have no such attribute, so it is not annotated."""
+    """Declare a field of documents that objects of the class lack as an attribute, so it is not annotated."""
     return _Declared(description, dataclasses.MISSING, more | {"stored_only": True})
 
 
@@ -101,7 +101,8 @@ def _dataclass_fields(cls: type[Record]) -> dict[str, dataclasses.Field[Any]]:
 def _signature(cls: type[Record]) -> Signature:
     """Return the signature of the constructor, in which a field without a default may follow one with a default.
 
-    Python allows this only for keyword-only parameters, so that field and all later ones are keyword-only.
+    Python allows this only for keyword-only parameters, so that field and all later ones are keyword-only here. The
+    constructor takes all by position too, in the order of `dataclasses.fields`.
     """
     parameters: list[Parameter] = []
     keyword_only = has_default = False
@@ -118,10 +119,10 @@ def _signature(cls: type[Record]) -> Signature:
 class Record:
     """Base of the classes of records and results, whose attributes are fields of documents.
 
-    Attributes cannot be set. Two objects are equal if their attributes are equal, unless the class has arrays or
-    requests. The service and the workers need only the schemas, and generating dozens of dataclasses takes a tenth of a
-    second at import. So this base class has the methods that `dataclass` would generate for each class, and signature
-    and docstring are made when they are read.
+    Attributes cannot be set. Two objects are equal if their attributes are equal; an object of a class with arrays or
+    requests is equal only to itself. The service and the workers need only the schemas, and generating dozens of
+    dataclasses takes a tenth of a second at import. So this base class has the methods that `dataclass` would generate
+    for each class, and signature and docstring are made when they are read.
     """
 
     schema: ClassVar[RecordSchema]
@@ -132,11 +133,11 @@ class Record:
     def __init_subclass__(cls) -> None:
         annotations = get_annotations(cls)
         own = _own_fields(cls, annotations)
-        inherited = [one for base in cls.__bases__ if issubclass(base, Record) for one in _fields_of(base)]
-        fields = (*(one for one in inherited if one.name not in own), *own.values())
+        inherited = [declared for base in cls.__bases__ if issubclass(base, Record) for declared in _fields_of(base)]
+        fields = (*(declared for declared in inherited if declared.name not in own), *own.values())
         cls.schema = RecordSchema(cls.__name__, " ".join((cls.__doc__ or "").split()), fields, cls)
         cls.__dataclass_fields__ = LazyAttribute(_dataclass_fields)  # type: ignore[assignment]
-        cls._comparable = "Any" not in annotations.values() and all(_is_comparable(one) for one in fields)
+        cls._comparable = "Any" not in annotations.values() and all(map(_is_comparable, fields))
         cls.__doc__ = LazyAttribute(partial(_with_attributes, cls.__doc__ or ""))  # type: ignore[assignment]
 
     def __init__(self, *arguments: Any, **keywords: Any) -> None:
@@ -208,7 +209,7 @@ def _own_fields(cls: type[Record], annotations: Mapping[str, Any]) -> dict[str, 
 
 
 def named_field(name: str, declared: Any) -> Field:
-    """Return, under a name, a field that was declared outside of a class."""
+    """Return a field that was declared outside of a class, with a name."""
     return Field(**declared.arguments(name))
 
 
@@ -222,9 +223,9 @@ def _evaluated_text(annotation: str, module: str) -> Any:
 
 
 def _typed(arguments: Mapping[str, Any], annotation: Any, cls: type[Record]) -> dict[str, Any]:
-    """Return the arguments of a field with the type of its annotation, unless that is `Any`, or they have a schema.
+    """Return the arguments of a field, with the type of its annotation unless that is `Any` or they have a schema.
 
-    Raises TypeError where its dimensions do not go with that type.
+    Raises TypeError where a field with dimensions is no array and no list, or the reverse.
     """
     kinds = [kind for kind in get_args(annotation) if kind is not NoneType]
     nullable = isinstance(annotation, UnionType)
@@ -252,7 +253,7 @@ def _with_attributes(docstring: str, cls: type[Record]) -> str:
     if not cls.schema.fields:
         return cleandoc(docstring)
     summary, _, rest = cleandoc(docstring).partition("\n")
-    parts = [summary, "", "Attributes", "----------"]
+    parts = [summary, *(["", rest.strip()] if rest.strip() else []), "", "Attributes", "----------"]
     is_result = isinstance(cls.schema, ResultSchema)
     roles = cls.schema.roles if isinstance(cls.schema, ResultSchema) else {}
     for declared in cls.schema:
@@ -260,7 +261,7 @@ def _with_attributes(docstring: str, cls: type[Record]) -> str:
             parts += [f"{declared.name} : {_type(declared, roles)}", indent(fill(_text(declared), 108), "    ")]
     if is_result:
         parts += [*_members(cls, property), "", "Methods", "-------", *_members(cls, FunctionType)]
-    return "\n".join(parts) + (f"\n\n{rest.strip()}\n" if rest.strip() else "\n")
+    return "\n".join(parts) + "\n"
 
 
 def _members(cls: type, kind: type) -> list[str]:

@@ -90,6 +90,13 @@ def test_help_of_a_method_describes_every_argument():
     assert 'policy : {"rest", "sweep-up", "sweep-down", "ensemble"}' in grazemap.Client.unfolding_map.__doc__
 
 
+@pytest.mark.parametrize("name", ["StopGrazingCurves", "DiscontinuityMapping"])
+def test_the_docstring_of_a_result_with_a_long_description_ends_with_its_methods(name: str):
+    lines = getattr(grazemap.results, name).__doc__.partition("\nMethods\n-------\n")[2].splitlines()
+    assert all(line.endswith("()") for line in lines[::2])
+    assert all(line.startswith("    ") for line in lines[1::2])
+
+
 @pytest.mark.parametrize("name", ["UnfoldingMap", "GrazingCurve", "BifurcationDiagram", "OrbitBranch", "PeriodicOrbit"])
 def test_help_of_a_result_says_what_it_is_its_arrays_and_its_methods_without_arguments(name: str):
     kind = getattr(grazemap, name)
