@@ -778,8 +778,8 @@ class Client:
 
         The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
-        `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0, or with a bias those of
-        the static equilibrium.
+        `initial` holds all other coordinates, and the phase of the forcing. Left out, velocities and phase are 0, and
+        displacements are 0, or with a bias or a negative clearance those of the structure at rest.
 
         Parameters
         ----------
@@ -978,9 +978,9 @@ class Client:
 
         The branch of a periodic orbit over a parameter, with its special points.
 
-        `vary` "clearance" and "restitution" are those of both stops, which must be equal; others are those of one stop.
-        "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. The
-        interval of the parameter that varies contains the orbit's value.
+        `vary` "clearance" or "restitution" is that of both stops, which must be equal; with "_right" or "_left" it is that
+        of one stop. "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]", "stiffnesses[i]" and
+        "dampings[i]" are values of a chain. The interval of the parameter that varies contains the orbit's value.
 
         A branch that meets this one at a special point is another request: with ``beyond = point.beyond[0].request``,
         ``client.orbit_branch(**beyond, range=...)`` computes the branch of twice the period, of lost symmetry, or
@@ -1054,9 +1054,9 @@ class Client:
 
         The window is of omega and clearance, or of two other parameters, `horizontal` and `vertical`. Without `motions`:
         the curves of motions with one impact on one stop, and between symmetric stops of those with one on each, in up to
-        `max_multiple` forcing periods; they bifurcate from the grazing curve at its resonant points. Over omega and a
-        clearance, the forces or the bias they are in closed form, at `points` frequencies, and those of stops that are not
-        symmetric come with the grazing curve of each stop. Over omega and a restitution they are continued. In other planes
+        `max_multiple` forcing periods; these curves start on the grazing curve, at its resonant points. Over omega and a
+        clearance, the forces or the bias they are in closed form, at `points` frequencies; where the stops are not
+        symmetric, the grazing curve of each stop is added. Over omega and a restitution they are continued. In other planes
         motions are required. With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
 
         Parameters
@@ -1080,12 +1080,12 @@ class Client:
             damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,
             masses[i], stiffnesses[i], dampings[i], with i from 1.
         max_multiple : int
-            For curves without motions: the maximum period of their motions, in forcing periods.
+            Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods.
         points : int
             For curves in closed form: number of frequencies across the window.
         motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
-            The motions whose curves are continued; left out, the curves of motions with one impact are computed. A
-            mapping may have omega and clearance (that which varies) of an orbit in the window, or its horizontal and
+            The motions whose curves are continued; left out: those with one impact, or one on each of symmetric stops.
+            A mapping may have omega and clearance (that which varies) of an orbit in the window, or its horizontal and
             vertical values, and phases and velocities.
         progress : bool
             Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line

@@ -1,4 +1,7 @@
-"""The methods of the clients, one for each process; editors read `methods.pyi`."""
+"""A method of the asynchronous client for each process (computation) of the service, made at import.
+
+The blocking client's are derived from them (`blocking`). Editors read `methods.pyi`.
+"""
 
 from grazemap.client.process_methods import METHODS
 

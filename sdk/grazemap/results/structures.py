@@ -48,7 +48,8 @@ class Mode:
     natural_frequency: float
     """Its frequency without damping."""
     damping_ratio: float
-    """Damping ratio of the damped mode with the same place in the order of frequencies."""
+    """Damping ratio of the damped mode with the same place in the order of frequencies; NaN where
+    `Structure.damping_ratios` is null."""
     contact_weight: float | None
     """Its weight in the contact coordinate; None where the stiffness matrix is not symmetric."""
 
@@ -56,9 +57,9 @@ class Mode:
 class Structure(Result, process="structures", rows="omega"):
     """Linear properties of an oscillator: the structure without contact, as the contact coordinate q = h x sees it."""
 
-    effective_mass: float = field("1/(h M^-1 h): the mass m_c that an impulse along the stop meets.", unit="kg")
+    effective_mass: float = field("1/(h M^-1 h): the mass m_c of the contact coordinate under an impulse.", unit="kg")
     kappa: float = field(
-        "m_c h M^-1 C M^-1 h: the rate at which damping alone would slow the contact coordinate after an impulse.",
+        "m_c h M^-1 C M^-1 h: the relative rate at which damping alone slows the contact just after an impulse.",
         unit="1/s",
     )
     equilibrium: FloatArray = field("Displacements under the bias.", "mass", "m")
@@ -102,7 +103,7 @@ class Structure(Result, process="structures", rows="omega"):
 
     @picture
     def plot(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
-        """Draw the amplitude over omega with the natural frequencies; without omega the impulse response over time."""
+        """Draw the amplitude over omega, with the natural frequencies; if omega was left out, the impulse response."""
         return draw(self, ax, options)
 
     def _summary(self) -> str:

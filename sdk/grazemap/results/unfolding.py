@@ -57,7 +57,8 @@ class MapPoint:
     vertical: float
     """Value of the vertical parameter."""
     label: str
-    """n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic."""
+    """n-p_r-q_l as plain text, such as 1-2r-2l: n forcing periods, p impacts on the right stop and q on the left. For a
+    motion that is not periodic, the name of the kind."""
     kind: str
     """The kind of motion."""
     verified: bool

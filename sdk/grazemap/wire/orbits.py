@@ -78,7 +78,7 @@ class OrbitMotion(Request):
         return self
 
     def require_period_of(self, oscillator: Oscillator, *at: str) -> None:
-        """Refuse phases that span a period of an oscillator whose forces repeat p times in 2 pi."""
+        """Refuse phases that span a period of an oscillator whose forces repeat p times while omega t grows by 2 pi."""
         divisor = oscillator.common_divisor
         if self.phases is None or self.phases[-1] - self.phases[0] < 2.0 * math.pi / divisor * self.period:
             return
@@ -131,8 +131,8 @@ class PeriodicOrbitsRequest(ObservedRequest):
     @model_validator(mode="after")
     def _stops_exist(self) -> PeriodicOrbitsRequest:
         both = as_pair(self.clearance)
-        for stop, one in ((1, both.right), (-1, both.left)):
-            if one is None and self.motion is not None and stop in self.motion.stops:
+        for stop, clearance in ((1, both.right), (-1, both.left)):
+            if clearance is None and self.motion is not None and stop in self.motion.stops:
                 raise invalid("an impact is on a stop that is absent", "stops that clearance gives", "motion", "stops")
         return self
 
@@ -140,9 +140,9 @@ class PeriodicOrbitsRequest(ObservedRequest):
 class OrbitBranchesRequest(PeriodicOrbitsRequest):
     """The branch of a periodic orbit over a parameter, with its special points.
 
-    `vary` "clearance" and "restitution" are those of both stops, which must be equal; others are those of one stop.
-    "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]" and others are values of a chain. The
-    interval of the parameter that varies contains the orbit's value.
+    `vary` "clearance" or "restitution" is that of both stops, which must be equal; with "_right" or "_left" it is that
+    of one stop. "bias", "forcing" and "damping" are factors, 1 at the orbit; "masses[i]", "stiffnesses[i]" and
+    "dampings[i]" are values of a chain. The interval of the parameter that varies contains the orbit's value.
     """
 
     operation = Operation(
@@ -195,8 +195,11 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
         return parameter_value(self.axis.vary, self.omega, self.oscillator, self.clearance)
 
 
-def _written_name(axis: Any) -> str:
-    """Return how the value of a motion on an axis may be named: by omega or clearance, where these vary."""
+def _short_name(axis: Any) -> str:
+    """Return "omega" or "clearance" for an axis along which that varies, else "".
+
+    A motion of `BifurcationCurvesRequest` may name its value on the axis so.
+    """
     vary = axis.get("vary") if isinstance(axis, dict) else getattr(axis, "vary", None)
     return "clearance" if str(vary).startswith("clearance") else str(vary) if vary == "omega" else ""
 
@@ -205,7 +208,7 @@ def parameter_value(
     vary: str, omega: float, oscillator: Oscillator, clearance: float | ClearancePair, *at: str
 ) -> float:
     """Return the value of the parameter `vary` of a request, whose place is `at`. Raises where there is none."""
-    both, found = as_pair(clearance), None
+    both = as_pair(clearance)
     at = (*at, "axis", "vary")
     Parameters(oscillator, None, None, None).require(vary, *at)
     if vary in ("bias", "forcing"):
@@ -215,18 +218,18 @@ def parameter_value(
     if vary == "omega":
         return omega
     if vary.startswith("clearance"):
-        found = {"clearance_right": both.right, "clearance_left": both.left}.get(vary, both.right)
+        value = both.left if vary == "clearance_left" else both.right
         if vary == "clearance" and both.right != both.left:
             raise invalid("vary is clearance, and the stops differ", "clearance_right or clearance_left", *at)
-        if found is None:
+        if value is None:
             raise invalid(f"vary is {vary}, and there is no such stop", "the clearance of a stop", *at)
-        return found
-    given = oscillator.restitution
-    if isinstance(given, float | int):
-        return given
-    if vary == "restitution" and given.right != given.left:
+        return value
+    restitution = oscillator.restitution
+    if isinstance(restitution, float | int):
+        return restitution
+    if vary == "restitution" and restitution.right != restitution.left:
         raise invalid("vary is restitution, and the stops differ", "restitution_right or restitution_left", *at)
-    return given.left if vary == "restitution_left" else given.right
+    return restitution.left if vary == "restitution_left" else restitution.right
 
 
 _OfOrbit = Annotated[Float | None, Field(exclude_if=lambda value: value is None)]
@@ -245,6 +248,7 @@ class CurveMotion(OrbitMotion):
     """Value of the vertical parameter at an orbit of the motion, inside the window; left out: looked for."""
 
 
+# The window of the paper, for examples.
 _PAPER = {
     "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3}},
     "vertical": {"vary": "clearance", "values": {"start": 1.3, "stop": 2.05}},
@@ -256,9 +260,9 @@ class BifurcationCurvesRequest(PlaneRequest):
 
     The window is of omega and clearance, or of two other parameters, `horizontal` and `vertical`. Without `motions`:
     the curves of motions with one impact on one stop, and between symmetric stops of those with one on each, in up to
-    `max_multiple` forcing periods; they bifurcate from the grazing curve at its resonant points. Over omega and a
-    clearance, the forces or the bias they are in closed form, at `points` frequencies, and those of stops that are not
-    symmetric come with the grazing curve of each stop. Over omega and a restitution they are continued. In other planes
+    `max_multiple` forcing periods; these curves start on the grazing curve, at its resonant points. Over omega and a
+    clearance, the forces or the bias they are in closed form, at `points` frequencies; where the stops are not
+    symmetric, the grazing curve of each stop is added. Over omega and a restitution they are continued. In other planes
     motions are required. With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
     """
 
@@ -273,7 +277,7 @@ class BifurcationCurvesRequest(PlaneRequest):
                 **_PAPER,
                 "motions": [{"period": 1, "stops": [1, 1, -1, -1], "horizontal": 0.28, "vertical": 1.5}],
             },
-            "of one stop": {
+            "over the clearance of one stop": {
                 **_PAPER,
                 "vertical": {"vary": "clearance_right", "values": {"start": 1.3, "stop": 2.05}},
                 "clearance": {"left": 2.1},
@@ -292,13 +296,13 @@ class BifurcationCurvesRequest(PlaneRequest):
     vertical: WindowAxis
     """The vertical parameter of the window and its interval."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
-    """For curves without motions: the maximum period of their motions, in forcing periods."""
+    """Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=MAX_CURVE_POINTS), Listable] = 400
     """For curves in closed form: number of frequencies across the window."""
     motions: Annotated[
         Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None, LeftOut
     ] = None
-    """The motions whose curves are continued; left out, the curves of motions with one impact are computed."""
+    """The motions whose curves are continued; left out: those with one impact, or one on each of symmetric stops."""
 
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:
@@ -310,7 +314,7 @@ class BifurcationCurvesRequest(PlaneRequest):
             )
             raise invalid(detail, "the motions whose curves are continued", "motions")
         ends = {"right": plane.parameters.right, "left": plane.parameters.left}
-        absent = [stop for stop, one in ((1, "right"), (-1, "left")) if ends[one] is None and not self._varies(one)]
+        absent = [stop for stop, side in ((1, "right"), (-1, "left")) if ends[side] is None and not self._varies(side)]
         for k, motion in enumerate(self.motions or ()):
             motion.require_period_of(self.oscillator, "motions", str(k))
             for name, axis in zip(AXES, (plane.horizontal, plane.vertical), strict=True):
@@ -328,26 +332,31 @@ class BifurcationCurvesRequest(PlaneRequest):
 
     @classmethod
     def long_form(cls, values: Any) -> tuple[Any, Places]:
-        """As `Request.long_form`; a motion may have omega and clearance instead of horizontal and vertical."""
+        """As `Request.long_form`; a motion may have omega and clearance instead of horizontal and vertical.
+
+        Where both axes are clearances, "clearance" would name either of them: there it is no field of a motion.
+        """
         body, places = super().long_form(values)
         motions = plain(body.get("motions")) if isinstance(body, dict) else None
         if not isinstance(motions, list):
             return body, places
         written = dict(places)
-        names: dict[str, str] = {_written_name(body.get(axis)): axis for axis in AXES}
+        short_names = [_short_name(body.get(axis)) for axis in AXES]
+        pairs = zip(short_names, AXES, strict=True)
+        names = {name: axis for name, axis in pairs if name and short_names.count(name) == 1}
         renamed = []
         for k, motion in enumerate(motions):
             fields: list[str] = [*motion] if isinstance(motion, dict) else []
             here = {name: name if names.get(name) in fields else names.get(name, name) for name in fields}
             place: Place = ("motions", str(k))
-            short = {axis: name for name, axis in names.items() if name and (places or name in here)}
+            short = {axis: name for name, axis in names.items() if places or name in here}
             written |= {(*place, axis): (*place, name) for axis, name in short.items()}
             renamed.append({here[name]: value for name, value in motion.items()} if here else motion)
         return body | {"motions": renamed}, written
 
     @property
     def is_explicit(self) -> bool:
-        """Whether the curves are asked for in closed form."""
+        """Whether the request is for curves in closed form."""
         others = [name for name in self.plane.names if name != "omega"]
         return self.motions is None and len(others) == 1 and is_of_gaps(others[0])
 
@@ -360,22 +369,25 @@ class BifurcationCurvesRequest(PlaneRequest):
 
     @property
     def followed(self) -> list[CurveMotion]:
-        """The motions whose curves are continued: those given, or those with one impact, or one on each stop."""
+        """The motions whose curves are continued: `motions`, else those with one impact, or one on each stop.
+
+        None where the curves are in closed form.
+        """
         if self.motions is not None or self.is_explicit:
             return self.motions or []
         point = self.plane.corners()[0]
         ends: tuple[tuple[Stop, float | None], ...] = ((1, point.clearance.right), (-1, point.clearance.left))
-        sides = [stop for stop, one in ends if one is not None]
+        sides = [stop for stop, clearance in ends if clearance is not None]
         mirrors = self.plane.mirrors
-        found = []
+        motions = []
         for period in range(1, self.max_multiple + 1):
-            found += [CurveMotion(period=period, stops=[stop]) for stop in (sides[:1] if mirrors else sides)]
+            motions += [CurveMotion(period=period, stops=[stop]) for stop in (sides[:1] if mirrors else sides)]
             if mirrors and period % 2 == 1:
-                found.append(CurveMotion(period=period, stops=[1, -1]))
-        return found
+                motions.append(CurveMotion(period=period, stops=[1, -1]))
+        return motions
 
     def unused(self) -> Collection[str]:
-        """Return the names of the fields of the other kind of curves."""
+        """Return the names of the fields that these curves do not need."""
         if self.motions is not None:
             return ("max_multiple", "points")
         return () if self.is_explicit else ("points",)

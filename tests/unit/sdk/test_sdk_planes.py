@@ -109,6 +109,16 @@ UP = axis(WINDOW, "clearance_right", 1.0, 2.0)
             {"horizontal": UP, "vertical": {**UP, "vary": "clearance_left"}, "clearance": None, "omega": 0.28},
             "/motions",
         ),
+        (
+            {
+                "horizontal": UP,
+                "vertical": {**UP, "vary": "clearance_left"},
+                "clearance": None,
+                "omega": 0.28,
+                "motions": [{**MOTION, "clearance": 1.5}],
+            },
+            "/motions/0",
+        ),
         ({"motions": [{**MOTION, "omega": 0.31}]}, "/motions/0/omega"),
         ({"motions": [{**MOTION, "clearance": 1.6}]}, "/motions/0"),
         ({"motions": [{**MOTION, "horizontal": 0.28, "vertical": 1.0}]}, "/motions/0/vertical"),
