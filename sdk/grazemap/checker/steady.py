@@ -10,7 +10,7 @@ from grazemap.checker.arithmetic import Refused, ball, identity
 from grazemap.checker.system import System
 
 PARTS = 16
-"""Number of parts of a period with which the search for the maximum begins, for each order of its harmonics."""
+"""Number of parts of a period with which the search for the maximum begins, divided by the largest order."""
 MAX_HALVINGS = 60
 """Halvings after which it is undecided which part of a period has the maximum."""
 MAX_PARTS = 4096
@@ -23,11 +23,14 @@ class Maximum(NamedTuple):
     value: arb
     """The displacement."""
     phase: arb
-    """Its phase 2 pi t/T."""
+    """Phase 2 pi t/T at which it is attained."""
 
 
 def harmonic_amplitudes(system: System, divisor: int) -> dict[int, acb]:
-    """Return complex amplitudes X_k of the contact coordinate, q = sum Im(X_k exp(2 pi i k t/T)), by order k."""
+    """Return complex amplitudes X_k of the contact coordinate, q = sum Im(X_k exp(2 pi i k t/T)), by k.
+
+    k is the order of a harmonic over `divisor`, the greatest common divisor of the orders.
+    """
     free, size = acb_mat(system.free(system.matrix)), system.size
     amplitudes = {}
     for i, order in enumerate(system.orders):
@@ -40,7 +43,11 @@ def harmonic_amplitudes(system: System, divisor: int) -> dict[int, acb]:
 
 
 def maximum(amplitudes: dict[int, acb], stop: int) -> Maximum:
-    """Return the maximum of a steady motion towards a stop; show that it is the only one in T, and quadratic."""
+    """Return the maximum of a steady motion towards a stop.
+
+    Shows that it is attained at one phase of the period T only, with a negative second derivative. Smaller local maxima
+    are allowed.
+    """
 
     def values(phase: Any) -> tuple[Any, Any, Any]:
         """Return the displacement towards the stop, and its derivatives by the phase."""
@@ -84,5 +91,5 @@ def _solved(values: Any, hull: arb) -> Maximum:
         if better.rad() * 2 > phase.rad():
             break
         phase = better
-    value, slope, _ = values(phase.mid())
+    value, _, _ = values(phase.mid())
     return Maximum(value + values(phase)[1] * (phase - phase.mid()), phase)

@@ -1,7 +1,8 @@
 """Free motion, impacts and flights between the stops, in ball arithmetic.
 
-A state is Z = (x, x'/W, s sin(k omega t), s cos(k omega t), ...) with x from the equilibrium, the harmonics k of the
-forces, and factors W and s that scale the equations. Then Z' = A Z, and the flow is the matrix exponential.
+A vector Z = (x, x'/W, s sin(k omega t), s cos(k omega t), ...) has displacements x from the equilibrium, the harmonics
+k of the forces, and factors W and s that scale the equations. Then Z' = A Z, and the flow is the matrix exponential. A
+state is Z, or its first entries alone, x and x'/W.
 """
 
 from __future__ import annotations
@@ -124,7 +125,7 @@ class Inputs(NamedTuple):
         return cls(statement["omega"], *sides)
 
     def require_symmetric(self, machine: Machine) -> None:
-        """Show that effective gaps, restitutions and forces are symmetric, for any value of what varies."""
+        """Show that gaps from the equilibrium, restitutions and forces are symmetric, for any value of what varies."""
         (right, left), place = self.clearances, machine.place
         if VARIED in (right, left):
             alike = right == left and place == 0
@@ -138,6 +139,31 @@ class System:
     """The equations of motion of a machine at some inputs, for one value of the parameter that varies.
 
     Displacements are from the static equilibrium.
+
+    Attributes
+    ----------
+    rebound
+        1 + restitution, by stop.
+    turn
+        The period T of the forces.
+    place, equilibrium
+        As of `Machine`, as balls.
+    gaps
+        Distances of the stops from the equilibrium, by stop; None for an absent stop.
+    scale, forced
+        The factors W and s of Z.
+    orders, size
+        Orders of the forces; number of entries of Z before those of the forces.
+    matrix
+        A of Z' = A Z.
+    rows
+        Three rows, which give q, q' and q'' of Z.
+    kick
+        Change of Z with which q' changes by 1.
+    still
+        A zero for every entry of Z of the forces.
+    stride, spread
+        Functions of a level: exp(A t) at t = 2^level, and for all t of at most that modulus.
     """
 
     def __init__(self, machine: Machine, inputs: Inputs, value: Any = None, scale: Fraction | None = None):
@@ -193,12 +219,12 @@ class System:
         return type(matrix)([row[: self.size] for row in matrix.tolist()[: self.size]])
 
     def with_phase(self, state: list[Any], time: Any) -> Any:
-        """Return a state of the motion with the entries for the phase of the forcing."""
+        """Return Z from its first entries (x, x'/W) at a time."""
         angles = [order * self.omega * time for order in self.orders]
         return column([*state, *(self.forced * x for angle in angles for x in (angle.sin(), angle.cos()))])
 
     def from_equilibrium(self, displacement: Any, velocity: Any) -> list[Any]:
-        """Return a state from numbers; the displacements may be the word "equilibrium"."""
+        """Return (x, x'/W) from numbers; the displacements may be the word "equilibrium"."""
         moved = [arb(0)] * (self.size // 2)
         if displacement != "equilibrium":
             moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
@@ -215,13 +241,14 @@ class System:
         known = [gap for gap in self.gaps.values() if gap is not None]
         require(
             len(known) == 1 or (len(known) == 2 and sum(known, arb(0)).real > 0),
-            "there is no distance between the stops",
+            "there is no stop, or no distance between the stops",
         )
 
     def periodic_state(self, section: arb, turns: Any, sign: int, impacts: list[tuple[int, Any, Any]]) -> arb_mat:
-        """Return the state on a section of the periodic motions with impacts: stops, times and velocities before them.
+        """Return (x, x'/W), at the time `section`, of the periodic motion with given impacts.
 
-        The motion returns after `turns` times T, mirrored for sign -1. That it is a motion at all is not shown.
+        Impacts are stops, times and velocities before them. The motion returns after `turns` times T, mirrored for sign
+        -1. That a motion with these impacts exists is not shown.
         """
         end = section + self.turn * turns
         state = self.flow(end - section) * self.with_phase([0] * self.size, section)
@@ -237,10 +264,10 @@ class System:
         return self.gaps[stop]
 
     def impact(self, base: Any, stop: int, name: str, least: Any = 0) -> tuple[Any, Any]:
-        """Return the time to a contact with a stop, and the state there, of all motions through a set.
+        """Return the time to a contact with a stop, and Z there, of all motions that start in the set `base`.
 
-        Every motion is shown to have one contact near the time of the set, and no other contact within `least` of that
-        time. `fly` excludes earlier contacts.
+        Every motion is shown to have one contact near its start, earlier or later, and no other within `least` of its
+        start. `fly` excludes contacts before it.
         """
         place, speed, _ = (self.rows * base).entries()
         off = place - stop * self.gap(stop)
@@ -264,10 +291,10 @@ class System:
         change = (late - self.kick * rate) * self.rebound[stop]
         return state - self.kick * (self.rebound[stop] * speed), identity(self.size + len(self.still)) + change
 
-    def fly(self, state: arb_mat, length: arb, left: int, right: int, name: str) -> None:
-        """Show that between two times the contact coordinate stays inside the gaps.
+    def fly(self, state: arb_mat, length: arb, leaves: int, meets: int, name: str) -> None:
+        """Show that the contact coordinate stays between the stops during a flight.
 
-        The flight leaves the stop `left` at its start and meets the stop `right` at its end, 0 for none. Next to an
+        The flight leaves the stop `leaves` at its start and meets the stop `meets` at its end, 0 for none. Next to an
         impact the distance from the stop vanishes, and the sign of q' or q'' decides.
         """
         require(length > 0 and length.is_finite(), f"{name}: its end does not follow its beginning")
@@ -278,7 +305,7 @@ class System:
             if low > end:
                 continue
             cells += 1
-            require(cells <= MAX_CELLS, f"{name}: it is too long")
+            require(cells <= MAX_CELLS, f"{name}: its distance from a stop is undecided after {MAX_CELLS} parts")
             half = arb(2) ** level
             centre = rows * self.stride(level)
             place, slope, _ = (centre * state).entries()
@@ -290,9 +317,9 @@ class System:
                 if gap is None or gap > stop * enclosure:
                     continue
                 inward, high = stop * bend < 0, low + 2 * half
-                leaving = stop == left and low == 0 and (inward or stop * slope < 0)
+                leaving = stop == leaves and low == 0 and (inward or stop * slope < 0)
                 approaching = stop * slope > 0 and not high < length
-                meeting = stop == right and (approaching or (inward and low < length and length < high))
+                meeting = stop == meets and (approaching or (inward and low < length and length < high))
                 if leaving or meeting:
                     continue
                 if gap < stop * place and low + half < length:
