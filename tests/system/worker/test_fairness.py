@@ -42,6 +42,13 @@ def claimed(store: Store, times: int, worker: WorkerInfo = LARGE) -> list[Claim]
     return [claim for _ in range(times) for claim in store.tiles.claim_next(worker, LEASE)[0]]
 
 
+def test_a_flow_of_another_program_is_passed_over(store: Store) -> None:
+    store.redis.zadd("grazemap:4:flows:f", {"no flow of ours": -1.0})
+    job = submit_map(store, 0)
+    assert set(store.tiles.waiting("f")) == {("long", "maps-3")}
+    assert [claim.job_id for claim in claimed(store, 1)] == [job.id]
+
+
 def test_jobs_share_the_workers_tile_by_tile(store: Store) -> None:
     jobs = [submit_map(store, number) for number in range(10)]
     counts = Counter(claim.job_id for claim in claimed(store, 50))

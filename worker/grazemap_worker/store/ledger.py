@@ -4,9 +4,10 @@ The ledger holds for every tile whether it is finished, which worker has claimed
 the ledger decides which worker computes a tile. An entry in RQ's queues merely wakes a worker, and a superfluous one
 does no harm.
 
-Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only,
-and its key is made of these. When all results and tiles together exceed a byte budget, tiles of finished jobs and the
-least recently used results are removed; a removed result is computed again on request.
+Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only.
+Its key is made of the id of its job, which is a hash of request and core version, and of the fingerprint. When all
+results and tiles together exceed a byte budget, tiles of finished jobs and the least recently used results are removed;
+a removed result is computed again on request.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from grazemap_worker.store.keys import (
 from grazemap_worker.store.problems import failure_problem
 from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WaitingJob, WorkerInfo
 
-# Finished tiles that are read, or jobs whose tiles are removed, in one step.
+# Maximum number of finished tiles that are read in one step, and of jobs whose tiles are removed in one step.
 _ITEMS_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {
     "exception": MAX_EXCEPTIONS,
@@ -108,7 +109,7 @@ class Tiles:
         return [claim for claim in claims if claim is not None], waiting
 
     def claim(self, job_id: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
-        """Claim one tile of an unfinished job, or the assembly of a map (tile `ASSEMBLY`) whose tiles are all finished.
+        """Claim a tile of an unfinished job, or its assembly: tile `ASSEMBLY`, the step that joins the finished tiles.
 
         Returns None if the job is over, does not exist or is bound to another fingerprint, if the tile is finished, or
         if a live worker holds it. A job that is bound to no fingerprint is bound to `fingerprint`.
@@ -125,7 +126,7 @@ class Tiles:
 
     def _parsed_claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
         """Return the claim from the answer of a script. Forget a job whose record cannot be read, and return None."""
-        job_id, tile, _ = (field.decode() for field in fields[:3])
+        job_id, tile, _ = (field.decode() for field in fields[:3])  # the third: how often the tile lost its worker
         try:
             process, text, core_version, plan, estimate, lane, seconds_left = (value.decode() for value in fields[3:])
             canonical = json.loads(text)
@@ -146,7 +147,7 @@ class Tiles:
         holder : str
             The worker whose attempt failed. Nothing is counted if another worker holds the tile now. Empty: any worker.
         detail : str
-            The limit that was exceeded.
+            A phrase about the limit that was exceeded, for the problem of a job that fails; empty if there is none.
         """
         plan = self._jobs.plan_of(job_id)
         if plan is None:
@@ -165,13 +166,13 @@ class Tiles:
 
     def give_back(self, job_id: str, tile: int, holder: str) -> None:
         """Free a tile that its holder cannot finish now, without counting a failure."""
-        self._scripts.run("record_failure", id=job_id, tile=tile, most=0, holder=holder)
+        self._scripts.run("record_failure", id=job_id, tile=tile, most=0, holder=holder)  # 0: nothing is counted
 
     def move_to_next_lane(self, job_id: str, tile: int, holder: str, seconds: float) -> None:
         """Free a tile that took longer than its lane allows, and move its job to the next lane.
 
-        The flow of its requester is charged with `seconds`, the processor time. After a small tile, the next small
-        tiles of this requester are claimed one by one.
+        The flow of the job (see `claim_next`) is charged with `seconds`, the processor time. After a small tile, the
+        next small tiles of its requester are claimed one by one.
         """
         arguments = {"id": job_id, "tile": tile, "holder": holder, "seconds": seconds}
         self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
@@ -190,13 +191,17 @@ class Tiles:
         return [(job_id.decode(), int(tile), holder.decode()) for job_id, tile, holder in triples]
 
     def waiting(self, fingerprint: str) -> dict[tuple[str, str], str]:
-        """Return a flow for each pair (lane, kernels) of waiting tiles that workers with a fingerprint can claim."""
+        """Return a flow (see `claim_next`) for each pair (lane, kernels) of waiting tiles.
+
+        The tiles are those that workers with a fingerprint can claim.
+        """
         flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
         waiting = {}
         for flow in (name.decode("utf-8", "replace") for name in flows):
-            # "lane|kernels|priority|requester"; for long tiles a suffix after ":" follows the lane
-            lane, kernels, *_ = flow.split("|")
-            waiting[lane.partition(":")[0], kernels] = flow
+            # "lane|kernels|priority|requester"; ":tiles" follows the lane of jobs with long tiles
+            lane, *rest = flow.split("|")
+            if rest:  # otherwise another program wrote it
+                waiting[lane.partition(":")[0], rest[0]] = flow
         return waiting
 
     def next_of_flow(self, fingerprint: str, flow: str) -> WaitingJob:
@@ -210,8 +215,8 @@ class Tiles:
         self._scripts.run("sweep", most=_ITEMS_A_STEP)
 
     def finished(self, job_id: str) -> list[int]:
-        """Return the numbers of the finished tiles in increasing order; an empty list for a job of one tile."""
-        return sorted(int(tile) for tile in self._redis.hkeys(job_key(job_id, "tiles")))
+        """Return the indices of the finished tiles in increasing order; an empty list for a job of one tile."""
+        return sorted(int(index) for index in self._redis.hkeys(job_key(job_id, "tiles")))
 
     def data(self, job_id: str, index: int) -> bytes | None:
         """Return the npz bytes of a finished tile, or None."""
@@ -220,8 +225,8 @@ class Tiles:
 
     def many(self, job_id: str, indices: Iterable[int]) -> Iterator[bytes | None]:
         """Yield the npz bytes of tiles, or None for one that is not finished; a few are read at a time."""
-        numbers = iter(indices)
-        while part := [str(index) for index in islice(numbers, _ITEMS_A_STEP)]:
+        remaining = iter(indices)
+        while part := [str(index) for index in islice(remaining, _ITEMS_A_STEP)]:
             yield from self._redis.hmget(job_key(job_id, "tiles"), part)
 
 
@@ -237,7 +242,8 @@ class Results:
         """Store finished tiles and results, all with the same fingerprint; the first commit of a tile or result wins.
 
         A result ends its job. To make room within the byte budget, tiles of finished jobs are dropped, and then the
-        least recently used results; small results first while they take more than a quarter of the budget.
+        least recently used results: those of small jobs if such results take more than a quarter of the budget or there
+        are no others, else those of other jobs.
 
         Returns
         -------
@@ -245,7 +251,8 @@ class Results:
             For each item of `finished`, the number of tiles that remain of its job, or a negative number. 0: the
             assembly is to be claimed, or the job is finished. -1: nothing was stored, because the job is finished, does
             not exist, or is bound to another fingerprint. -2: nothing was stored, because the item does not fit into
-            the budget. -3: the tile was stored, and the job has taken more than its limit of processor time.
+            the budget; the caller ends the job with `Jobs.fail`. -3: the tile was stored, and the job has taken more
+            than its limit of processor time; the caller ends the job with `Jobs.end_costly`.
         """
         items = []
         for work in finished:
@@ -282,8 +289,8 @@ class Results:
     def info(self, job_id: str, max_bytes: int = -1) -> ResultInfo | None:
         """Return size and digest of a job's result, with the npz if it has at most `max_bytes`; None: no result.
 
-        This counts as a use of the result: a client or a service that has a copy of it asks for the digest only, and
-        the result is not to be evicted for that.
+        This counts as a use of the result: clients and services with a copy ask only for the digest, and a result that
+        is used in this way must not be evicted.
         """
         return _info(self._scripts.run("result", id=job_id, most=max_bytes))
 
@@ -293,7 +300,10 @@ class Results:
         return [_info(answer) for answer in self._scripts.run_each("result", calls)]
 
     def etag(self, job_id: str) -> str | None:
-        """Return the digest of a job's result, also of an evicted one; None if the job has never had a result."""
+        """Return the digest of a job's result, also of an evicted one; None if the job has never had a result.
+
+        ETags are made of the digest.
+        """
         value = self._redis.hget(job_key(job_id), "etag")
         return value.decode() if value else None
 

@@ -96,6 +96,9 @@ end
 
 local function claimable(flow)
   local place, kernels, _, asker = string.match(flow, '^([^|]*)|([^|]*)|([^|]*)|(.*)$')
+  if not place then
+    return false -- another program wrote it
+  end
   local lane, long_tiles = string.match(place, '^(%a+)(.*)$')
   return contains(args.lanes, lane)
     and contains(args.kernels, kernels)
