@@ -22,12 +22,13 @@ from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import wake_ups
-from grazemap_worker.settings import LEASE_SECONDS
+from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Requester, Store, WaitingJob, connect, core_version
 from grazemap_worker.store.keys import job_key
+from grazemap_worker.supervision.kernels import Kernels
 from tests.support import submitting
 from tests.support.hostile import hostile_entries
-from tests.support.planted import supervise
+from tests.support.planted import NUMERICS, supervise
 from tests.support.steps import job_of, lane_of, pending
 from tests.support.watching import living, until
 
@@ -39,6 +40,8 @@ REQUEST = UnfoldingMapsRequest.model_validate(
 )
 SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2, estimate=Estimate(seconds=3.0))
 ONE = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6, estimate=Estimate(seconds=3.0))
+
+NO_PROCESS = 1 << 22  # more than the id of any process
 
 Start = Callable[..., psutil.Process]
 
@@ -205,6 +208,39 @@ def test_stopped_workers_are_replaced(start: Start, store: Store) -> None:
     until(lambda: not living(stopped))
     until(lambda: len(supervisor.children()) == 4)
     assert_whole(store, job.id)
+
+
+def test_a_hung_worker_that_ends_late_is_killed_and_counted_once(
+    redis_server: RedisServer, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from grazemap_worker.supervision import supervisor
+
+    def next_round(self: supervisor.Supervisor) -> None:
+        rounds.append(None)
+        self._stopping = len(rounds) == 3
+
+    def spawn(self: supervisor.Supervisor, slot: supervisor._Slot) -> None:
+        slot.pid = NO_PROCESS
+
+    rounds: list[None] = []
+    kills: list[int] = []
+    for name, value in {
+        "_round": next_round,
+        "_spawn": spawn,
+        "_hangs": lambda self, slot: "" if slot.small else "it does not answer",
+        "_reap": lambda self: None,
+        "_stop_workers": lambda self: None,
+    }.items():
+        monkeypatch.setattr(supervisor.Supervisor, name, value)
+    monkeypatch.setattr(supervisor, "INTERVAL_SECONDS", 0.0)
+    monkeypatch.setattr(supervisor, "adopt_orphans", lambda: None)
+    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr("os.kill", lambda pid, number: kills.append(pid))
+    settings = WorkerSettings(redis_url=redis_server.url, workers=1)
+    supervisor.Supervisor(settings, NUMERICS, Kernels(())).run()
+    assert len(rounds) == 3
+    assert kills == [NO_PROCESS]
+    assert store.counts().events == {"hung:worker": 1}
 
 
 def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_nothing(

@@ -2,8 +2,8 @@
 
 It forks the workers from its main thread. The workers share the compiled code, so a new worker starts in 20 ms instead
 of seconds. When more kernels are compiled, new workers that have them replace the others. The supervisor replaces
-workers that end, gives back their tiles, and reconciles ledger and queue every second. When it ends, even if it is
-killed, its workers end with it.
+workers that end, and ends their leases, so that other workers compute their tiles. It runs the reconciler every second.
+When the supervisor ends, even if it is killed, its workers end with it.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.supervision.watched import Watched
 
 _POLL_SECONDS = 0.1
-# Number of workers for small tiles. The service is one process, so more of them would wait for it.
+# Maximum number of workers for small tiles. The service is one process: more workers would only wait for its requests.
 MAX_SMALL_WORKERS = 4
 # Limits of a small tile, which is expected to take milliseconds: of its processor time, and of the time that passes.
 # The supervisor kills a worker whose small tile exceeds one of them, before the lease of the worker runs out. The tile
-# is then computed again in a compute process.
+# is then computed again, in a compute process, which another worker forks for it.
 SMALL_TILE_PROCESSOR_SECONDS = 2.0
 SMALL_TILE_SECONDS = 0.7 * LEASE_SECONDS
-# A waiting worker gives a sign of life every few seconds. One that is silent for this long counts as hung.
+# A worker gives a sign of life every few seconds. A worker that is silent for this long counts as hung.
 _SILENT_SECONDS = 120.0
 _STOP_SECONDS = 2.0
 # Attempts of a Redis command of a worker; with pauses of 0.05, 0.1, ..., 1, 1 ... s they last about ten seconds.
@@ -67,10 +67,15 @@ class _Slot:
     """Name of the worker."""
     overran: bool = False
     """Whether the worker was killed because its small tile took too long."""
+    killed: bool = False
+    """Whether the supervisor has killed the worker, which may end a moment later."""
 
 
 class Supervisor:
-    """Keeps `settings.workers` workers alive until it is asked to stop."""
+    """Keeps workers alive until it is asked to stop.
+
+    There are `settings.workers` workers, and as many for small tiles, but at most `MAX_SMALL_WORKERS`.
+    """
 
     def __init__(self, settings: WorkerSettings, numerics: Numerics, kernels: Kernels) -> None:
         self._settings = settings
@@ -101,15 +106,12 @@ class Supervisor:
             for slot in self._slots:
                 if not slot.pid and slot.restarts.due:
                     self._spawn(slot)
-                elif slot.pid and (reason := self._hangs(slot)):
-                    self._log.warning("worker killed", worker=slot.name, reason=reason)
-                    if not slot.overran:
-                        self._count("hung:worker")
-                    os.kill(slot.pid, signal.SIGKILL)
+                elif slot.pid and not slot.killed:
+                    self._kill_if_it_hangs(slot)
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
                 try:
-                    with watchdog.beating():  # a round may take long
+                    with watchdog.beating():  # a round may take longer than the time between two signs of life
                         self._round()
                     redis_away = False
                 except RedisError as error:
@@ -117,7 +119,7 @@ class Supervisor:
                         self._log.warning(trouble(error), error=type(error).__name__)
                     redis_away = True
                 except Exception:
-                    # data of other programs in Redis must not end the workers
+                    # an exception, for example from data that another program wrote to Redis, must not end the workers
                     self._log.exception("a round of the reconciler failed")
             time.sleep(_POLL_SECONDS)
         self._kernels.stop()
@@ -130,12 +132,21 @@ class Supervisor:
             self._store.workers.set_compiling(name, text)
         self._store.workers.set_starting(next(iter(texts.values()), ""))
 
+    def _kill_if_it_hangs(self, slot: _Slot) -> None:
+        reason = self._hangs(slot)
+        if reason:
+            self._log.warning("worker killed", worker=slot.name, reason=reason)
+            if not slot.overran:
+                self._count("hung:worker")
+            slot.killed = True
+            os.kill(slot.pid, signal.SIGKILL)
+
     def _hangs(self, slot: _Slot) -> str:
         """Return why a worker must be killed; empty if it goes on."""
         if slot.liveness is not None and (reason := slot.liveness.hangs(heard=slot.watched.heard())):
             return reason
-        if slot.watched.computing and (
-            time.monotonic() - slot.watched.computing > SMALL_TILE_SECONDS
+        if slot.watched.tile_began and (
+            time.monotonic() - slot.watched.tile_began > SMALL_TILE_SECONDS
             or self._small_tile_seconds(slot) > SMALL_TILE_PROCESSOR_SECONDS
         ):
             slot.overran = True
@@ -145,7 +156,7 @@ class Supervisor:
     @staticmethod
     def _small_tile_seconds(slot: _Slot) -> float:
         """Return the processor time that a worker has spent on its small tile."""
-        return slot.liveness.cpu_seconds - slot.watched.processor_seconds if slot.liveness is not None else 0.0
+        return slot.liveness.cpu_seconds - slot.watched.processor_began if slot.liveness is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
@@ -154,7 +165,7 @@ class Supervisor:
         slot.name = f"{self._name}-{secrets.token_hex(4)}"
         slot.restarts.started()
         slot.watched.reset()
-        slot.overran = False
+        slot.overran = slot.killed = False
         info = WorkerInfo(
             slot.name, self._numerics.fingerprint, core_version(), frozenset(self._kernels.ready), slot.small
         )
@@ -194,14 +205,15 @@ class Supervisor:
                 self._count("ended:worker")
 
     def _blame(self, slot: _Slot) -> bool:
-        """Count a failure of the small tile that an ended worker computed; return whether a failure was counted.
+        """Free the small tile that an ended worker computed, if it computed one; return whether it did.
 
-        If so, the other claims of the worker are given back without counting a failure.
+        A tile that took too long moves to the next lane; otherwise a failure of the tile is counted. Then the other
+        claims of the worker are not to blame, and are given back without counting a failure.
         """
-        if not slot.watched.computing:
+        if not slot.watched.tile_began:
             return False
         job_id = slot.watched.job.decode()
-        try:
+        try:  # a small job has one tile, 0
             if slot.overran:
                 self._store.tiles.move_to_next_lane(job_id, 0, slot.name, self._small_tile_seconds(slot))
             else:
@@ -217,7 +229,7 @@ class Supervisor:
     def _forget(self, name: str, *, return_claims: bool) -> None:
         """Remove a dead worker from the store; if Redis is unavailable, its lease runs out instead.
 
-        With `return_claims` its tiles are free at once and no failure is counted.
+        With `return_claims` its tiles are free at once and no failure is counted. Without, they count as lost.
         """
         watchdog.beat()  # this may wait for Redis
         try:
@@ -262,7 +274,7 @@ def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo,
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, signal.SIG_DFL)
+        signal.signal(number, signal.SIG_DFL)  # until RQ installs the handlers of the worker
     os.setpgrp()  # an interrupt from the terminal is for the supervisor
     if info.small:
         limit_memory(settings.memory_bytes)

@@ -12,17 +12,17 @@ class Watched(ctypes.Structure):
 
     _fields_ = (
         ("signs", ctypes.c_uint64),
-        ("computing", ctypes.c_double),
-        ("processor_seconds", ctypes.c_double),
+        ("tile_began", ctypes.c_double),
+        ("processor_began", ctypes.c_double),
         ("job", ctypes.c_char * 64),
         ("asked_to_stop", ctypes.c_bool),
     )
 
     signs: int
     """Number of signs of life that the worker has given."""
-    computing: float
+    tile_began: float
     """When the worker began to compute its small tile, in monotonic seconds; 0.0: it computes none."""
-    processor_seconds: float
+    processor_began: float
     """Processor time of the worker at that moment."""
     job: bytes
     """Id of the job of that tile."""
@@ -39,7 +39,7 @@ class Watched(ctypes.Structure):
 
     def reset(self) -> None:
         """Reset the state for another worker."""
-        self.computing, self.asked_to_stop = 0.0, False
+        self.tile_began, self.asked_to_stop = 0.0, False
 
     def beat(self) -> None:
         """Give a sign of life of the worker."""
@@ -54,5 +54,5 @@ class Watched(ctypes.Structure):
         """Record that the worker begins the small tile of a job or, with an empty id, that it has finished it."""
         self.beat()
         if job_id:
-            self.job, self.processor_seconds = job_id.encode(), time.process_time()
-        self.computing = time.monotonic() if job_id else 0.0
+            self.job, self.processor_began = job_id.encode(), time.process_time()
+        self.tile_began = time.monotonic() if job_id else 0.0
