@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.estimates import seconds_of
 from grazemap.wire import Oscillator, linear, parse_request
-from grazemap_worker.planning import costs
+from grazemap_worker.planning import RequestLimits, costs
 from grazemap_worker.processes import IMPLEMENTATIONS
 
 # Machines differ, and other processes use the same caches; one of three measurements has to be within it.
@@ -121,6 +121,29 @@ def test_the_zeros_of_the_impulse_response_are_counted_without_the_core(describe
     # those of order 1 to 60 between omega 0.5 and 1.0: all times from pi on
     expected, _ = zeros.count(math.pi * np.arange(1.0, 31.0), 0.5, 1.0)
     assert expected == pytest.approx(counted, rel=0.35, abs=3)
+
+
+def test_the_times_of_zeros_reach_as_far_as_zeros_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With both stops at once, the last multiple in the list is not the largest one."""
+    process, body = REQUESTS["dense resonances"]
+    request = parse_request(process, body)
+    estimate = IMPLEMENTATIONS[process].plan(request).estimate.seconds
+
+    class Longer(costs.Zeros):
+        def __init__(self, oscillator: Oscillator, longest: float, shortest: float) -> None:
+            super().__init__(oscillator, 2.0 * longest, shortest)
+
+    monkeypatch.setattr(costs, "Zeros", Longer)
+    assert IMPLEMENTATIONS[process].plan(request).estimate.seconds == pytest.approx(estimate, rel=0.05)
+
+
+def test_the_periods_of_an_orbit_are_those_that_are_simulated() -> None:
+    settled = parse_request("periodic-orbits", {**POINT, "transient_periods": 0, "max_period": 50})
+    assert IMPLEMENTATIONS["periodic-orbits"].plan(settled).estimate.periods == 100.0
+    body = {**POINT, "motion": FOUR, "transient_periods": 10**9}
+    known = parse_request("periodic-orbits", body)  # no trajectory is needed
+    limits = RequestLimits(points=1, pixels=1, adaptive_pixels=1, tile_periods=1, result_bytes=1)
+    assert IMPLEMENTATIONS["periodic-orbits"].counts(known, limits) == []
 
 
 LONG = ("dense resonances", "orbit between close stops", "long branch")

@@ -1,9 +1,9 @@
-"""The cost of a forcing period of an oscillator, and the number of periods of a pixel until its motion settles.
+"""Parts of estimates: the cost of a forcing period, the periods until a motion settles, the seconds of other steps.
 
-A forcing period is computed cell by cell and impact by impact; in a cell, the fastest mode turns by one radian. The
-time of a cell and of an impact grows with the number of masses. The number of impacts is estimated from the force that
-presses the contact against a stop: the contact bounces between stops that are close, and with a restitution below 1 its
-chatter ends in rest.
+A forcing period is computed cell by cell and impact by impact. In a cell the fastest mode turns by one radian, or by
+less where a period would have fewer than a minimum number of cells. The time of a cell and of an impact grows with the
+number of masses. The number of impacts is estimated from the force that presses the contact against a stop: the contact
+bounces between stops that are close, and with a restitution below 1 its chatter ends in rest.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def fastest_exponent(oscillator: Oscillator) -> float:
 
 
 def contact_force(oscillator: Oscillator, omega: Floats | float) -> tuple[Floats, Floats]:
-    """Return the amplitude of the force on the held contact, and of the free contact's displacement, at each omega.
+    """Return two amplitudes at each omega: of the force on a contact that is held, of the displacement of a free one.
 
     The forcing is taken to grow by a factor e in GROWTH_PERIODS forcing periods, so both amplitudes are finite at a
     resonance too. The masses of a chain are eliminated one by one, beginning at the ground.
@@ -82,7 +82,7 @@ class Points(NamedTuple):
     omega: Floats
     """(k,) Forcing frequencies."""
     nearer: Floats
-    """(k,) Distance of the nearer stop."""
+    """(k,) Distance of the nearer stop from q = 0."""
     half_distance: Floats
     """(k,) Half the distance between the stops; infinite if there is only one stop."""
 
@@ -110,22 +110,24 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
     """Return the expected number of impacts of a forcing period at each point.
 
     A mass with speed v under an acceleration a bounces a/(2 v) times in a unit of time. The speed v is the minimum of
-    three speeds: that of a flight between the stops under a; that of the motion without stops where it meets a stop;
-    and that of a flight under an acceleration that rises from zero with the forcing. With a restitution below 1, the
-    chatter on each stop ends in rest after a number of impacts that depends on the restitution alone. With restitution
-    1 the contact goes on bouncing, and ever more often, because the damper takes energy.
+    three speeds: that of a flight between the stops under a; that of the motion without stops where it meets a stop,
+    divided by 1 - r, where r is the distance of the stop over the amplitude; and that of a flight under an acceleration
+    that rises from zero with the forcing. With a restitution below 1, the chatter on each stop ends in rest after a
+    number of impacts that depends on the restitution alone. With restitution 1 the contact goes on bouncing, and ever
+    more often, because damping takes energy.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         # numpy is faster with a float than with an array of one element
-        omega = points.omega
-        force, amplitude = contact_force(oscillator, omega.item() if omega.size == 1 else omega)
+        at = points.omega
+        force, amplitude = contact_force(oscillator, at.item() if at.size == 1 else at)
         mass, slowing = _contact_mass(oscillator)
-        period, restitution = oscillator.forcing_period(omega), _largest_restitution(oscillator)
-        omega = oscillator.common_divisor * omega
+        period, restitution = oscillator.forcing_period(at), _largest_restitution(oscillator)
+        omega = oscillator.common_divisor * at  # of the forces with the longest period
         acceleration = force / mass
         clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)
         rising = 0.5 * acceleration * omega * (12.0 * clearance / (acceleration * omega)) ** (2.0 / 3.0)
+        # the factor by which damping, which slows the contact, makes it bounce more often
         drag = 1.0 + period * slowing / rates.DRAG_OF_BOUNCES * restitution**rates.DRAG_POWER
 
         def bounces(distance: Floats) -> Floats:
@@ -134,8 +136,8 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
             steady = omega * amplitude * np.sqrt((1.0 + reached) / (1.0 - reached))
             return np.asarray(0.5 * period * acceleration * drag / np.fmin(np.fmin(flight, steady), rising))
 
-        # with one stop, the motion first bounces at the distance of the stop; if it does not come to rest, it becomes
-        # as wide as the motion without stops
+        # With one stop, the first impacts are those of a motion as wide as the distance of the stop. A motion that does
+        # not come to rest then becomes as wide as the motion without stops.
         first_impacts = bounces(np.where(points.stop_count == 1.0, points.nearer, clearance))
         to_rest = _impacts_to_rest(oscillator, points)
         impacts = np.where(first_impacts < rates.REST_SHARE * to_rest, bounces(clearance), to_rest)
@@ -145,8 +147,8 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
 def period_costs(oscillator: Oscillator, points: Points, *, lanes: bool = False) -> Floats:
     """Return the cost of a forcing period at each point, in periods of the default oscillator.
 
-    With `lanes`, it is the cost in the lanes of maps: higher where the contact comes to rest, because such lanes are
-    computed one by one.
+    With `lanes`, it is the cost in a map, whose trajectories are computed side by side, in lanes. It is higher where
+    the contact comes to rest, because such lanes are computed one by one.
     """
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -173,10 +175,11 @@ def period_cost_at_point(request: BasinsRequest | PeriodicOrbitsRequest | Trajec
 
 
 class Samples:
-    """Evenly spaced points of a plane or of a line, from which means over all its points are estimated."""
+    """Some points of a plane or a line, evenly spaced by index; means over them are taken as means over all points."""
 
     def __init__(self, parameters: Parameters, values: Iterable[Mapping[str, float]]) -> None:
         """Group points by their oscillators; an item of `values` has the values of the varied parameters at a point."""
+        # a place is omega or a clearance; other parameters change the oscillator
         groups: dict[tuple[float, ...], list[Mapping[str, float]]] = {}
         for point in values:
             groups.setdefault(tuple(value for name, value in point.items() if not is_place(name)), []).append(point)
@@ -228,7 +231,8 @@ class Zeros:
     """The expected number of zeros of the impulse response of the contact, as a function of time.
 
     A sum of oscillations with frequencies w and amplitudes a has on average sqrt(sum a^2 w^2 / sum a^2) / pi zeros in a
-    unit of time (S. O. Rice, 1944). After a long time, only the modes that decay slowly contribute.
+    unit of time (S. O. Rice, 1944). After a long time, only the modes that decay slowly contribute. Zeros are counted
+    at times from `shortest` to `longest`.
     """
 
     def __init__(self, oscillator: Oscillator, longest: float, shortest: float) -> None:
@@ -266,9 +270,12 @@ def codimension_two_seconds(
     max_order: int,
     max_multiple: int,
 ) -> float:
-    """Return the seconds for finding the codimension-two points between two omegas."""
+    """Return the seconds for finding the codimension-two points between two omegas, `start` and `stop`.
+
+    `max_order` and `max_multiple` are those of a request of the process codimension-two-points.
+    """
     oscillator = request.oscillator
-    divisor = math.gcd(*oscillator.orders) or 1
+    divisor = oscillator.common_divisor
     start, stop = divisor * start, divisor * stop
     both = request.clearance is None and oscillator.is_symmetric
     curves = 1 if both or request.clearance is not None else 2
@@ -276,9 +283,10 @@ def codimension_two_seconds(
     multiples: Floats = 2.0 * math.pi * np.arange(1.0, max_multiple + 1.0)
     if both:
         multiples = np.concatenate((multiples, math.pi * np.arange(1.0, max_multiple + 1.0, 2.0)))
-    longest = max([1.0, *orders[-1:], *multiples[-1:]])
+    longest = max([1.0, *orders, *multiples])
     with np.errstate(all="ignore"):
         zeros = Zeros(oscillator, longest / start, math.pi / stop)
+    # of each: the number of distinct zeros, and the sum over all orders or multiples
     (isolated, recurring), (periodic, resonant) = (zeros.count(factors, start, stop) for factors in (orders, multiples))
     size = oscillator.size
     compared = len(orders) * isolated + 2 * len(multiples) * periodic
@@ -290,7 +298,10 @@ def codimension_two_seconds(
 
 
 def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int = 0) -> float:
-    """Return the seconds that several harmonics add: for the maxima at points of a curve, and for equal maxima."""
+    """Return the seconds that several harmonics add.
+
+    They are those for the maxima of the steady motion at the points of a curve, and for finding equal maxima.
+    """
     orders = oscillator.orders
     if len(orders) < 2:
         return 0.0
@@ -301,6 +312,7 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
 
 def compiling_seconds(kernels: str) -> float:
     """Return roughly the seconds in which one core compiles kernels, which are named as by `kernels_of`."""
+    # "apart_" stands for trajectories with their own tables
     name, own_tables = kernels.partition("-")[0], kernels.startswith("apart_")
     return rates.COMPILING_SECONDS[name.removeprefix("apart_")] + (rates.OWN_TABLES_SECONDS if own_tables else 0.0)
 
@@ -316,7 +328,7 @@ class SettlingEstimate(NamedTuple):
     periods: float
     """Forcing periods of a trajectory until it settles or is given up."""
     unsettled: float
-    """Share of trajectories that do not settle and count as chaotic; 0 where the contact comes to rest."""
+    """Share of trajectories that do not settle and count as chaotic; 0 where the contact is free or comes to rest."""
     orbit_seconds: float
     """Seconds per trajectory for solving for its orbit and verifying it."""
 
@@ -346,14 +358,14 @@ def settling(oscillator: Oscillator, points: Points, max_periods: int) -> Settli
 
 
 def chance_seconds(trajectories: float, max_periods: int, cost: float, together: int = 1) -> float:
-    """Return the seconds for running on a sample of so many chaotic trajectories, `together` of them side by side."""
+    """Return the seconds for continuing a sample of `trajectories` chaotic trajectories, `together` side by side."""
     sample = min(rates.RUN_ON_SAMPLE, trajectories)
     period = cost / (rates.PERIODS_PER_SECOND * math.sqrt(together))
     return sample * min(rates.RUN_ON * max_periods, rates.RUN_ON_PERIODS) * period
 
 
 def observed_seconds(request: ObservedRequest, oscillator: Oscillator, points: Points, periods: float) -> float:
-    """Return the mean seconds for reading observables and outputs off `periods` of a motion; 0 without any."""
+    """Return the mean seconds for reading observables and outputs off `periods` of a motion; 0 if none is asked for."""
     if not request.observed:
         return 0.0
     outputs = len(request.outputs) + any(name.endswith("_displacement") for name in request.observables)

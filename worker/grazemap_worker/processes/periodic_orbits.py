@@ -28,8 +28,13 @@ if TYPE_CHECKING:
 def expected_periods(request: PeriodicOrbitsRequest) -> float:
     """Return the expected number of simulated forcing periods until there is an initial guess of the orbit."""
     if request.motion is None:
-        return float(request.transient_periods)
+        return float(request.transient_periods + _recorded_periods(request))
     return rates.SEARCH_PERIODS if request.motion.phases is None else 0.0
+
+
+def _recorded_periods(request: PeriodicOrbitsRequest) -> int:
+    """Return the number of forcing periods, after the transient ones, in which the motion is looked for."""
+    return 2 * request.max_period
 
 
 def expected_seconds(request: PeriodicOrbitsRequest) -> float:
@@ -42,7 +47,9 @@ def expected_seconds(request: PeriodicOrbitsRequest) -> float:
 
 
 def counts(request: PeriodicOrbitsRequest, limits: RequestLimits) -> list[Count]:
-    """Return the count of the transient periods."""
+    """Return the count of the transient periods; there are none if the motion is given."""
+    if request.motion is not None:
+        return []
     return [Count("/transient_periods", "periods", request.transient_periods, limits.tile_periods)]
 
 
@@ -126,7 +133,7 @@ def orbit_asked_for(
 
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
-    """Return the trajectory whose motion is the initial guess of the orbit."""
+    """Return the trajectory from `initial`; its settled motion is the initial guess of the orbit."""
     from grazemap_core.simulation.trajectories import trajectory
 
     initial = request.initial
@@ -138,7 +145,7 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
         None if initial.displacement is None else np.array(initial.displacement),
         np.array(initial.velocity),
         initial.phase,
-        periods=2 * request.max_period,
+        periods=_recorded_periods(request),
         transient_periods=request.transient_periods,
         samples_per_period=1,
         max_period=request.max_period,
@@ -163,7 +170,7 @@ def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
 
 
 def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
-    """Return the document of an orbit with rests. It is not verified, and its `reason` says how it was found."""
+    """Return the document of an orbit on which the contact rests. It is from the simulation, and is not verified."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return document_of(
         results.PeriodicOrbit,
@@ -189,7 +196,7 @@ def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
 
 
 def clearances(clearance: float | tuple[float | None, float | None]) -> Document:
-    """Return the fields of the clearance: one for both stops or, if they differ, one for each."""
+    """Return the fields of the clearance: a single one for both stops or, if they differ, NaN and one for each stop."""
     if not isinstance(clearance, tuple):
         return {"clearance": clearance}
     right, left = (np.nan if gap is None else gap for gap in clearance)
@@ -199,7 +206,7 @@ def clearances(clearance: float | tuple[float | None, float | None]) -> Document
 
 
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> ClassDocument:
-    """Return the document of an orbit that was not found: it has no impacts, and its numbers are NaN."""
+    """Return the document of an orbit that was not found: it has no impacts, and its unknown numbers are NaN."""
     from grazemap_core.simulation.motion import Motion
 
     count = request.oscillator.size
