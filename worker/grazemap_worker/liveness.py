@@ -1,8 +1,8 @@
-"""Detects processes that hang: a process must not be stopped, must use processor time, and must give signs of life.
+"""Detects processes that hang: that are stopped, compute without using processor time, or give no sign of life.
 
-A watching process has one `Liveness` for each process that it watches. The stack watches its children, the supervisor
-watches workers and compiling processes, and a worker watches its compute process. A sign of life is a message, an
-answer, or a value in shared memory.
+A watching process has one `Liveness` for each process that it watches. The stack (`grazemap up`) watches its children,
+the supervisor watches workers and compiling processes, and a worker watches its compute process. A sign of life is a
+message, an answer, or a value in shared memory.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-# Seconds without progress (processor time, or the state "stopped") after which a process counts as hung.
+# Seconds without progress after which a process counts as hung. A process makes no progress while it is stopped, and
+# while it computes and uses no processor time.
 HUNG_SECONDS = 10.0
-# Maximum seconds that the time between two looks counts. It may be longer when the watching process, or the machine,
+# At most this many seconds are counted between two looks. There may be more when the watching process, or the machine,
 # was itself stopped.
 _MAX_PAUSE_SECONDS = 3.0
 _TICK = 1.0 / os.sysconf("SC_CLK_TCK")
@@ -31,7 +32,7 @@ class ProcessStat(NamedTuple):
 
 
 def process_stat(pid: int) -> ProcessStat | None:
-    """Return state and processor time of a process; None when it has ended, or on other systems than Linux."""
+    """Return state and processor time of a process; None if it does not exist, or on other systems than Linux."""
     try:
         # the name, in brackets, may have spaces
         fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
@@ -41,7 +42,7 @@ def process_stat(pid: int) -> ProcessStat | None:
 
 
 def children_seconds(pid: int) -> float:
-    """Return the processor time of the living children of a process (Linux; elsewhere 0)."""
+    """Return the processor time of the living children of a process's main thread (Linux; elsewhere 0)."""
     try:
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text("ascii").split()
     except OSError:
@@ -50,7 +51,7 @@ def children_seconds(pid: int) -> float:
 
 
 class Stopwatch:
-    """Measures the seconds during which this process looks regularly; long pauses between looks are not counted."""
+    """Measures time by regular looks; of a long pause between two looks, `_MAX_PAUSE_SECONDS` are counted."""
 
     def __init__(self) -> None:
         self._looked = time.monotonic()
@@ -77,6 +78,11 @@ class Liveness:
         Maximum time until the first sign of life.
     with_children : bool
         Whether the processor time of its children counts too.
+
+    Attributes
+    ----------
+    cpu_seconds : float
+        Processor time of the process at the last look, with that of its children if this counts.
     """
 
     def __init__(

@@ -12,11 +12,12 @@ from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 
-# A worker renews its lease every second while it works, and every three seconds while it waits. A killed worker loses
-# its tile when the lease runs out.
+# A worker renews its lease about once a second. The tiles of a killed worker become free when its supervisor notices
+# this, at the latest when the lease runs out.
 LEASE_SECONDS = 5.0
 # Bytes that the computation of a tile may allocate on a large machine. On a smaller one, the memory is divided by the
-# number of workers plus two: one share for the store, and one for the processes that compile.
+# number of workers plus two: one share for the store, and one for the processes that compile. Workers for small tiles
+# are not counted.
 _MAX_MEMORY = 2 << 30
 _MIN_MEMORY = 1 << 26
 
@@ -27,7 +28,7 @@ def available_cores() -> int:
 
 
 def default_cache_dir() -> Path:
-    """Return the folder for compiled kernels unless GRAZEMAP_CACHE_DIR is set: in XDG_CACHE_HOME, else in ~/.cache."""
+    """Return the default folder for compiled kernels: in XDG_CACHE_HOME, else in ~/.cache."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
 
 

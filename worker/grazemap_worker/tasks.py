@@ -5,9 +5,9 @@
 'successful'
 
 A tile is computed from a request in the store. The finished tile, the result or the failure is written to the store.
-The worker computes small tiles itself, and commits several of them together. It forks a compute process for any other
-tile. That process computes further tiles until it has worked for `TILE_SECONDS`. While it computes a long tile, the
-worker stops it from time to time and computes short tiles that wait.
+A worker for small tiles computes the tiles itself, and commits several together. Any other worker forks a compute
+process for a tile; the compute process goes on with further tiles until it has worked for `TILE_SECONDS`. While the
+compute process computes a tile, its worker pauses it from time to time for short tiles that wait.
 """
 
 from __future__ import annotations

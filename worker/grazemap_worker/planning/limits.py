@@ -12,7 +12,7 @@ MAX_RESULT_BYTES = 256 << 20
 
 
 class RequestLimits(NamedTuple):
-    """The limits of the quantities of a request, from the server's settings."""
+    """The limits of the quantities of a request: settings of the server, and `MAX_RESULT_BYTES`."""
 
     points: int
     """Maximum points of a curve or a diagram."""
@@ -21,7 +21,7 @@ class RequestLimits(NamedTuple):
     adaptive_pixels: int
     """Maximum pixels of an adaptive map."""
     tile_periods: int
-    """Maximum forcing periods of one tile."""
+    """Maximum forcing periods of one trajectory, or of all trajectories of a tile."""
     result_bytes: int
     """Maximum bytes of a result."""
 
@@ -50,13 +50,13 @@ class Step(NamedTuple):
     """Whether the time limit of one tile applies to it."""
 
 
-def grid_count(across: tuple[str, Grid], down: tuple[str, Grid], limit: int) -> Count:
+def grid_count(across: tuple[str, Grid], up: tuple[str, Grid], limit: int) -> Count:
     """Return the count of the points of a grid; each side is (name of the field, values).
 
     The pointer of the count leads to the longer side.
     """
-    columns, rows = grid_points(across[1]), grid_points(down[1])
-    return Count(points_pointer(*(across if columns > rows else down)), "points", columns * rows, limit)
+    columns, rows = grid_points(across[1]), grid_points(up[1])
+    return Count(points_pointer(*(across if columns > rows else up)), "points", columns * rows, limit)
 
 
 def points_pointer(name: str, grid: Grid) -> str:

@@ -19,7 +19,7 @@ LANE_WEIGHTS: dict[Lane, float] = {"small": 1.0, "short": 8.0, "long": 1.0}
 
 
 class Tile(NamedTuple):
-    """A rectangle of the grid [clearance, omega]; the last row and column are excluded."""
+    """A rectangle of the grid [vertical, horizontal]."""
 
     row_start: int
     """First row."""
@@ -32,17 +32,17 @@ class Tile(NamedTuple):
 
     @property
     def rows(self) -> slice:
-        """The rows, which are clearances."""
+        """The rows, along the vertical axis."""
         return slice(self.row_start, self.row_stop)
 
     @property
     def columns(self) -> slice:
-        """The columns, which are omegas."""
+        """The columns, along the horizontal axis."""
         return slice(self.column_start, self.column_stop)
 
 
 class Plan(BaseModel):
-    """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
+    """A grid of `rows` (vertical axis) by `columns` (horizontal), cut into rectangles of `tile_rows` by `tile_columns`.
 
     The progress of a job counts one step for each tile, and `after` steps for joining the tiles. If `after` is 0, it
     counts tiles only.
@@ -71,7 +71,7 @@ class Plan(BaseModel):
 
     @property
     def across(self) -> int:
-        """Number of tiles along omega."""
+        """Number of tiles along the horizontal axis."""
         return -(-self.columns // self.tile_columns)
 
     @property

@@ -6,8 +6,9 @@
 >>> compute_tile(request, plan.tile(0))["impacts_right"]
 array([[2, 3], [2, 2]], dtype=int32)
 
-The document of an adaptive map has arrays of the whole grid for values that are known at inferred points too. The other
-values are in `at_computed`, for computed points only, in the order of numpy's ``array[computed]``.
+In an adaptive map some points are computed, and the others are inferred from them. The document has arrays of the whole
+grid for values that are known at inferred points too. The other values are in `at_computed`, for computed points only,
+in the order of numpy's ``array[computed]``.
 """
 
 from __future__ import annotations
@@ -40,7 +41,6 @@ from grazemap_worker.processes.observables import OUTPUTS, core_observables, obs
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
-    from grazemap.wire.planes import Plane
     from grazemap_core.maps.planes import Plane as CorePlane
 
 
@@ -48,29 +48,31 @@ def tiling(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
     rows, columns = request.plane.shape
     samples, sweeps = Samples.create(request.plane), request.policy.startswith("sweep")
-    # a sweep computes trajectories one after another, never in lockstep
-    cost = samples.mean_cost() * (
-        rates.OWN_TABLES_SLOWER if _points_have_own_tables(request.plane) and not sweeps else 1.0
-    )
+    cost = samples.mean_cost()
+    # with their own tables, trajectories that run side by side are slower; a sweep computes one after another
+    if _points_have_own_tables(request.plane) and not sweeps:
+        cost *= rates.OWN_TABLES_SLOWER
     settling = samples.settling(request.max_periods)
     rate = rates.SWEEP_PERIODS_PER_SECOND if sweeps else rates.MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
-    more = setup_seconds(request.oscillator)
-    column = rates.COLUMN_SETUPS * more
+    more_seconds = setup_seconds(request.oscillator)
+    column_seconds = rates.COLUMN_SETUPS * more_seconds
     observed = starts * samples.observed_seconds(request, cost, 0.0 if request.preview else settling.unsettled)
-    orbit = 0.0
+    orbit_seconds = 0.0
     if request.preview:
         cost /= rates.PREVIEW_FASTER
     else:
-        orbit = settling.orbit_seconds
+        orbit_seconds = starts * settling.orbit_seconds
+        chaotic = settling.unsettled * starts * rows * columns
         together = rates.RUN_ON_TOGETHER if request.policy == "rest" else 1
-        more += chance_seconds(settling.unsettled * starts * rows * columns, request.max_periods, cost, together)
+        more_seconds += chance_seconds(chaotic, request.max_periods, cost, together)
     if not sweeps:
         cost *= starts * math.sqrt(rates.FULL_COLUMN / min(starts * rows, rates.MAX_COLUMN))
     if request.adaptive:
         period = cost / rates.MAP_PERIODS_PER_SECOND
-        return _adaptive_plan(request, starts, settling.periods, period, starts * orbit, more + columns * column)
-    pixel_seconds = settling.periods * cost / rate + starts * orbit + column / rows + observed
+        more_seconds += columns * column_seconds
+        return _adaptive_plan(request, starts, settling.periods, period, orbit_seconds, more_seconds)
+    pixel_seconds = settling.periods * cost / rate + orbit_seconds + column_seconds / rows + observed
     max_seconds = request.max_periods * cost / rate + observed
     if request.resolve_sensitive:
         pixel_seconds += starts * rates.SENSITIVE * rates.RESOLUTION_SECONDS
@@ -79,10 +81,11 @@ def tiling(request: UnfoldingMapsRequest) -> Plan:
     tile_rows = rows if sweeps else even_pieces(rows, min(pixels, rates.MAX_TILE_ROWS))
     tile_columns = even_pieces(columns, max(1, pixels // tile_rows))
     if not sweeps and _rows_share_tables(request.plane):
+        # wide tiles in place of tall ones, with the same maximum
         tile_columns = even_pieces(columns, min(pixels, rates.MAX_TILE_ROWS))
         tile_rows = even_pieces(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return with_estimate(shape, starts * settling.periods, pixel_seconds, more)
+    return with_estimate(shape, starts * settling.periods, pixel_seconds, more_seconds)
 
 
 def _adaptive_plan(
@@ -93,7 +96,7 @@ def _adaptive_plan(
     orbit_seconds: float,
     more_seconds: float,
 ) -> Plan:
-    """Return a plan of strips; its estimate is based on the expected share of computed pixels.
+    """Return a plan of strips, which are tall tiles; its estimate is based on the expected share of computed pixels.
 
     `periods_per_pixel` is the number of forcing periods of a pixel in a map that is not adaptive. `period_seconds` is
     the time for a forcing period of all trajectories of a pixel, `orbit_seconds` the time for their orbits, and
@@ -111,14 +114,15 @@ def _adaptive_plan(
         tile_rows=even_pieces(rows, max(1, min(max_rows, rates.ADAPTIVE_ROWS))),
         tile_columns=min(columns, rates.ADAPTIVE_COLUMNS),
     )
+    # the steps after the tiles close the seams between the strips, and join them
     shape = shape.model_copy(update={"after": shape.count // rates.ADAPTIVE_STRIPS_CLOSED})
     return with_estimate(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
 
 
 def _rows_share_tables(plane: Plane) -> bool:
-    """Return whether the points of a row share tables, or the modes for them, and the points of a column do not.
+    """Return whether the points of a row share their tables, or their modes, while the points of a column do not.
 
-    The modes do not depend on omega.
+    Tables are made from the modes and omega; the modes do not depend on omega.
     """
     across, up = plane.horizontal.vary, plane.vertical.vary
     return (is_scalar(across) and not is_scalar(up)) or (across == "omega" and is_structural(up))
@@ -130,7 +134,7 @@ def _points_have_own_tables(plane: Plane) -> bool:
 
 
 def own_tables(request: UnfoldingMapsRequest) -> bool:
-    """Return whether trajectories from rest have their own tables."""
+    """Return whether a request needs the kernels of trajectories from rest that have their own tables."""
     return request.policy == "rest" and _points_have_own_tables(request.plane)
 
 
@@ -150,8 +154,9 @@ _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed"
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: the values of the parameters, and the arrays [vertical, horizontal] of the core.
 
-    The values are slices of the values of the whole grid. Therefore the bytes of a map that is not adaptive do not
-    depend on how it is cut into tiles. The tiles of a sweep are as tall as the map. Raises CoreError.
+    The values of the parameters are slices of those of the whole grid. Therefore the bytes of a map that is not
+    adaptive do not depend on how the map is cut into tiles. The tiles of a sweep are as tall as the map. Raises
+    CoreError.
     """
     from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
@@ -214,7 +219,7 @@ def core_plane(plane: Plane) -> CorePlane:
 
 
 def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
-    """Return the values of the two parameters, in the fields that `axes` names."""
+    """Return the values of the two parameters, in the fields of the plane."""
     return dict(zip(request.plane.fields, (plane.horizontal.values, plane.vertical.values), strict=True))
 
 
@@ -222,8 +227,9 @@ def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
     """Return the distances of the stops from the steady motion; the zeros of the distances are the grazing curves."""
     from grazemap_core.maps.margins import grazing_margins
 
-    if request.plane.fields != AXES:  # the process grazing-curves has the curves of such a plane
+    if request.plane.fields != AXES:  # the process grazing-curves has the grazing curves of such a plane
         return {}
+    # infinite: the stop is absent
     margins = zip(("margin_right", "margin_left"), grazing_margins(plane), strict=True)
     return {name: np.where(np.isinf(margin), np.nan, margin) for name, margin in margins}
 
@@ -240,7 +246,7 @@ def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
 
 
 def _adaptive_document(arrays: dict[str, NDArray[Any]]) -> Document:
-    """Return the document of an adaptive map, with figures at computed points only."""
+    """Return the document of an adaptive map; values that inferred points lack are in `at_computed`."""
     from grazemap_core.maps.adaptive_map import LABEL
 
     dense = (*LABEL, "computed")
@@ -251,7 +257,7 @@ def _adaptive_document(arrays: dict[str, NDArray[Any]]) -> Document:
 def _completed(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
 ) -> Document:
-    """Complete an adaptive map in place; return the values at computed points, and the number of wrongly inferred ones.
+    """Complete an adaptive map in place; return the values at computed points, and the number of wrong inferred points.
 
     This number is left out if no point is inferred to have a motion or to be chaotic.
     """
@@ -265,7 +271,7 @@ def _completed(
         **fields(request, *_SETTINGS),
     )
     if report is not None:
-        report(1, 2)
+        report(1, 2)  # half of the steps after the tiles
     figures: Document = {}
     for name in tiles[0][_AT_COMPUTED]:  # one after the other, because each needs an array of the whole grid
         array = _dense_array(plan, tiles, name)

@@ -1,4 +1,4 @@
-"""Clean-up of RQ's keys: removes what killed workers leave in them, without performing any entry."""
+"""Removes from RQ's keys what killed workers left, and queues of fingerprints that no worker has. It runs no entry."""
 
 from __future__ import annotations
 
@@ -11,26 +11,27 @@ from grazemap_worker.queue import rq_keys
 from grazemap_worker.queue.wake_ups import SMALL_SUFFIX, drop, named_queue, queue
 from grazemap_worker.store.keys import PREFIX, QUEUE_PREFIX, queue_name
 
-# A worker reads an entry that it takes, and drops it. An entry that was taken this many seconds ago was left behind.
+# A worker drops an entry soon after it has taken the entry. One that stays taken for longer than this, in seconds, was
+# left behind.
 TAKEN_SECONDS = 30.0
-# Taken entries that are looked at in one round.
+# Maximum number of taken entries of a queue that are looked at in one round.
 _MAX_TAKEN = 1000
 
 
 class QueueCleanUp:
-    """Removes what killed workers leave in RQ's keys; remembers when it first saw each taken entry."""
+    """Removes what killed workers left in RQ's keys; remembers when it first saw each entry that workers have taken."""
 
     def __init__(self, fingerprint: str) -> None:
         self._fingerprint = fingerprint
         self._taken: dict[bytes, float] = {}
 
     def sweep(self, connection: Redis) -> None:
-        """Remove old entries: taken `TAKEN_SECONDS` ago, or of expired executions; ended workers, and unused queues."""
-        redis: Any = connection  # redis-py's types allow bytes and text
+        """Remove entries that were left behind, expired executions, names of ended workers, and unused queues."""
+        redis: Any = connection  # redis-py types every answer as bytes | str; after `connect` it is bytes
         now, taken = time.monotonic(), {}
         for small in (False, True):
             target = queue(connection, self._fingerprint, small=small)
-            for entry in redis.lrange(rq_keys.taken_key(target), 0, _MAX_TAKEN):
+            for entry in redis.lrange(rq_keys.taken_key(target), 0, _MAX_TAKEN - 1):
                 taken[entry] = self._taken.get(entry, now)
                 if now - taken[entry] > TAKEN_SECONDS:
                     drop(connection, target, entry)
@@ -40,7 +41,10 @@ class QueueCleanUp:
 
 
 def _sweep_queues(redis: Any, fingerprint: str) -> None:
-    """Remove the names of ended workers, and the queues of fingerprints that no worker has had for some time."""
+    """Remove the names of ended workers, and the queues of fingerprints.
+
+    The store forgets a fingerprint that no worker has had for `FINGERPRINT_REMEMBERED` seconds; then its queues go.
+    """
     own = queue_name(fingerprint)
     for name in {own, own + SMALL_SUFFIX, *_queue_names(redis, QUEUE_PREFIX)}:
         _remove_dangling(redis, rq_keys.listeners_key(name))

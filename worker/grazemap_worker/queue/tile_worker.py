@@ -1,9 +1,10 @@
 """The worker, a subclass of RQ's: it takes wake-ups, and claims and computes tiles under a lease.
 
-RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store every second while it
-works. It computes small tiles itself, and others in a compute process. RQ's work-horse is not used. While the worker
-computes, its entry is an execution in RQ's registry, described by the job whose tiles it computes, for `rq info` and
-dashboards. What a killed worker leaves of that expires.
+RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store, about once a second
+while it waits; while it computes, `tasks` renews the lease. A worker for small tiles computes the tiles itself, any
+other worker in a compute process. RQ's work-horse is not used. While the worker computes, its entry is an execution in
+RQ's registry, described by the job whose tiles it computes, for `rq info` and dashboards. What a killed worker leaves
+of that expires.
 """
 
 from __future__ import annotations

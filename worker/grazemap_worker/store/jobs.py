@@ -76,13 +76,17 @@ class Jobs:
         -------
         list
             For each request a pair (job, queue), or an error if nothing was stored. The id of the job is the hash of
-            process, core version and canonical request. The queue is the one whose workers are to be woken, because
-            the job is new or was started again: it had failed, had been dismissed, or had lost its result. It is None
-            if the job is waiting or running, or has its result. The errors are `BacklogFull`, if the unfinished tiles
-            of all jobs would be more than `max_pending_tiles`, or the bytes of their requests more than
-            `MAX_RECORD_BYTES`; `QuotaExceeded`, if the unfinished tiles of this requester would be more than its limit;
-            or the `RedisError` of the script.
+            process, core version and canonical request.
+
+            - (job, queue): the job is new, or was started again after it had failed, had been dismissed, or had lost
+              its result. The workers of this queue are to be woken.
+            - (job, None): the job is waiting or running, or has its result.
+            - `BacklogFull`: the unfinished tiles of all jobs would be more than `max_pending_tiles`, or the bytes of
+              all requests more than `MAX_RECORD_BYTES`.
+            - `QuotaExceeded`: the unfinished tiles of this requester would be more than its limit.
+            - The `RedisError` of the script.
         """
+        # an "asker" of the scripts is a requester, its "interest" the seconds of its subscription to a job
         common = {
             "core_version": core_version,
             "asker": requester.name,
@@ -128,7 +132,8 @@ class Jobs:
                 # its record could not be read, and was removed
                 outcomes += self.submit([submission], core_version, max_pending_tiles, requester, max_seconds)
             elif answer[0] == b"started":
-                fingerprint = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
+                record = answer[1][0]  # name, value, name, value, ...
+                fingerprint = dict(zip(record[::2], record[1::2], strict=True))[b"fingerprint"]
                 outcomes.append((job, WorkerQueue(fingerprint.decode(), arguments["lane"] == "small")))
             else:
                 outcomes.append((job, None))
