@@ -16,12 +16,14 @@ from grazemap_core.simulation.observables import Observables
 
 @in_own_period
 def of_branch(oscillator: Oscillator, branch: OrbitBranch, wanted: Observables) -> Floats:
-    """Return the figures (m, count) of the m orbits of a branch, each over its period; NaN of those not admissible.
+    """Return the values (m, count) of the wanted observables, each over its orbit's period.
+
+    NaN for orbits that are not admissible.
 
     Parameters
     ----------
     oscillator : Oscillator
-        Of which the branch is, with the factors 1 of bias and forces.
+        The oscillator of the branch, where the factors of bias and forces are 1.
     """
     observer, structure = OrbitObserver(oscillator, wanted), ParameterPoint.of(oscillator, 1.0, 1.0).structure
     figures = np.full((len(branch.points), wanted.count), np.nan)
@@ -29,7 +31,7 @@ def of_branch(oscillator: Oscillator, branch: OrbitBranch, wanted: Observables) 
         impacts = ImpactSequence(branch.period, branch.stops, branch.phases[i], branch.velocities[i], branch.symmetric)
         values = branch.points[i]
         applied = values.applied(oscillator)
-        if values.structure != structure:
+        if values.structure != structure:  # an observer has the modes of a structure
             observer, structure = OrbitObserver(applied, wanted), values.structure
         figures[i] = observer.figures(applied, values.omega, values.clearance, impacts)
     return figures

@@ -27,7 +27,7 @@ ENDS = {
 """Why a curve is not followed further."""
 
 Bounds = Sequence[tuple[int, float, float]]
-"""Index of an unknown, and its minimum and maximum."""
+"""For each bounded unknown, its index, minimum and maximum."""
 
 Visit = Callable[[Floats, Floats, bool], str | None]
 """Takes the tangent at the previous point, the unknowns of a point, and whether the last unknown has turned. Returns
@@ -50,7 +50,8 @@ def follow_path(
 ) -> str:
     """Follow a path one way from a point, and return why it ends, a key of `ENDS`.
 
-    With `beside`, the path ends where impacts come together.
+    `longest` is the longest step in the unknowns, `most` the maximum number of points. With `beside`, the path ends
+    where impacts come together.
     """
     here, step, begun = start, tolerances.FIRST_STEP * longest, tangent
     number = 0
@@ -60,6 +61,7 @@ def follow_path(
         if solution is None or following is None or float(following @ tangent) < tolerances.MIN_TANGENT_COSINE:
             before = beside(here, step * tangent) if beside is not None and solution is None else None
             if before is not None:
+                # the path ends here whatever `visit` returns
                 visit(tangent, before, _turned(path.tangent(before, tangent), tangent))
                 return "together"
             step *= 0.5
@@ -78,12 +80,12 @@ def follow_path(
             if at_bound is None or (
                 step > tolerances.PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step
             ):
-                step *= 0.5  # the parameter turns near the end of the range
+                step *= 0.5  # the parameter turns near the end of the range: shorter steps may stay inside
                 if step < tolerances.PATH_MIN_STEP:
                     return "range"
                 continue
             unknowns = at_bound[0]
-            if float(tangent @ (unknowns - here)) <= 0.0:  # the path starts at this bound
+            if float(tangent @ (unknowns - here)) <= 0.0:  # the bound is not ahead: the path starts at it
                 return "range"
             following = path.tangent(unknowns, tangent)
         reason = visit(tangent, unknowns, _turned(following, tangent))

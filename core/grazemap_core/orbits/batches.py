@@ -36,7 +36,7 @@ CONTACTS = {NO_FURTHER_CONTACT: "none", MEETS: "some", TOUCHES: "undecided", GIV
 
 def solve_sequences(
     problem: OrbitProblem,
-    guess: ImpactSequence,
+    sequence: ImpactSequence,
     stops: Sequence[Stops],
     phases: Floats,
     velocities: Floats,
@@ -44,14 +44,16 @@ def solve_sequences(
 ) -> tuple[Floats, Floats, OrbitResults]:
     """Return phases and speeds, (m, k) each, and all other results for orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `stops` are the stops of each orbit, all with the same restitutions; `floor` is
-    that of `admissibility.further_contact`.
+    Speeds are in units of the problem's omega times length. Of `sequence` only the stops of the impacts are used. The
+    guesses are `phases` and `velocities`, (m, k) each. `stops` are the stops of each orbit, of one at least, all with
+    the same restitutions; `floor` is that of `admissibility.further_contact`.
     """
-    count, blocks = len(guess.stops), len(problem.decay)
+    count, blocks = len(sequence.stops), len(problem.decay)
     results, scratch = orbit_results(len(stops), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
     gaps = np.array([[pair.right, pair.left] for pair in stops])
-    impacts = OrbitImpacts(stops[0], guess.stops.astype(np.float64), phases, speeds)
+    impacts = OrbitImpacts(stops[0], sequence.stops.astype(np.float64), phases, speeds)
+    # writes the solutions into phases and speeds
     solve_orbits(problem, impacts, gaps, floor, results, scratch)
     return phases, speeds, results

@@ -2,10 +2,11 @@
 
 The other one is a clearance, or the factor of the forces or of the bias.
 
-Each piece of an SN, PD, SB or GR curve comes with its motion and with the reason why it ends. Between symmetric stops
-the curves are known in closed form, frequency by frequency, so no part of a curve is missed. Between other stops those
-of motions with one impact on one stop are explicit in the phase of the impact (`explicit_curves`); one stop may be
-fixed, and its own bifurcations are then lines of constant frequency.
+The curves are those of saddle-nodes (SN), period doublings (PD), symmetry breakings (SB) and grazes (GR). Each piece
+comes with its motion and with the reason why it ends; of a single frequency there is no piece. Between symmetric stops,
+under one harmonic of order 1, curves are known in closed form at every frequency (`one_impact_curves`). Otherwise they
+are explicit in the phase of the impact (`explicit_curves`). Where one stop is fixed, the bifurcations of motions with
+impacts on it alone are lines of constant frequency.
 """
 
 from __future__ import annotations
@@ -54,15 +55,16 @@ class CurvePiece:
     period: int
     """n of the motions, forcing periods."""
     impacts_right: int
-    """Impacts on the right stop; -1: it is not touched. For one impact a period they are 1 and -1, or -1 and 1; between
-    symmetric stops the mirror images, -1 and 1, have the same curves and are not listed. 1 and 1 for symmetric motions.
-    -1 and -1 for the grazing curve of a stop, which is listed where the stops are not symmetric."""
+    """Impacts on the right stop; -1: it is not touched. Those on the right and the left stop are 1 and -1, or -1 and 1,
+    for motions with one impact; 1 and 1 for symmetric motions; -1 and -1 on the grazing curves of the steady motion,
+    which are listed where the stops are not symmetric. Between symmetric stops the mirror images -1 and 1 of 1 and -1
+    have the same curves and are not listed."""
     impacts_left: int
     """Impacts on the left stop, likewise."""
     symmetric: bool
     """Whether the motions are their own mirror images."""
     admissible: bool
-    """The orbits have no contact with a stop other than their impacts; otherwise the piece is no border of motions."""
+    """Whether the orbits have no contact with a stop other than their impacts; if not, the piece bounds no motions."""
     stop: int
     """GR only, else 0: the stop of the further contact, +1 right and -1 left."""
     omega: Floats
@@ -70,7 +72,7 @@ class CurvePiece:
     value: Floats
     """(m,) Values of the parameter that varies."""
     impact_velocity: Floats
-    """(m,) Velocities before an impact."""
+    """(m,) Speeds before an impact; 0 on the grazing curves of the steady motion."""
     ends: tuple[str, str]
     """For either end "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece
     continues the curve there), or "none" (there are no such motions beyond)."""
@@ -96,14 +98,14 @@ class _Window:
 
     omega: Floats
     """Frequencies across the window."""
-    start: float
+    low: float
     """Start of the interval of the parameter."""
-    stop: float
+    high: float
     """End of this interval."""
 
     def contains(self, values: Floats) -> Booleans:
         with np.errstate(invalid="ignore"):
-            return np.asarray(np.isfinite(values) & (self.start <= values) & (values <= self.stop))
+            return np.asarray(np.isfinite(values) & (self.low <= values) & (values <= self.high))
 
 
 @in_own_period
@@ -117,6 +119,8 @@ def window_curves(
 ) -> list[CurvePiece]:
     """Return the curves of motions with one impact in up to `max_multiple` periods, or one on each stop.
 
+    Between stops that are not symmetric, also the grazing curves of the steady motion.
+
     Parameters
     ----------
     oscillator : Oscillator
@@ -129,7 +133,7 @@ def window_curves(
     points : int
         Frequencies across the window, >= 2.
     varied : VariedStop or VariedFactor
-        The stop whose clearance the window has; together: both have it. Or the factor that varies.
+        What varies: the clearance of a stop, or of both (`together`), or a factor.
 
     Raises
     ------
@@ -142,9 +146,11 @@ def window_curves(
     """
     other = varied.name if isinstance(varied, VariedFactor) else "clearance"
     any_sign = varied.name == "bias" if isinstance(varied, VariedFactor) else not varied.together
-    for name, (start, stop) in (("omega", omega), (other, values)):
-        if not (np.isfinite([start, stop]).all() and start < stop and (start > 0.0 or (any_sign and name == other))):
-            raise ParameterError(name, "start must be greater than 0 and less than stop, both finite")
+    for name, (low, high) in (("omega", omega), (other, values)):
+        signed = any_sign and name == other
+        if not (np.isfinite([low, high]).all() and low < high and (low > 0.0 or signed)):
+            required = "less than stop" if signed else "greater than 0 and less than stop"
+            raise ParameterError(name, f"start must be {required}, both finite")
     checked_order("max_multiple", max_multiple, 1)
     checked_order("points", points, 2)
     window = _Window(np.linspace(*omega, points), *values)
@@ -217,14 +223,14 @@ def _stops(varied: CurveParameter) -> tuple[int, ...]:
 
 
 def _over(curve: OneImpactCurve, gaps: MovedGaps) -> OneImpactCurve:
-    """Return a curve by the values of a parameter in place of the gaps of the stop."""
+    """Return a curve over a parameter, from that over the gap of the stop that is struck."""
     value = gaps.value(curve.clearance)
     speed = value * curve.impact_velocity if gaps.forces else curve.impact_velocity
     return replace(curve, clearance=value, impact_velocity=speed)
 
 
 def _grazing(oscillator: Oscillator, window: _Window, varied: CurveParameter) -> Iterator[CurvePiece]:
-    """Yield the curves on which the steady motion touches a stop; a virtual graze is not admissible."""
+    """Yield the curves on which the steady motion touches a stop; not admissible where it is beyond the other stop."""
     steady = _PieceMotion(1, -1, -1)
     if isinstance(varied, VariedFactor):
         for stop in _stops(varied):
@@ -273,12 +279,12 @@ def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMot
 
 def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
     """Yield the pieces of a line of constant frequency: the part that is admissible, and the part that is not."""
-    cut = min(max(line.reach, window.start), window.stop) if line.admissible else window.stop
-    for admissible, start, stop in ((False, window.start, cut), (True, cut, window.stop)):
-        if start < stop:
+    cut = min(max(line.reach, window.low), window.high) if line.admissible else window.high
+    for admissible, low, high in ((False, window.low, cut), (True, cut, window.high)):
+        if low < high:
             ends = (
-                "window" if start == window.start else "admissible",
-                "window" if stop == window.stop else "admissible",
+                "window" if low == window.low else "admissible",
+                "window" if high == window.high else "admissible",
             )
             yield CurvePiece(
                 type=line.type,
@@ -289,7 +295,7 @@ def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iter
                 admissible=admissible,
                 stop=line.stop,
                 omega=np.full(2, line.omega),
-                value=np.array([start, stop]),
+                value=np.array([low, high]),
                 impact_velocity=np.full(2, line.speed),
                 ends=ends,
             )
@@ -310,7 +316,7 @@ def _end(curve: OneImpactCurve, window: _Window, place: int, step: int) -> str:
     if not 0 <= beyond < len(window.omega):
         return "window"
     if np.isfinite(curve.clearance[beyond]):
-        return "admissible" if window.start <= curve.clearance[beyond] <= window.stop else "window"
+        return "admissible" if window.low <= curve.clearance[beyond] <= window.high else "window"
     # where a curve leaves the grazing curve, its impact velocity falls linearly to zero within a step
     before = place - step
     if not 0 <= before < len(window.omega):
