@@ -1,7 +1,7 @@
-"""The chance that a chaotic motion settles later: a sample of chaotic trajectories, run on for ten times as long.
+"""The chance that a chaotic motion settles later, from a sample of chaotic trajectories that are simulated further.
 
 A motion is called chaotic after the forcing periods that were simulated. It may be a transient that ends on a periodic
-motion: trajectories leave the neighbourhood of a chaotic saddle after times that vary exponentially (Lai & Tél 2011),
+motion: trajectories leave the neighbourhood of a chaotic saddle after exponentially distributed times (Lai & Tél 2011),
 and one trajectory does not distinguish such a saddle from an attractor. So the chance to settle is measured for all
 chaotic motions of a result together: a sample of their trajectories is simulated for RUN_ON times as many periods in
 all, and those that become periodic are counted.
@@ -48,19 +48,19 @@ class ChanceToSettle:
     watched: int
     """Forcing periods after which motions were called chaotic."""
     run_on: int
-    """Forcing periods after which those of the sample were named again."""
+    """Forcing periods after which the motions of the sample were classified again."""
     chaotic: int
     """Number of chaotic motions."""
     sampled: int
-    """Number of those that were run on, without trajectories that ended early."""
+    """Number of motions in the sample, without trajectories that ended early."""
     settled: int
-    """Number of those that became periodic."""
+    """Number of motions of the sample that became periodic."""
     chance: float
     """settled/sampled; NaN for an empty sample."""
     low: float
-    """Lower end of the interval of the chance (`binomial.interval`)."""
+    """Lower end of the interval of the chance (`binomial.interval`); 0 for an empty sample."""
     high: float
-    """Upper end of this interval."""
+    """Upper end of this interval; 1 for an empty sample."""
 
 
 def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]) -> ChanceToSettle | None:
@@ -76,6 +76,7 @@ def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]
     rows, columns = np.nonzero(kind == _CHAOTIC)
     if len(rows) == 0:
         return None
+    # the defaults are those of `unfolding.unfolding_map_tile`
     watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
     policy = settings.get("policy", "rest")
     longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
@@ -108,7 +109,7 @@ def _of_ensemble(
 def _of_sweep(plane: Plane, settings: RunSettings, down: bool, rows: Integers, columns: Integers) -> Integers:
     """Return codes (k, RUN_ON, CODES) of runs at points (k,) that a sweep has reached, one after the other.
 
-    A column is swept once; at each of its points the sweep is left for the runs there.
+    A column is swept once: at each sampled point the further runs branch off, then the sweep goes on from the point.
     """
     runner, path = PlaneRunner(plane, settings), np.arange(plane.shape[0])[:: -1 if down else 1]
     codes = np.empty((len(rows), RUN_ON, CODES), dtype=np.int64)
@@ -142,7 +143,9 @@ def chance_in_basins(
     max_periods: int,
     max_period: int,
 ) -> ChanceToSettle | None:
-    """Return the chance of the states that lead to chaos to settle; None if there are none.
+    """Return the chance that a motion called chaotic settles, over the initial states that lead to one.
+
+    None if there are none.
 
     Parameters
     ----------
@@ -169,7 +172,9 @@ def chance_in_basins(
 def chance_in_fractions(
     kind: NDArray[Any], points: Sequence[Point], states: Floats, phase: float, max_periods: int, max_period: int
 ) -> ChanceToSettle | None:
-    """Return the chance of the states that lead to chaos to settle, at all values together; None if there are none.
+    """Return the chance that a motion called chaotic settles, over the initial states that lead to one, at all values.
+
+    None if there are none.
 
     Parameters
     ----------
@@ -228,8 +233,8 @@ def sample(chaotic: int, watched: int) -> Integers:
 def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
     """Return the sample among chaotic motions that are simulated side by side in groups of their positions.
 
-    Where groups are large enough, it has SIDE_BY_SIDE motions of a group, which take little longer than one; a group is
-    chosen in proportion to its size. Otherwise it is that of `sample`.
+    Where groups are large enough, the sample has SIDE_BY_SIDE motions of each chosen group, as these are simulated
+    together; groups are chosen in proportion to their size. Otherwise it is that of `sample`.
     """
     motions = sum(map(len, groups))
     evenly = sample(motions, watched)
@@ -244,13 +249,13 @@ def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
 
 
 def _spread(length: int, *most: int) -> Integers:
-    """Return positions in a list of a length, evenly spaced, as many as it has but at most so many."""
+    """Return evenly spaced positions in a list of a length: all of them, or as many as the smallest of `most`."""
     number = min(length, *most)
     return (2 * np.arange(number) + 1) * length // (2 * number)
 
 
 def _chance(chaotic: int, watched: int, codes: Integers, settings: RunSettings) -> ChanceToSettle:
-    """Return the chance of chaotic motions from a sample (k, r, CODES), in r consecutive runs of a task each."""
+    """Return the chance of chaotic motions from codes (k, r, CODES) of k sampled ones, each in r consecutive runs."""
     outcomes = [outcome for outcome in (_outcome(runs, settings) for runs in codes) if outcome is not None]
     sampled, settled = len(outcomes), sum(outcomes)
     low, high = interval(settled, sampled)

@@ -92,7 +92,7 @@ def unfolding_map_tile(
         an ensemble also share (float64: fraction of the initial states that lead to this motion or its mirror image)
         and motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
         lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion was decided in
-        multi-precision arithmetic). With `observed` also its figures (float64, [figure, clearance, omega]).
+        multi-precision arithmetic). With `observed` also its figures (float64, [figure, vertical, horizontal]).
 
     Raises
     ------
@@ -151,8 +151,9 @@ def check_map(plane: Plane, max_periods: int, max_period: int, policy: str, init
 def named_arrays(
     codes: Integers, figures: Floats, ensemble: bool, preview: bool, resolved: Booleans | None = None
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point.
+    """Return the arrays of `unfolding_map_tile` from those of the s trajectories of each point.
 
+    They are codes (CODES, n, m, s) and figures (FIGURES and one per observable, n, m, s), as of `PlaneRunner.grid`.
     `resolved` (n, m, s) are the trajectories that were decided in multi-precision arithmetic.
     """
     chosen = np.zeros(codes.shape[1:3], dtype=np.int64)
@@ -177,7 +178,7 @@ def named_arrays(
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
     """Return uniform random displacements and velocities in (-1, 1) for `RunSettings.starts`, shape (count, 2, N).
 
-    So is the contact coordinate.
+    The contact coordinate too is uniform in (-1, 1).
     """
     starts = np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
     (named,) = np.nonzero(oscillator.contact)

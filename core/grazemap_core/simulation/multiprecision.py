@@ -2,8 +2,8 @@
 
 Between two impacts the contact coordinate, from the equilibrium, is a sum of exponentials, one for every mode and every
 harmonic of the forces. The next contact is located in double precision: a bound on the acceleration shows that none is
-missed. Its time is solved for in all bits. Where double precision does not show whether a stop is touched, all bits
-decide. While the contact rests on a stop, the same search finds where the force on it falls through zero.
+missed. Its time is solved for at full precision. Where double precision does not show whether a stop is touched, full
+precision decides. While the contact rests on a stop, the same search finds where the force on it falls through zero.
 """
 
 from __future__ import annotations
@@ -24,34 +24,35 @@ from grazemap_core.simulation.multiprecision_modes import ModalMotion, MotionEqu
 SAMPLES = 128
 """Samples of the motion that are taken at once."""
 SAMPLE_ANGLE = 0.1
-"""Time between two samples, times the largest modulus of an exponent."""
+"""Time between two samples, in units of 1 over the largest modulus of an exponent."""
 PARTS = 16
 """Number of parts into which an interval between samples is divided where a contact is possible."""
 FINEST_ANGLE = 1e-6
-"""The same time below which all bits decide: the gap then differs from a straight line by less than `ROUNDING`."""
+"""Length of an interval, in the same units, below which full precision decides: over it the gap differs from a straight
+line by about `ROUNDING`."""
 ROUNDING = 1e-13
 """Error of a displacement in double precision, in units of the sum of the moduli of its terms."""
 MOST_ROUNDING = 1e-3
-"""Limit of this error, in units of the length between the stops, above which too many contacts would be possible."""
+"""Limit of this error, in units of `Stops.unit`: a larger one would not exclude contacts at too many samples."""
 LONGEST_ANGLE = 100.0
 """Time since the origin of the exponentials, in the same units, after which the origin moves."""
 HALVINGS = 20
-"""Number of halvings of such a short interval around a slow impact, before Newton's method."""
+"""Number of halvings of an interval shorter than FINEST_ANGLE around a slow impact, before Newton's method."""
 NEWTON_STEPS = 60
 """Maximum number of steps of Newton's method; it needs many only beside a graze."""
 SPARE_BITS = 24
 """Bits by which a solved time may be less accurate than the arithmetic."""
 FIRST_BITS = 128
-"""Precision of the first step of Newton's method, and of states that are rounded to double precision."""
+"""Least precision of the first step of Newton's method, and precision of states that are rounded to doubles."""
 BOUNCE_ANGLE = 1e-4
 """Time of a flight back to the stop, in the same units, below which it follows from velocity and acceleration."""
 SHORTEST_FLIGHT = 1e-6
 """Time between two impacts on one stop, in forcing periods, below which they are those of a chatter."""
 CHATTER_BITS = 1 / 3
-"""A chatter is followed until a flight takes 2^-bits to this power of a forcing period; what is left out is its square,
-and rounding makes the time of a flight wrong by 2^-bits over it."""
+"""A chatter is followed until a flight of t forcing periods has t < 2^(-bits/3). The rest, left out, costs about t^2,
+and rounding about 2^-bits/t; the exponent makes these equal."""
 MOST_RESTS = 100
-"""Number of rests on a stop after which a run ends: no orbit with a rest is verified, so none decides."""
+"""Number of rests on a stop after which a run ends: orbits with rests are not verified, so nothing is decided later."""
 SAME_BITS = 60
 """Impacts whose times differ by less than 2^-SAME_BITS forcing periods are the same."""
 LAST_IMPACTS = 8
@@ -61,7 +62,7 @@ IMPACT_BITS = 1000
 MODES_PER_IMPACT = 9
 """N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
 
-TOO_SLOW = "an impact is too close to a graze"
+TOO_CLOSE_TO_GRAZE = "an impact is too close to a graze"
 
 
 class PreciseImpact(NamedTuple):
@@ -70,7 +71,7 @@ class PreciseImpact(NamedTuple):
     stop: int
     """Stop of the event."""
     time: arb
-    """Time of the event."""
+    """Time of the event since the start of the run."""
 
 
 class _PreciseContact(NamedTuple):
@@ -85,7 +86,10 @@ class _PreciseContact(NamedTuple):
 
 
 class _Flight(NamedTuple):
-    """What is observed since the origin, in double precision: q, or minus its acceleration if it were not held."""
+    """What is observed since the origin, in double precision.
+
+    It is q while q is free. While q is held on a stop, it is minus the acceleration that q would have if released.
+    """
 
     terms: list[Complexes]
     """The terms of `ModalMotion`."""
@@ -94,9 +98,9 @@ class _Flight(NamedTuple):
     rounding: float
     """Rounding of what is observed."""
     left: int
-    """The stop from which it moves away until `start`, or 0."""
+    """The stop that the contact has just left, or 0."""
     start: float
-    """When the search for a contact starts."""
+    """Time before which there is no contact with the stop `left`."""
 
 
 class MultiprecisionRun:
@@ -109,11 +113,13 @@ class MultiprecisionRun:
     bits : int
         Precision of the arithmetic at the start.
     work : int
-        Impacts times bits so far, a measure of the time that they took.
+        Measure of the time taken so far: bits + IMPACT_BITS for every impact, and N^3/MODES_PER_IMPACT times as much
+        for the modes.
     period : float
         The forcing period.
     impacts : list of PreciseImpact
-        The impacts so far, without those of a chatter, and where chatters and rests ended.
+        All impacts so far but those that follow another on the same stop within SHORTEST_FLIGHT; also the ends of
+        chatters and of rests.
     states : list of (2, N)
         Displacements and velocities at the starts of the forcing periods so far.
     ended : str
@@ -166,7 +172,7 @@ class MultiprecisionRun:
         self._table = np.exp(np.outer(self._grid, self._modes.rates))
 
     def reduce(self, bits: int) -> None:
-        """Continue with so many bits if these are fewer: what an error has reached need not be computed on."""
+        """Continue with so many bits if these are fewer, as where an error has reached the other ones."""
         self._bits = min(bits, self._bits)
         with ctx.workprec(self._bits):
             for modes in (self._free, *self._held.values()):
@@ -310,7 +316,7 @@ class MultiprecisionRun:
             self._begin((self._time + moved).mid(), self._exponentials(moved).entries(), 0, 0.0)
 
     def _among(self, times: Floats, motion: Floats) -> tuple[arb, int] | None:
-        """Return about the time, and the stop, of the first contact among samples of displacement and velocity."""
+        """Return the approximate time and the stop of the first contact among samples of displacement and velocity."""
         gaps = np.min([gap - stop * motion[:, 0] for stop, gap in self._distances.items()], axis=0)
         near = gaps <= self._margin(times[1] - times[0])
         for i in np.flatnonzero(near[:-1] | near[1:]):
@@ -325,7 +331,7 @@ class MultiprecisionRun:
         return self._flight.bend * width * width / 8.0 + self._flight.rounding
 
     def _of_stop(self, stop: int, times: Floats, motion: Floats) -> arb | None:
-        """Return about the time of the first contact with a stop between two samples."""
+        """Return the approximate time of the first contact with a stop between two samples; None if there is none."""
         flight, width = self._flight, times[1] - times[0]
         low, high = max(times[0], flight.start) if stop == flight.left else times[0], times[1]
         gaps, slopes = self._distances[stop] - stop * motion[:, 0], -stop * motion[:, 1]
@@ -348,14 +354,17 @@ class MultiprecisionRun:
         return self._distances[stop] - stop * total
 
     def _decided(self, stop: int, low: float, high: float) -> arb | None:
-        """Return about the time of a contact in a very short interval, found in all bits; or None."""
+        """Return the approximate time of a contact in a very short interval, by full precision; None if there is none.
+
+        The interval is widened by twice its length on both sides. Raises RunError.
+        """
         width, left = 2.0 * (high - low), self._flight.start if stop == self._flight.left else 0.0
         begin, end, gap = arb(max(low - width, left)), arb(high + width), self._levels[stop]
         slowest = self._extremum((begin + end) / 2, 2.0 * width)
         if slowest is not None and begin < slowest and slowest < end:
             place, _, bend = self._motion(slowest)
             if stop * bend > 0:
-                raise RunError(TOO_SLOW)
+                raise RunError(TOO_CLOSE_TO_GRAZE)
             over = stop * place - gap
             return slowest - (2 * over / abs(bend)).sqrt().mid() if over > 0 else None
         beyond = [bool(stop * self._motion(time)[0] >= gap) for time in (begin, end)]
@@ -367,7 +376,10 @@ class MultiprecisionRun:
         return end
 
     def _extremum(self, near: arb, width: float) -> arb | None:
-        """Return the time at which the velocity vanishes, by Newton's method; None if it does not within `width`."""
+        """Return the time at which the velocity vanishes, by Newton's method; None if it does not within `width`.
+
+        Raises RunError where the method does not converge.
+        """
         time = near.mid()
         if not abs(self._motion(time)[1]) <= 2.0 * width * self._flight.bend:
             return None
@@ -379,14 +391,14 @@ class MultiprecisionRun:
                 break
             if abs(step) < self._accuracy:
                 return time
-        raise RunError(TOO_SLOW)
+        raise RunError(TOO_CLOSE_TO_GRAZE)
 
     @property
     def _accuracy(self) -> arb:
         return arb(2) ** (SPARE_BITS - self._bits) / self._modes.fastest
 
     def _solved(self, near: arb, stop: int) -> _PreciseContact:
-        """Return the contact at about a time, by Newton's method with more and more bits."""
+        """Return the contact near a time, by Newton's method with more and more bits."""
         time, place = near, stop * self._levels[stop]
         for halved in range((self._bits // FIRST_BITS).bit_length() - 1, 0, -1):
             with ctx.workprec(self._bits >> halved):
@@ -395,7 +407,7 @@ class MultiprecisionRun:
         return self._polished(time, near, stop)
 
     def _polished(self, time: arb, near: arb, stop: int) -> _PreciseContact:
-        """Return the contact at about a time, by Newton's method in all bits."""
+        """Return the contact near a time, by Newton's method at full precision."""
         values, place = self._exponentials(time), stop * self._levels[stop]
         for _ in range(NEWTON_STEPS):
             here, speed, bend = (x.real for x in (self._modes.outputs * values).entries())
@@ -406,7 +418,7 @@ class MultiprecisionRun:
                 break
             if abs(step * step * bend / speed) < self._accuracy:
                 return _PreciseContact(stop, time, values)
-        raise RunError(TOO_SLOW)
+        raise RunError(TOO_CLOSE_TO_GRAZE)
 
 
 def _polynomial(time: Any, parts: list[Any]) -> Any:

@@ -62,15 +62,15 @@ class ForcedOscillator:
     """An oscillator at one forcing frequency, between its stops."""
 
     oscillator: Oscillator
-    """The oscillator; the orders of its forces have no common divisor."""
+    """The oscillator; the orders of its forces have no common divisor but 1."""
     omega: float
-    """The own frequency of the forces, of which their period is one."""
+    """Angular frequency with the period of the forces, 2 pi/omega; a multiple of the frequency of the request."""
     clearance: Clearance
     """Clearances of the stops."""
     models: HeldModel
     """The oscillator's modal models, with the contact free and at rest."""
     steady: Complexes
-    """(H, 2, N + 1) From `reference_response`."""
+    """(H, 2, N + 1) Amplitudes of the reference motion by harmonic, from `reference_response`."""
 
     @property
     def stops(self) -> Stops:
@@ -79,18 +79,18 @@ class ForcedOscillator:
         Raises
         ------
         ParameterError
-            Neither the gaps nor the steady motion have a length (`Stops.unit`).
+            The gap of the nearer stop and the steady motion are 0, so there is no unit of length (`Stops.unit`).
         """
         require_length(self._stops.unit)
         return self._stops
 
     def stops_from(self, state: State) -> Stops:
-        """Return the stops of the trajectory from a state, whose unit of length is the state's if they have none.
+        """Return the stops of the trajectory from a state; where they have no unit of length, that is the state's.
 
         Raises
         ------
         ParameterError
-            The state is the equilibrium at rest, and has no length either.
+            The state is the equilibrium at rest to rounding too, so there is no unit of length.
         """
         stops = self._stops
         if stops.unit > self._unit_rounding:
@@ -167,13 +167,13 @@ class Start:
     problem: CellProblem
     """The oscillator, for the kernels."""
     held: HeldProblem
-    """The oscillator with the contact at rest, for the kernels; `u` is its state too while q rests."""
+    """The oscillator with the contact at rest, for the kernels; its `state` is the current one while q rests."""
     steady: Complexes
-    """(H, 2, N + 1) From `reference_response`, the initial phase included."""
+    """(H, 2, N + 1) As `ForcedOscillator.steady`, the initial phase included."""
     stops: Stops
     """From `ForcedOscillator.stops_from`."""
     u: Floats
-    """(N, 2) Free state; the kernels change it in place, as well as `held` and `work`."""
+    """(N, 2) Current state while q is free; the kernels change it in place, as well as `held` and `work`."""
     work: Workspace = field(repr=False)
     """Workspace, whose record contains the impact at the start, if there is one."""
     status: int
@@ -183,7 +183,8 @@ class Start:
 def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:
     """Return an oscillator with a forcing frequency > 0 and the clearance of its stops, at its own period.
 
-    One number > 0 is that of both stops; of two, one may be None, or negative if the other one is larger.
+    One number > 0 is the clearance of both stops. Of two, one may be None for an absent stop, or negative if their sum
+    is positive.
 
     Raises
     ------
@@ -207,7 +208,7 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
 def initial_state(
     forced: ForcedOscillator, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
 ) -> State:
-    """Return a validated state; without displacements it is at rest (`ForcedOscillator.rest`), without velocities too.
+    """Return a validated state. Left out, displacements are those of `ForcedOscillator.rest`, and velocities are 0.
 
     `where` is put before the name of the parameter in an error.
 
@@ -286,6 +287,7 @@ def start(forced: ForcedOscillator, state: State) -> Start:
 def _start_on_stop(
     problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, stop: int, velocity: float, work: Workspace
 ) -> int:
+    """Start on a stop: at rest, with an impact if the contact moves into the stop, or moving away. Returns a status."""
     if velocity == 0.0:
         return start_on_stop(problem, held, stops, u, stop, work)
     if velocity * stop > 0.0:
@@ -299,7 +301,7 @@ def _start_on_stop(
 
 
 def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
-    """Return a workspace whose record is four times as long, with the same events; it has at most `most`."""
+    """Return a workspace whose record is four times as long, but at most `most` events, with the same events."""
     rows, columns = work.events.shape
     events = np.zeros((min(4 * rows, most), columns))
     events[:rows] = work.events
@@ -310,7 +312,7 @@ def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
     """Return the current state of a run as an initial state at this forcing phase.
 
     At rest, and during the summed impacts before it, the contact is exactly on its stop; near a stop that it has left,
-    its gap and speed are those of the workspace; round-off never places it beyond a stop.
+    its gap and speed are those of the workspace; round-off never places it beyond a stop. Overwrites `run.held`.
     """
     count, held = forced.oscillator.size, run.held
     anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])
@@ -334,5 +336,5 @@ def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
 
 
 def wrapped(phase: float) -> float:
-    """Return a phase modulo 2 pi, in (-pi, pi]; a phase in this range is returned unchanged."""
+    """Return a phase modulo 2 pi, in [-pi, pi]; a phase in this range is returned unchanged."""
     return phase if abs(phase) <= math.pi else math.atan2(math.sin(phase), math.cos(phase))

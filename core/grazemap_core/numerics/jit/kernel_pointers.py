@@ -1,8 +1,8 @@
 """Kernels that other kernels call by their address.
 
-Such a kernel is compiled apart from its callers, into an entry of its own of the cache: two processes compile both at
-the same time, and callers of several types share it. A call costs some nanoseconds more than one of a part, and nothing
-of it is merged into the caller.
+Such a kernel is compiled apart from its callers and cached separately: two processes can compile kernel and caller in
+parallel, and callers compiled for different types share it. A call costs a few nanoseconds more than that of a kernel
+compiled into its caller, and is never inlined.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ class _Address(types.WrapperAddressProtocol):
     """The address of a kernel for arguments of certain types; it is compiled, or loaded, when a caller is called."""
 
     def __init__(self, dispatcher: Any, signature: Any) -> None:
-        self._dispatcher, self._signature, self._known = dispatcher, signature, 0
+        self._dispatcher, self._signature, self._pointer = dispatcher, signature, 0
         self._numba_type_ = types.FunctionType(signature)  # numba would find it anew at every call
 
     def signature(self) -> Any:
         return self._signature
 
     def __wrapper_address__(self) -> int:
-        if not self._known:
+        if not self._pointer:
             compiled = self._dispatcher.get_compile_result(self._signature)
-            self._known = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
-        return self._known
+            self._pointer = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
+        return self._pointer
 
 
 class PointerKernel:
-    """A kernel of a reference to a named tuple and of integers, which returns an integer."""
+    """A kernel that takes a reference to a named tuple and integers, and returns an integer."""
 
     def __init__(self, function: Callable[..., int], options: dict[str, Any]) -> None:
         """Take the options of `njit`; nothing is compiled."""
-        self.py_func = function
+        self.py_func = function  # this and `targetoptions` are named as in numba's dispatchers
         if KERNEL_COMPILER is not None:
             options = {**options, "_nrt": False, "pipeline_class": KERNEL_COMPILER}
         self.targetoptions = options
@@ -52,8 +52,8 @@ class PointerKernel:
     def address(self, record: tuple[Any, ...]) -> Any:
         """Return what a kernel takes as an argument and calls with a reference to `record` and integers.
 
-        All records of a class have arrays of the types of the first one, whose types take milliseconds to find; numba
-        refuses a caller whose record has others.
+        The types are determined once per class, as this takes milliseconds. All records of a class must have arrays of
+        the same types, or numba refuses the call.
         """
         if INTERPRETED:
             return self.py_func
