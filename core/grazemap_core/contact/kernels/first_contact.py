@@ -1,11 +1,12 @@
-"""Contacts within one cell: a sufficient test for their absence, and the search for the first contact.
+"""Contacts within a cell (one step of the time grid): a test for their absence, and the search for the first one.
 
 The test: on a cell of length h the error of the cubic Hermite interpolant of q is at most h^4/384 max|q''''|, and the
-interpolant lies in the convex hull of its Bernstein coefficients. A cell whose four coefficients stay inside the stops
-by that bound has no contact. Otherwise q is expanded in a Taylor series, and the first contact with either stop is
-found by rigorous root isolation (`bernstein`). Near the stop that the contact has just left, the *anchor*, the series
-of the gap starts from exact values: on the stop its zeros at the start (one after an impact, two from rest, three after
-a release) are divided out. Arbitrarily small bounces are therefore resolved to full relative precision.
+interpolant lies between the smallest and the largest of its four Bernstein coefficients. A cell whose coefficients stay
+inside the stops by that bound has no contact. Otherwise q is expanded in a Taylor series, and the first contact with
+either stop is found by rigorous root isolation (`bernstein`). Near the stop that the contact has just left, the
+*anchor*, the series of the gap starts from exact values: on the stop its zeros at the start (one after an impact, two
+from rest, three after a release) are divided out. Arbitrarily small bounces are therefore resolved to full relative
+precision.
 """
 
 from __future__ import annotations
@@ -58,9 +59,10 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
 
 @kernel
 def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: float, t: float) -> tuple[float, float]:
-    """Return the gap to the anchor and its rate at t in [0, 1], from the series of q and its values at the start.
+    """Return the gap to the anchor and its rate at t in [0, 1], from the series of q and the values in `near`.
 
-    After a contact the gap at the start is exactly 0, so the rate keeps all its digits.
+    `roots` is the number of zeros of the gap at the start (`ZERO_ORDER`). Its lowest coefficients are not those of q:
+    they are exactly 0, or the gap and rate in `near`. So gap and rate keep all their digits next to the stop.
     """
     value = -stop * taylor[TAYLOR_DEGREE]
     slope = 0.0
@@ -152,10 +154,10 @@ def first_contact(
 def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
     """Enter the smallest distance from a stop at which the contact turns back before t = `end` into the tally.
 
-    Nothing is done where MIN_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
-    changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
-    falsi determine the distance. Where it turns toward the stop, as between two bounces, does not count, nor does the
-    start if it is at rest on a stop.
+    Nothing is done where MIN_GAP is negative (not wanted) or 0. The series work.taylor is over at most a cell, in which
+    its slope changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
+    falsi determine the distance. It is that of a maximum of q from the right stop, and of a minimum from the left stop.
+    After a rest on a stop the first part of the series is left out (END_OF_REST).
     """
     least = work.tally[workspace.MIN_GAP]
     if not least > 0.0:

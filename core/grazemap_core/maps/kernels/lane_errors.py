@@ -1,14 +1,16 @@
-"""Estimated error of the trajectory in every lane, and whether a decision on its way may be wrong.
+"""Estimated error of the trajectory in each lane (one slot of a batch), and whether impacts may be false or missing.
 
 The round-off of every half period is propagated as a small change of the state is: with g the growth of a change over a
-half period and e its round-off, the width W of the error becomes ``sqrt(g^2 (W^2 + e^2) + e^2)``. One change is carried
-along, which soon has the direction that grows most. W is in displacement of the contact. Where it is as large as the
-motion, nothing more is carried.
+half period and e the round-off in it, the width W of the error becomes ``sqrt(g^2 (W^2 + e^2) + e^2)``. One change is
+carried along, which soon has the direction that grows most. W is in displacement of the contact. Where it is as large
+as the motion, nothing more is carried.
 
-A decision is an impact, with speed v and acceleration a, that the error might have made a miss: it cannot if
-v^2/(2 |a|) exceeds the share of W that the change has in the displacement there. Or it is a passage without contact,
-whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
-passage at a small distance becomes an impact, it jumps.
+Two decisions may be wrong. An impact, with speed v and acceleration a, may be a miss on the exact trajectory. It is not
+where v^2/(2 |a|), the distance from the stop to the vertex of the parabola that q follows there, exceeds the error of
+the displacement there, times a safety factor. That error is W times the contact displacement of the change there over
+the largest that a change of its length can have, plus the round-off. And a passage without contact may be an impact:
+its distance from the stop is compared with W. The growth of changes says nothing about these decisions: where a passage
+at a small distance becomes an impact, the derivative of the motion jumps.
 """
 
 from __future__ import annotations
@@ -41,16 +43,17 @@ class LaneErrors(NamedTuple):
     carried: Integers
     """(LANES,) 1 if its error is carried."""
     changes: Floats
-    """(LANES, 2 N, 2) Small changes of the state (u, u'), orthonormal in the energy norm after every half period. The
-    first one gives the error; both may be those whose growth is measured (`lane_tangents`)."""
+    """(LANES, 2 N, 2) Small changes of the state (u, u'). The first one gives the error; after every half period its
+    length in the energy norm is made 1. Where the growth of both is measured (`lane_tangents`), they are made
+    orthonormal."""
     elapsed: Floats
     """(LANES,) Time since the last impact, to which the changes belong."""
     square: Floats
     """(LANES,) W^2."""
     since: Floats
-    """(LANES,) Square of the largest growth up to now from any earlier time."""
+    """(LANES,) Square of the largest growth of the change from any earlier time until now; 1 or more."""
     growth: Floats
-    """(LANES,) Square of the largest growth between any two times."""
+    """(LANES,) Square of the largest growth of the change between any two times until now."""
     sensitive: Integers
     """(LANES,) 1 if a decision may be wrong."""
 
@@ -70,7 +73,7 @@ def lane_errors(masses: int) -> LaneErrors:
 
 @kernel
 def forget_error(errors: LaneErrors, lane: int) -> None:
-    """Note that the state of a lane has no error."""
+    """Set the error of a lane's state to 0; `begin_error` has to follow, which carries the errors of later times."""
     errors.square[lane] = 0.0
     errors.sensitive[lane] = 0
 
@@ -82,7 +85,7 @@ def begin_change(frequency: Floats, errors: LaneErrors, lane: int) -> None:
     errors.elapsed[lane] = 0.0
     begin_first(frequency, columns)
     for i in range(columns.shape[0]):
-        square += 1.0 / (i + 1.0) ** 2
+        square += 1.0 / (i + 1.0) ** 2  # in the energy norm its entries are 1/(i + 1)
     for i in range(columns.shape[0]):
         columns[i, 0] /= math.sqrt(square)
         columns[i, 1] = 0.0
@@ -119,9 +122,10 @@ def move_error(errors: LaneErrors, source: int, target: int) -> None:
 
 @kernel
 def error_of(errors: LaneErrors, lane: int) -> float:
-    """Return the estimated error of a lane with its safety factor, in displacement of q; 0 if it is sensitive.
+    """Return the estimated error of a lane in displacement of the contact, times its safety factor; 0 if sensitive.
 
-    Of a sensitive trajectory only the computed one can be followed, with no regard to the exact one.
+    Where a decision may be wrong, the exact trajectory may differ altogether, so the computed one is followed as if it
+    were exact.
     """
     return 0.0 if errors.sensitive[lane] != 0 else ERROR_SAFETY * math.sqrt(errors.square[lane])
 
@@ -143,14 +147,17 @@ def largest_reach(problem: CellProblem) -> float:
 
 @kernel
 def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
-    """Make the length of a lane's first change 1, or begin another if its square lost digits. Returns the square."""
+    """Make the length of a lane's first change 1, or begin a new change if the squared length is not safe to use.
+
+    Returns the squared length before.
+    """
     columns, square = errors.changes[lane], 0.0
     for j in range(frequency.shape[0]):
         square += (frequency[j] * columns[2 * j, 0]) ** 2 + columns[2 * j + 1, 0] ** 2
     if is_safe(square):
         for i in range(columns.shape[0]):
             columns[i, 0] /= math.sqrt(square)
-    else:  # after a rest nothing may be left of it
+    else:  # after a rest it may be 0
         begin_change(frequency, errors, lane)
     return square
 
@@ -172,9 +179,12 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     ----------
     growth : float
         Square of the growth of its change.
-    sharpest, steepest : float
-        Largest 2 |a|/v^2 of its impacts, with and without the displacement of the contact in the change, as a share of
-        the largest possible one. Infinite where a decision is open: at a graze, or after too many impacts.
+    sharpest : float
+        Largest 2 |a|/v^2 of the impacts times the contact displacement of the change at the impact, over the largest
+        displacement that a change of its length can have.
+    steepest : float
+        Largest 2 |a|/v^2 of the impacts. Both are infinite where a decision is open: at a graze, or after too many
+        impacts.
     """
     farthest = group.reach[lane] + group.unit[lane]
     largest, rounding = farthest * farthest, HALF_PERIOD_ERROR * farthest
@@ -187,6 +197,7 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     errors.growth[lane] = max(errors.growth[lane], since)
     least = min(group.tally[MIN_GAP, lane], group.close[lane])
     width = math.sqrt(start)
+    # infinite where `least` is 0: the decision is open
     share = max(max(width, math.sqrt(end)) / least, width * sharpest + rounding * steepest)
     if not ERROR_SAFETY * share < 1.0:
         errors.sensitive[lane] = 1
@@ -197,9 +208,10 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
 
 @kernel
 def watch_passages(group: Lanes, errors: LaneErrors, lane: int) -> None:
-    """Set the distance from the stops up to which a lane's passages are bounded, for its error in the next half period.
+    """Set the distance from the stops up to which the gaps of a lane's passages are bounded (`Lanes.close`).
 
-    0 where the distances decide nothing any more.
+    It depends on the error that the next half period may bring. It is 0 where no error is carried, or a decision may
+    already be wrong.
     """
     unit, close = group.unit[lane], 0.0
     if errors.carried[lane] != 0 and errors.sensitive[lane] == 0:

@@ -6,12 +6,13 @@
 >>> lane_stops(group, 1).left, float(group.gap[2])  # a lane out of use has stops out of reach
 (1.6, 1e+300)
 
-All lanes are in the same cell of the same half period; each has its own stops, state and regime. They share an
-oscillator and a forcing frequency, or each has its own (`LaneModels`). Cells without a
-contact, and cells with one impact that can be certified, are computed for all lanes at once (`first_pass`). Lanes with
-several impacts on one stop, a slow rebound or a close passage go through a second pass together (`second_pass`).
-All others (rest on a stop, a graze to within round-off, both stops in one cell) go through the cell one by one, as a
-single trajectory would (`event_loop`, `sticking`).
+A cell is one step of the time grid; half a forcing period has a whole number of cells (`run_half` carries the lanes
+over it). All lanes are in the same cell; each has its own stops, state and regime: FREE between the stops, NEAR a stop
+that the contact has just left, or RESTING on one. They share an oscillator and a forcing frequency, or each has its own
+(`LaneModels`). Cells without a contact, and cells with one impact that can be certified, are computed for all lanes at
+once (`first_pass`). Lanes with several impacts on one stop, a slow rebound or a close passage go through a second pass
+together (`second_pass`). All others (rest on a stop, a graze to within round-off, both stops in one cell) go through
+the cell one by one, as a single trajectory would (`event_loop`, `sticking`).
 
 The result of a lane does not depend on the others, to the last bit.
 """
@@ -766,6 +767,7 @@ def run_half(
     for lane in range(used):
         mixed[lane] = 0
     for cell in range(first_cell, first_cell + cells):
+        # carries all lanes as if there were no contact, and flags those that may have one, whose cell is computed again
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
             for i in range(_solve_flagged(masses, models, separate, group, step, used, u)):
@@ -774,8 +776,9 @@ def run_half(
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
+    # with resonant modes each half period has a reference motion of its own, and states are relative to it
     relative = separate.number > 0 or models.shared.problem.reference_series.shape[0] > 0
-    if relative:  # the reference motion may not be the steady one
+    if relative:
         _begin_half_period(models, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
     for lane in range(used):
