@@ -157,7 +157,7 @@ class MultiprecisionRun:
         """Raise RunError unless the contact starts between the stops, or moves away from one."""
         for stop, gap in self._gaps.items():
             if not stop * place < gap and not (stop * place == gap and stop * velocity < 0):
-                raise RunError("the contact starts on a stop")
+                raise RunError("the contact starts on a stop or beyond it")
 
     def _take(self, held: int) -> None:
         """Go on with the contact free, or held on a stop."""
