@@ -201,7 +201,8 @@ _POSITIVE_SIZED = Field(gt=0, json_schema_extra=_LARGEST | {"minimum": SMALLEST_
 _NON_NEGATIVE_SIZED = Field(ge=0, json_schema_extra=_LARGEST | {"not": _NOT_TINY})
 # Of a field that is left out of a request's text where it is None, False or empty, as before it existed.
 LeftOut = Field(exclude_if=lambda value: not value)
-# Last in an Annotated: bounds written after it would not get into the JSON schema.
+# Takes sequences and arrays for lists, and numpy's numbers for numbers (`plain`). Last in an Annotated: bounds written
+# after it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
