@@ -122,7 +122,7 @@ def period_impacts(oscillator: Oscillator, points: Points) -> Floats:
         force, amplitude = contact_force(oscillator, at.item() if at.size == 1 else at)
         mass, slowing = _contact_mass(oscillator)
         period, restitution = oscillator.forcing_period(at), _largest_restitution(oscillator)
-        omega = oscillator.common_divisor * at  # of the forces with the longest period
+        omega = oscillator.common_divisor * at  # 2 pi over the period
         acceleration = force / mass
         clearance = points.width(amplitude)
         flight = rates.FLIGHT_SPEED * np.sqrt(acceleration * clearance)

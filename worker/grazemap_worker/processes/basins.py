@@ -82,8 +82,8 @@ def plan_of_states(
 
 
 def _counts(request: BasinsRequest, limits: RequestLimits) -> list[Count]:
-    across, down = ("horizontal/values", request.horizontal.values), ("vertical/values", request.vertical.values)
-    return [grid_count(across, down, limits.pixels)]
+    across, up = ("horizontal/values", request.horizontal.values), ("vertical/values", request.vertical.values)
+    return [grid_count(across, up, limits.pixels)]
 
 
 _STATE_ARRAYS = ("settled_after", "lyapunov", "verified", "sensitive", "transient_growth", "reason")
