@@ -3,7 +3,8 @@
 A dense model of 40 degrees of freedom, with contact between two of them, and a chain of 64 masses. Each is asked for a
 map of 64 by 64 points twice, through a service that has compiled nothing: the kernels for a number of masses are
 compiled once, as a step of their own that the job waits for, and the map takes no more processor time than estimated.
-The program fails if a map takes more, or if the second one waits for kernels.
+The program fails if a map takes more, or if the second one waits for kernels. On a machine slower than the reference of
+`tools.pace` a map may take longer in proportion, which is printed first.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any, Final
 import numpy as np
 
 import grazemap
+from tools.pace import pace
 
 SIDE, PERIODS = 64, 200
 DENSE, CHAIN = 40, 64
@@ -70,7 +72,8 @@ def waited(job: grazemap.Job) -> list[str]:
 
 def main() -> int:
     """Print both maps of both models; return 1 if one took more than its estimate, or kernels were compiled twice."""
-    wrong = 0
+    wrong, slower = 0, pace()
+    print(f"at most {slower:.2f} of an estimate", flush=True)
     with ExitStack() as stack:
         empty = stack.enter_context(tempfile.TemporaryDirectory())
         os.environ.update(GRAZEMAP_CACHE_DIR=empty, NUMBA_CACHE_DIR=empty)
@@ -89,7 +92,7 @@ def main() -> int:
                 assert found.cpu_seconds is not None
                 share = found.cpu_seconds / found.estimate.seconds
                 compiled = [text for text in texts if "kernels" in text]
-                wrong += share > 1.0 or (number == 2 and bool(compiled))
+                wrong += share > slower or (number == 2 and bool(compiled))
                 print(
                     f"{title}, map {number}: {found.cpu_seconds:.1f} s of processor time, {share:.2f} of the estimate;"
                     f" {wall:.1f} s in all; waited for: {'; '.join(texts) or 'nothing'}",

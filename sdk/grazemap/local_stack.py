@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import importlib.util
 import json
 import os
 import queue
@@ -15,12 +14,10 @@ from typing import IO, Any
 
 from grazemap import constants
 from grazemap.client import Client
-from grazemap.errors import MissingExtra, StackError
-from grazemap.module_command import module_command
+from grazemap.errors import StackError
+from grazemap.server_command import stack_command
 from grazemap.start_display import StartDisplay, ready_line, start_display
 
-# What the stack needs besides the package itself.
-_SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
 # Settings of a public service that do not fit a private stack: API keys (its client has none), allowed hosts and
 # origins, and the address or the socket to listen on.
@@ -75,18 +72,6 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
         The stack did not start; the message ends with its log's last lines.
     """
     return LocalClient(LocalStack(data, workers))
-
-
-def stack_command(*options: str) -> list[str]:
-    """Return the command line of the stack. Raises MissingExtra where its parts are not installed."""
-    return server_command("grazemap_service.stack", *options)
-
-
-def server_command(module: str, *options: str) -> list[str]:
-    """Return the command line of a module of the service. Raises MissingExtra where its parts are not installed."""
-    if any(importlib.util.find_spec(part) is None for part in _SERVER_PARTS):
-        raise MissingExtra("a stack on this machine, or its data folder,", "server")
-    return module_command(module, *options)
 
 
 class LocalStack:

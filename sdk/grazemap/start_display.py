@@ -8,7 +8,7 @@ import time
 from html import escape
 from typing import IO, Any, Protocol, TextIO
 
-from grazemap.client.progress import NotebookDisplay, runs_in_notebook
+from grazemap.notebook import NotebookDisplay, runs_in_notebook
 
 # Maximum width of a line. A longer one would be broken by the terminal, and only its end would be overwritten.
 _COLUMNS = 79

@@ -1,24 +1,20 @@
-"""The parser of all commands, and the options of a command."""
+"""The parser of all commands, and the options of a command.
+
+The models of requests and the client take half a second to import. They are imported only for commands that need them.
+"""
 
 from __future__ import annotations
 
 import argparse
 import re
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from grazemap.cli import (
-    check_command,
-    completion_command,
-    process_commands,
-    result_commands,
-    stack,
-    status_command,
-    storage_commands,
-)
+from grazemap.cli import storage_commands, up_command
 from grazemap.version import __version__
-from grazemap.wire import PROCESSES, ProblemError
-from grazemap.wire.error_texts import suggestion
+
+if TYPE_CHECKING:
+    from grazemap.wire import ProblemError
 
 # Column of the descriptions of the commands.
 _COLUMN = 28
@@ -40,26 +36,42 @@ class _Parser(argparse.ArgumentParser):
         self.set_defaults(parser=self)
 
 
-def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentParser:
+def parser(processes: Collection[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands; each of them sets `command`, the function that runs it.
 
-    Only the commands of `processes` have their flags: making the flags of all processes takes a tenth of a second.
+    Only the commands of `processes` (None: of all) have their flags: making the flags of all processes takes a tenth of
+    a second.
     """
-    top = _Parser(
-        prog="grazemap",
-        description="Grazing bifurcations of impact oscillators.",
-        formatter_class=_OneLineHelp,
-    )
-    top.add_argument("--version", action="version", version=f"grazemap {__version__}")
-    commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    from grazemap.cli import check_command, completion_command, process_commands, result_commands, status_command
+
+    top, commands = _top()
     process_commands.add_processes(commands, processes)
-    stack.add_command(commands)
+    up_command.add_command(commands)
     status_command.add_command(commands)
     storage_commands.add_commands(commands)
     result_commands.add_commands(commands)
     check_command.add_command(commands)
     completion_command.add_command(commands, parser)
     return top
+
+
+def _parser_of(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return a parser that has the command of some words."""
+    top, commands = _top()
+    up_command.add_command(commands)
+    storage_commands.add_commands(commands)
+    return top if words and words[0] in commands.choices else parser(set(words))
+
+
+def _top() -> tuple[argparse.ArgumentParser, Any]:
+    """Return a parser without commands, and what commands are added to."""
+    top = _Parser(
+        prog="grazemap",
+        description="Grazing bifurcations of impact oscillators.",
+        formatter_class=_OneLineHelp,
+    )
+    top.add_argument("--version", action="version", version=f"grazemap {__version__}")
+    return top, top.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
@@ -69,11 +81,11 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     reports them together with the errors of its request.
     """
     words = _with_hyphens(arguments)
-    top = parser(set(words))
+    top = _parser_of(words)
     command = _command(top, words)
     words, errors_of_switches = _without_switch_values(_with_negative_values(words), command)
     options, unknown = top.parse_known_args(words)
-    computes = options.command is process_commands.compute
+    computes = "computes" in options
     options.errors = [
         *errors_of_switches,
         *(_unknown_argument(name, command, computes) for name in _argument_names(unknown)),
@@ -103,6 +115,8 @@ def _command(top: argparse.ArgumentParser, words: Sequence[str]) -> argparse.Arg
         if chosen is None or chosen.choices is None or word.startswith("-"):
             break
         if word not in chosen.choices:
+            from grazemap.wire.error_texts import suggestion
+
             near = suggestion(word, chosen.choices) or f" (allowed: {', '.join(chosen.choices)})"
             current.error(f"there is no {str(chosen.metavar or chosen.dest).lower()} {word}{near}")
         current = chosen.choices[word] if isinstance(chosen.choices, dict) else current
@@ -123,6 +137,8 @@ def _without_switch_values(
         if not equals and rest and not word.startswith("-") and not takes_words:
             name, value = rest[-1], word
         if value and name in switches:
+            from grazemap.wire import ProblemError
+
             allowed = " or ".join(switches[name])
             errors.append(ProblemError(pointer=f"{name} {value}", detail="A switch has no value", allowed=allowed))
         else:
@@ -151,6 +167,9 @@ def _argument_names(unknown: Sequence[str]) -> list[str]:
 
 
 def _unknown_argument(name: str, command: argparse.ArgumentParser, computes: bool) -> ProblemError:
+    from grazemap.wire import ProblemError
+    from grazemap.wire.error_texts import suggestion
+
     if name.startswith("-"):
         return ProblemError(pointer=name, detail=f"Unknown flag{suggestion(name, command._option_string_actions)}")
     spaces = "; ranges and lists are written without spaces" if computes else ""

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
+from grazemap.cli.clients import service_or_stack
 from grazemap.cli.command_request import CommandRequest
 from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.flags import add_flags, example, flags_of
 from grazemap.cli.result_commands import describe
-from grazemap.cli.stack import service_or_stack
 from grazemap.results import OrbitBranch, PeriodicOrbit
 from grazemap.wire import PROCESSES
 
@@ -27,13 +27,13 @@ _SI_EXAMPLE = (
 )
 
 
-def add_processes(commands: Any, flagged: Collection[str]) -> None:
+def add_processes(commands: Any, flagged: Collection[str] | None) -> None:
     """Add a command for each process, and `run` with the same subcommands.
 
-    `flagged` are the processes whose flags are added. Only the process of the command line needs them, and making all
-    of them is slow.
+    `flagged` are the processes whose flags are added; None: all. Only the process of the command line needs them, and
+    making all of them is slow.
     """
-    flag_parsers = {process: _arguments(process) for process in PROCESSES if process in flagged}
+    flag_parsers = {process: _arguments(process) for process in PROCESSES if flagged is None or process in flagged}
     _add_each(commands, flag_parsers)
     run = commands.add_parser("run", help="compute a process; the same as its own command")
     _add_each(run.add_subparsers(required=True, metavar="PROCESS"), flag_parsers)
@@ -87,7 +87,7 @@ def _add_each(commands: Any, flag_parsers: Mapping[str, argparse.ArgumentParser]
 
 def _arguments(process: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
-    parser.set_defaults(command=compute, process=process)
+    parser.set_defaults(command=compute, computes=True, process=process)
     add_flags(parser, process)
     group = parser.add_argument_group("source, result and service")
     group.add_argument(

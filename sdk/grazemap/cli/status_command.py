@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from grazemap import constants
+from grazemap.cli.clients import client_of
 from grazemap.cli.exit_codes import DONE, FAILED
-from grazemap.cli.stack import client_of
 from grazemap.client import Client
 from grazemap.client.client import JobHandle
 from grazemap.errors import GrazemapError

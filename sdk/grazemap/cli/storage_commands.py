@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli.exit_codes import DONE, FAILED
-from grazemap.local_stack import server_command
+from grazemap.server_command import server_command
 
 
 def add_commands(commands: Any) -> None:

@@ -14,6 +14,7 @@ from threading import Lock, Thread
 from typing import Any, Protocol
 
 from grazemap.client.events import Event
+from grazemap.notebook import NotebookDisplay, runs_in_notebook
 
 QUIET_SECONDS = 0.5
 """Work that takes no longer has no display."""
@@ -129,34 +130,12 @@ def _display(title: str) -> Display:
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| [{elapsed}{postfix}]"
 
 
-def runs_in_notebook() -> bool:
-    """Return whether this runs in a notebook's kernel."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    return getattr(shell, "kernel", None) is not None
-
-
 def _remaining_text(seconds: float | None) -> str:
     return "" if seconds is None else f"about {seconds:.0f} s left"
 
 
 def _text(waiting_for: str, left: str) -> str:
     return f"waiting for {waiting_for}" if waiting_for else left
-
-
-class NotebookDisplay:
-    """An output below a notebook's cell. It is emptied at the end, so that a saved notebook does not contain it.
-
-    A widget of `tqdm.auto` would remain in a saved notebook, as the text of its first state.
-    """
-
-    def __init__(self) -> None:
-        from IPython.display import display
-
-        self._handle_class: Any = display({"text/html": ""}, raw=True, display_id=True)
-
-    def update(self, html: str) -> None:
-        """Show HTML in place of what was shown before."""
-        self._handle_class.update({"text/html": html}, raw=True)
 
 
 class NotebookBar(NotebookDisplay):

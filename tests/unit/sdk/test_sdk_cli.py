@@ -11,6 +11,7 @@ import pytest
 
 import grazemap
 from grazemap import cli, constants
+from grazemap.cli import up_command
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.results.tables import Column, text
 from tests.support.sdk_documents import ONE_STOP, REQUESTS, npz
@@ -101,7 +102,7 @@ def test_a_wrong_command_gives_2(arguments, capsys):
 def told_stack(monkeypatch):
     """A stack that comes up at an address made of its own arguments, and ends."""
     told = "import json, sys; print(json.dumps({'url': ' '.join(sys.argv[1:])}))"
-    monkeypatch.setattr(cli.stack, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
+    monkeypatch.setattr(up_command, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
 """`local()` when the stack starts, does not start, or is not installed. The stack is a stand-in."""
 
-import importlib.util
 import json
 import os
 import sys
 import tempfile
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -99,8 +99,7 @@ def test_a_stack_that_ignores_a_request_to_stop_is_killed(stack, monkeypatch):
 
 
 def test_without_the_server_extra_the_error_names_what_to_install(monkeypatch):
-    found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "rq" else found(name))
+    monkeypatch.setattr("grazemap.server_command.find_spec", lambda name: None if name == "rq" else find_spec(name))
     with pytest.raises(MissingExtra, match=r'pip install "grazemap\[server\]"') as caught:
         grazemap.local()
     assert isinstance(caught.value, ImportError)

@@ -13,11 +13,13 @@ from tests.support.sdk_documents import npz
 
 HEAVY = ["numba", "redis", "fastapi", "rq", "scipy", "matplotlib", "xarray", "tqdm", "pandas", "starlette", "shtab"]
 LOADED = f"""
-import sys, grazemap.wire, grazemap.codec
+import sys, grazemap.cli
+grazemap.cli.commands.parsed(["up"])
+print([name for name in ("pydantic", "httpx2", "numpy") if name in sys.modules])
+import grazemap.wire, grazemap.codec
 print("httpx2" in sys.modules)
 import grazemap.results
 print("grazemap.plots" in sys.modules)
-import grazemap.cli
 from grazemap import Client, AsyncClient, Oscillator, local, load, errors
 Client().close()
 try:
@@ -77,7 +79,7 @@ def test_importing_loads_nothing_heavy_and_the_models_no_http_client(tmp_path):
     curve = tmp_path / "curve.npz"
     curve.write_bytes(npz("grazing-curves"))
     done = subprocess.run([sys.executable, "-c", LOADED, curve], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == ["False", "False", f"grazemap {grazemap.__version__}", "[]", "plot"]
+    assert done.stdout.splitlines() == ["[]", "False", "False", f"grazemap {grazemap.__version__}", "[]", "plot"]
 
 
 def test_help_of_a_method_describes_every_argument():

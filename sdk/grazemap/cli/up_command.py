@@ -1,4 +1,4 @@
-"""The command `up`, and the client of the service that a command uses."""
+"""The command `up`, which runs a stack on this machine."""
 
 from __future__ import annotations
 
@@ -11,15 +11,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from grazemap import constants
-from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand
-from grazemap.client import Client
-from grazemap.errors import GrazemapError, ProtocolError
-from grazemap.local_stack import LocalClient, LocalStack, stack_command
+from grazemap.cli.exit_codes import DONE, FAILED
+from grazemap.errors import ProtocolError
+from grazemap.server_command import stack_command
 from grazemap.start_display import StartLine, ready_line
 
-# Seconds that a service on this machine has to answer.
-_PROBE_TIMEOUT = 2.0
 # Default address of `up`, as in the service's settings; environment variables override it.
 _DEFAULT_ADDRESS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
@@ -41,30 +37,6 @@ def add_command(commands: Any) -> None:
     )
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
-
-
-def service_or_stack(url: str | None, quiet: bool) -> Client:
-    """Return a client of the service at an address, else of one at the default address, else of a temporary stack."""
-    if url or os.environ.get("GRAZEMAP_URL"):
-        return client_of(url)
-    with Client(timeout=_PROBE_TIMEOUT, retries=0) as probe:
-        try:
-            running = "processes" in probe.describe()
-        except GrazemapError:
-            running = False
-    if not running:
-        return LocalClient(LocalStack(quiet=quiet))
-    if not quiet:
-        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
-    return Client()
-
-
-def client_of(url: str | None, retries: int = constants.DEFAULT_RETRIES) -> Client:
-    """Return a client of the service at an address, or at the default address. Raises InvalidCommand."""
-    try:
-        return Client(url, retries=retries)
-    except ValueError as error:
-        raise InvalidCommand(str(error)) from error
 
 
 def _setting(name: str, default: str) -> str:

@@ -1,0 +1,39 @@
+"""The client of the service that a command uses."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from grazemap import constants
+from grazemap.cli.exit_codes import InvalidCommand
+from grazemap.client import Client
+from grazemap.errors import GrazemapError
+from grazemap.local_stack import LocalClient, LocalStack
+
+# Seconds that a service on this machine has to answer.
+_PROBE_TIMEOUT = 2.0
+
+
+def service_or_stack(url: str | None, quiet: bool) -> Client:
+    """Return a client of the service at an address, else of one at the default address, else of a temporary stack."""
+    if url or os.environ.get("GRAZEMAP_URL"):
+        return client_of(url)
+    with Client(timeout=_PROBE_TIMEOUT, retries=0) as probe:
+        try:
+            running = "processes" in probe.describe()
+        except GrazemapError:
+            running = False
+    if not running:
+        return LocalClient(LocalStack(quiet=quiet))
+    if not quiet:
+        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
+    return Client()
+
+
+def client_of(url: str | None, retries: int = constants.DEFAULT_RETRIES) -> Client:
+    """Return a client of the service at an address, or at the default address. Raises InvalidCommand."""
+    try:
+        return Client(url, retries=retries)
+    except ValueError as error:
+        raise InvalidCommand(str(error)) from error
