@@ -4,9 +4,11 @@ PYTHON ?= $(or $(shell for python in $$(printf 'python%s\n' $(VERSIONS) | sort -
 	$$python -c 'import ensurepip, venv' >/dev/null 2>&1 && echo $$python && break; done),$(error no Python of \
 	$(VERSIONS) runs here: install one, with its module venv, or name it, as in make PYTHON=/path/to/python))
 BIN := .venv/bin
-# what a stack, its client and pictures need; the rest, for tests and tools; the other tools of the benchmarks
+# what a stack, its client and pictures need; what tests need; the tools for style, types and pages in a browser; what
+# the benchmarks compare with
 RUN_STAMP := .venv/.run-stamp
 STAMP := .venv/.stamp
+TOOLS_STAMP := .venv/.tools-stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples paper tools
 
@@ -24,6 +26,14 @@ ARITHMETIC := tests/unit/core tests/unit/benchmarks
 # one cache of compiled kernels, for the tests and the workers that they start. In recipes paths are relative, whatever
 # the name of this folder is; in variables of the environment they are not, for processes in other folders.
 TEST_CACHE := .cache/grazemap
+WITH_KERNELS := test digests digests-all thorough general hardware verify beside-borders chaotic-transients \
+	long-transients one-period resolve memory chaos fairness unfair first-window load small-questions estimates planes \
+	proofs mutants browser resonance
+$(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
+$(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
+$(WITH_KERNELS) kernels-of-lanes other-kernels: | $(TEST_CACHE)/kernels
+$(TEST_CACHE)/kernels:
+	@mkdir -p -m 700 $@
 
 .DEFAULT_GOAL := help
 .PHONY: $(shell awk -F: '/^[a-z-]+:/{print $$1}' $(firstword $(MAKEFILE_LIST)))
@@ -53,7 +63,11 @@ $(RUN_STAMP): requirements.lock pyproject.toml
 	@touch $@
 
 $(STAMP): $(RUN_STAMP)
-	$(call timed,installing what tests (about half a minute),$(call install,what benchmarks need) && echo "$(PACKAGES)")
+	$(call timed,installing what tests (about half a minute),$(call install,what style and pages need) && echo "$(PACKAGES)")
+	@touch $@
+
+$(TOOLS_STAMP): $(STAMP)
+	$(call timed,installing what checks the style,$(call install,what benchmarks need) && echo "$(PACKAGES)")
 	@touch $@
 
 run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
@@ -65,8 +79,6 @@ reproduce: $(RUN_STAMP)  #: compute the paper's figures, numbers and motions aga
 published: $(RUN_STAMP)  #: compute published numbers of other oscillators again, into docs/published.md (three minutes)
 	$(BIN)/python -m paper.published
 
-resonance: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-resonance: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resonance: $(STAMP)  #: the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
 	$(BIN)/python -m tests.slow.resonance 50
 
@@ -79,8 +91,6 @@ pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out
 serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
 	$(BIN)/grazemap up $(if $(wildcard out/data),--data out/data)
 
-test: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-test: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 # threads of small products wait for one another where others compute too
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
@@ -90,7 +100,7 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
 	@$(MAKE) --no-print-directory test NARROW=1
 
-all-checks: $(STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
+all-checks: $(TOOLS_STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
 
 # two processes: the kernels of lanes take as long as all others, with which they share few parts
@@ -99,7 +109,6 @@ kernels: kernels-of-lanes other-kernels
 kernels-of-lanes: COMPONENTS := lockstep-3 apart-3 map_observables
 other-kernels: COMPONENTS := curves trajectories classification orbits observables
 kernels-of-lanes other-kernels: $(RUN_STAMP)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(call timed,compiling the $(subst -, ,$@) (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup \
 		$(COMPONENTS))
 
@@ -111,7 +120,7 @@ test-without-kernels: $(STAMP)
 	$(ON_TWO_CORES) $(WITHOUT_KERNELS)
 
 test-arithmetic: kernels $(STAMP)
-	nice $(ON_TWO_CORES) $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
+	nice -n 19 $(ON_TWO_CORES) $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
 
 test-processes: kernels $(STAMP)
 	$(PYTEST) $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/system/browser,--ignore=$(folder))
@@ -120,15 +129,11 @@ test-processes: kernels $(STAMP)
 ci: lint types test  ## what continuous integration runs: style, types, every test, the unit tests on other Pythons
 	@$(BIN)/python -m tools.other_pythons
 
-digests digests-all: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-digests digests-all: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 digests digests-all: export OPENBLAS_NUM_THREADS = 1
 digests: $(STAMP)  #: say which results changed, and by how much, and record their digests (ten minutes; kernels stored: one)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m tests.support.digests
 
 digests-all: $(STAMP)  #: compare all results with their digests, and labels with this processor's own (twenty minutes; two)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m tests.support.digests --check
 
 # What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
@@ -161,54 +166,33 @@ first-start: $(STAMP)  #: what `grazemap up` says on a first start: every Python
 latency: $(STAMP)  #: the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
 
-thorough: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-thorough: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (five minutes)
 	$(BIN)/python -m pytest -m thorough tests
 
-general: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-general: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 general: $(STAMP)  #: systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m tests.slow.general_checks
 
-hardware: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-hardware: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  #: compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/unit/core/test_hardware.py
 
-verify: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-verify: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  #: a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python -m tests.slow.verified_points 1000
 
-beside-borders: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-beside-borders: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 beside-borders: $(STAMP)  #: verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
 	$(BIN)/python -m tests.slow.beside_borders 300 400
 
-chaotic-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-chaotic-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaotic-transients: $(STAMP)  #: chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
 	$(BIN)/python -m tests.slow.chaotic_transients 300
 
-long-transients: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-long-transients: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 long-transients: $(STAMP)  #: how many of 500 long transients that double precision follows are called sensitive (ten minutes)
 	$(BIN)/python -m tests.slow.long_transients 500
 
-one-period: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-one-period: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.slow.one_period
 
-resolve: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-resolve: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 resolve: $(STAMP)  #: 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python -m tests.slow.resolved_points 200
 
-memory: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-memory: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 memory: $(STAMP)  #: the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python -m tests.slow.limits_of_memory
 
@@ -222,33 +206,21 @@ schemathesis: $(STAMP)  #: a thousand requests from the API's document to each o
 storage: $(STAMP)  #: append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
 	$(BIN)/python -m pytest -m "" tests/system/service/test_storage.py tests/system/service/test_http_storage_full.py
 
-chaos: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-chaos: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 chaos: kernels $(STAMP)  #: 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python -m tests.slow.signals_at_random
 
-fairness: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-fairness: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 fairness: kernels $(STAMP)  #: 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python -m tests.slow.fairness
 
-unfair: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-unfair: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 unfair: kernels $(STAMP)  #: small questions and maps beside dense zeros and long trajectories of another client (five minutes)
 	$(BIN)/python -m tests.slow.unfair_askers
 
-first-window: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-first-window: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-first-window: kernels chromium $(STAMP)  #: the explorer's first window: previews, and verified, on two cores (three minutes)
+first-window: kernels chromium $(TOOLS_STAMP)  #: the explorer's first window: previews, and verified, on two cores (three minutes)
 	$(BIN)/python -m tests.slow.first_window
 
-load: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-load: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 load: kernels $(STAMP)  #: 500 event streams, and twice a thousand clients for a minute (ten minutes)
 	$(BIN)/python -m tests.slow.load
 
-small-questions: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-small-questions: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 small-questions: kernels $(STAMP)  #: the time from a small question to its answer, alone and beside two large maps (three minutes)
 	$(BIN)/python -m tools.small_questions
 
@@ -258,32 +230,23 @@ cold-start: $(STAMP)  #: from the first start to the first curve, trajectory and
 kernels-wheel: $(RUN_STAMP)  #: compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
 	$(BIN)/python tools/kernels_wheel.py dist
 
-estimates: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-estimates: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(BIN)/python -m benchmarks.estimates
 
-planes: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-planes: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 planes: kernels $(STAMP)  #: the processor time of maps over other parameters, beside that over omega and clearance (ten minutes)
 	$(BIN)/python -m benchmarks.planes
 
 large-models: $(STAMP)  #: maps of 40 dense degrees of freedom and of a chain of 64, beside their estimates (ten minutes)
 	$(BIN)/python -m benchmarks.large_models
 
-$(BENCH_STAMP): $(STAMP)
+$(BENCH_STAMP): $(TOOLS_STAMP)
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements.lock)
 	@touch $@
 
-proofs: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-proofs: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 proofs: $(STAMP)  #: prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
 	$(BIN)/python -m tests.slow.proven_statements
 	$(BIN)/python -m tests.slow.proven_points
 
-mutants: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-mutants: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 mutants: $(STAMP)  #: change certificates at random, and judge in 100 digits what the checker accepts (hours)
 	$(BIN)/python -W ignore -m tests.slow.mutated_certificates $(MUTANTS)
 
@@ -307,7 +270,7 @@ machines: $(RUN_STAMP)  #: write what the blocks of docs/machines.md print, and 
 house: $(STAMP)  #: draw docs/pictures/house.svg, the folders and modules, from the imports
 	$(BIN)/python -m tools.house
 
-lint: $(STAMP)  #: check style, spelling, import contracts, import circles and the compose file
+lint: $(TOOLS_STAMP)  #: check style, spelling, import contracts, import circles and the compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell $(SOURCES) docs *.md
@@ -316,18 +279,16 @@ lint: $(STAMP)  #: check style, spelling, import contracts, import circles and t
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
 
-types: $(STAMP)  #: check types with mypy, strict
+types: $(TOOLS_STAMP)  #: check types with mypy, strict
 	$(BIN)/mypy
 
 chromium:
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 
-browser: export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
-browser: export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
-browser: kernels chromium $(STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
+browser: kernels chromium $(TOOLS_STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/system/browser
 
-lock: $(STAMP)  #: pin the newest version of every dependency, with hashes
+lock: $(TOOLS_STAMP)  #: pin the newest version of every dependency, with hashes
 	$(BIN)/python -m tools.lock
 
 clean:  #: remove what the other targets have made

@@ -1,6 +1,6 @@
 """Pin the newest version of every dependency, with hashes, into requirements.lock: `make lock`.
 
-The lock has three parts, each with what the parts before it lack: what runs, what tests need, what benchmarks need.
+The lock has parts (`PARTS`), each with what the parts before it lack.
 Without addresses, it holds for any index of packages.
 """
 
@@ -15,7 +15,8 @@ from tools.first_start import PYTHONS, ROOT
 LOCK = ROOT / "requirements.lock"
 PARTS = {
     "what runs": ("server", "plot", "proofs"),
-    "what tests need": ("dev",),
+    "what tests need": ("test",),
+    "what style and pages need": ("dev",),
     "what benchmarks need": ("dev", "bench"),
 }
 """From the heading of a part to the extras that are installed with it and the parts before it."""

@@ -19,7 +19,7 @@ from tests.support.watching import living, until
 # some three seconds of two cores
 MAP = {
     "omega": {"start": 0.26, "stop": 0.30, "points": 100},
-    "clearance": {"start": 1.3, "stop": 2.0, "points": 160},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 110},
 }
 
 

@@ -178,6 +178,7 @@ print(text)
 """
 
 
+@pytest.mark.thorough
 def test_a_process_in_a_hurry_compiles_the_same_machine_code(tmp_path: Path) -> None:
     def assembly(how: str) -> str:
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / how)}

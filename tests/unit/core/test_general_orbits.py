@@ -29,8 +29,9 @@ from tests.support.general_systems import mismatch, random_oscillator, with_orbi
 from tests.support.orbits import orbit_with, tangent_flow
 from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
+from tests.support.thorough import the_first
 
-SEEDS = [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23]
+SEEDS = the_first(8, [0, 1, 2, 5, 6, 7, 8, 9, 14, 15, 17, 18, 20, 22, 23])
 """Their trajectories settle to orbits of one to five impacts: of one stop and of two, a preloaded one among them."""
 
 

@@ -81,6 +81,7 @@ def outside(found: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
     ]
 
 
+@pytest.mark.thorough
 def test_every_module_of_kernels_keeps_machine_code_in_the_folder_of_the_fingerprint(tmp_path: Path) -> None:
     assert len(MODULES) > 35
     found = cache_folders(MODULES, tmp_path)

@@ -21,6 +21,7 @@ from grazemap_core.simulation.observables import Observables, Output
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.oscillators import DEFAULT, VARYING, biased
 from tests.support.refused import refused
+from tests.support.thorough import the_first
 
 PERIODS = 300
 OMEGA = np.linspace(0.262, 0.298, 4)
@@ -106,7 +107,7 @@ APART = {
 }
 
 
-@pytest.mark.parametrize("name", APART)
+@pytest.mark.parametrize("name", the_first(4, APART))
 def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     """A lane with tables of its own does what it does among lanes that share them, to the byte."""
     oscillator, clearance, omega, damping = APART[name]
