@@ -71,7 +71,7 @@ class Ensemble(NamedTuple):
     time : (n, first)
         Time of the event since the start of that half period; NaN where there are no more.
     stop : int8, shape (n, first)
-        +1 at stop A, -1 at stop C, 0 where there are no more.
+        +1 at the right stop, -1 at the left stop, 0 where there are no more.
     velocity : (n, first)
         Velocity of mass 1 before it; 0 at a release, NaN where there are no more.
     kind : int8, shape (n, first)

@@ -1,8 +1,8 @@
 """The number of near-grazing first impacts that each tool finds, and of false ones that it reports.
 
-Mass 1 starts in the middle, on its steady motion of amplitude A, toward stop A. With the clearance (1 - overshoot) A
-the first contact is at asin(1 - overshoot)/omega, exactly; with (1 + overshoot) A there is none. The frequency is
-random, one generator for all tools: a tool with fewer cases gets the first of them.
+Mass 1 starts in the middle, on its steady motion of amplitude A, toward the right stop. With the clearance
+(1 - overshoot) A the first contact is at asin(1 - overshoot)/omega, exactly; with (1 + overshoot) A there is none. The
+frequency is random, one generator for all tools: a tool with fewer cases gets the first of them.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def steady_motion(oscillator: Oscillator, omega: float) -> NDArray[np.complex128
 
 
 def start_on_steady_motion(oscillator: Oscillator, omega: float) -> Start:
-    """Return the start in the middle, mass 1 moving toward stop A, on the steady motion."""
+    """Return the start in the middle, mass 1 moving toward the right stop, on the steady motion."""
     response = steady_motion(oscillator, omega)
     phase = -float(np.angle(response[0]))
     turned = response * np.exp(1j * phase)

@@ -145,7 +145,7 @@ def _cases(client: Client, section: Section, omega: float) -> None:
     """Multiply out (42) and compare with (45), (57), (58)."""
     one, two = (
         client.discontinuity_mapping(CHAIN, omega=omega, overshoot=[1e-3], stop=stop, returns=ORDERS, progress=False)
-        for stop in ("A", "C")
+        for stop in ("right", "left")
     )
     p1, p2 = one.jacobian, one.jacobian_opposite
     power = np.linalg.matrix_power

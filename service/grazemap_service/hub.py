@@ -111,7 +111,7 @@ class Hub:
             self._ends.discard(ended)
 
     def _start(self) -> None:
-        if self._task is None:
+        if self._task is None or self._task.done():
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     async def ended_since(self, job_id: str, began: float) -> tuple[bool, Status | None]:

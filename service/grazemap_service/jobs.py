@@ -10,7 +10,7 @@ The store decides whether a job is new.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated
 
 import redis.exceptions
@@ -229,11 +229,11 @@ def with_links(job: Job) -> Job:
     return job.model_copy(update={"links": links})
 
 
-def job_response(job: Job, status: int, headers: Mapping[str, str] | None = None) -> Response:
+def job_response(job: Job, status: int) -> Response:
     """Return a job as an answer, with its address as Location."""
     return Response(
         with_links(job).model_dump_json(exclude_none=False).encode(),
         status_code=status,
         media_type="application/json",
-        headers={"Location": job_path(job.id), "Cache-Control": "no-store", **(headers or {})},
+        headers={"Location": job_path(job.id), "Cache-Control": "no-store"},
     )

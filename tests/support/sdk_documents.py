@@ -152,7 +152,7 @@ _onward = np.tile([1e-4, 1e-5, _NAN], (2, 1))
 _sample(
     "discontinuity-mappings",
     "DiscontinuityMapping",
-    {"omega": 0.29, "overshoot": [1e-4, 1e-6], "stop": "C", "returns": 2},
+    {"omega": 0.29, "overshoot": [1e-4, 1e-6], "stop": "left", "returns": 2},
     {"return": 3, "state_entry": 7, "state_entry_before": 7, "order": 2},
     omega=0.29,
     clearance=1.99,

@@ -95,7 +95,7 @@ class StopGrazes:
 
     @property
     def recurrence_stop(self) -> Integers:
-        """The stop of the impact that recurs after a graze of both at A: +1 (A), -1 (C), 0 if there is none."""
+        """The stop (+1 right, -1 left) that is hit again after a graze of both, the right one first; 0 if none is."""
         order = self.first_recurrence
         return np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
 

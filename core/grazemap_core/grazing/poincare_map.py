@@ -30,9 +30,9 @@ class Returns:
     """The returns of a motion to the stops; row 0 is the initial state."""
 
     deviation: Floats
-    """(m + 1, 2N + 1) Row k is relative to the grazing point of its stop, A or C in turn if both are grazed at once, on
-    the Poincare surface, for the motion without the impact at this return. NaN once the motion is no longer near the
-    graze."""
+    """(m + 1, 2N + 1) Row k is relative to the grazing point of its stop (right and left in turn if both are grazed
+    at once), on the Poincare surface, for the motion without the impact at this return. NaN once the motion is no
+    longer near the graze."""
     overshoot: Floats
     """(m + 1,) Distance of the contact beyond the stop there; there is an impact if it is positive."""
 

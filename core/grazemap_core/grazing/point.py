@@ -57,7 +57,7 @@ class GrazingPoint:
     omega: float
     """Forcing frequency."""
     stop: int
-    """+1 (A) or -1 (C)."""
+    """+1 (right) or -1 (left)."""
     varied: VariedStop | None
     """Where the other stop is; None: the motion grazes both stops, half a period of the forces apart."""
     amplitude: float
@@ -171,7 +171,7 @@ class GrazingPoint:
 def grazing_point(
     oscillator: Oscillator, omega: float, stop: int = 1, varied: VariedStop | None = None
 ) -> GrazingPoint:
-    """Return the point at which the steady motion of forcing frequency omega grazes stop A (+1) or C (-1).
+    """Return the point at which the steady motion of forcing frequency omega grazes the right (+1) or left (-1) stop.
 
     Without `varied` the motion grazes both stops at once, half a period of the forces apart. With it, it grazes that
     stop, and touches it at its highest maximum.
@@ -187,7 +187,7 @@ def grazing_point(
         The modal model is ill-conditioned.
     """
     if stop not in (1, -1):
-        raise ParameterError("stop", "must be +1 (stop A) or -1 (stop C)")
+        raise ParameterError("stop", "must be +1 (right stop) or -1 (left stop)")
     require_forced(oscillator)
     require_damped(oscillator)
     place = contact_equilibrium(oscillator)

@@ -78,14 +78,14 @@ def recurrence_sequence(point: GrazingPoint, max_order: int = 8) -> RecurrenceSe
 
 
 def xi_along(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> Floats:
-    """Return xi_m of a graze at stop A along the grazing curve, from the impulse response: (45), (57), (58).
+    """Return xi_m of a graze of the right stop along the grazing curve, from the impulse response: (45), (57), (58).
 
     Parameters and Raises as for `grazing_curve`.
 
     Returns
     -------
     ndarray of shape (n, max_order)
-        An impact recurs at the first m with ``(-1)^m xi_m < 0``, at A for even m and at C for odd m.
+        An impact recurs at the first m with ``(-1)^m xi_m < 0``, at the right stop for even m, at the left for odd m.
     """
     curve = grazing_curve(oscillator, omega, 1)
     checked_order("max_order", max_order, 1)

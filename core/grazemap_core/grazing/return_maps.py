@@ -27,7 +27,7 @@ NOT_NEARBY = (
 
 
 def return_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
-    """Return the deviation from ``point.next()`` at the next return: P_1 for stop A, P_2 for stop C.
+    """Return the deviation from ``point.next()`` at the next return: P_1 for the right stop, P_2 for the left.
 
     Parameters
     ----------

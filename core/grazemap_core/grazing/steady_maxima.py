@@ -62,7 +62,7 @@ class SteadyMotion:
         amplitude = np.abs(response)
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = (np.conj(response) * self.slopes[:, 0]).real / amplitude
-        # q = stop A where the argument of the response is stop pi/2
+        # q is the amplitude times `stop` where the argument of the response is stop pi/2
         return SteadyMaxima(amplitude, wrapped(stop * 0.5 * np.pi - np.angle(response)), amplitude, slope)
 
     def _of_several(self, stop: int) -> SteadyMaxima:

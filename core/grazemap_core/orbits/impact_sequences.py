@@ -28,7 +28,7 @@ class ImpactSequence:
     period: int
     """n, forcing periods."""
     stops: Integers
-    """(k,) +1 (stop A) or -1 (C)."""
+    """(k,) +1 (right stop) or -1 (left)."""
     phases: Floats
     """(k,) ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n)."""
     velocities: Floats

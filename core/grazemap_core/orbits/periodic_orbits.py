@@ -102,7 +102,7 @@ class PeriodicOrbit:
 
     @property
     def impacts_per_period(self) -> tuple[int, int]:
-        """Impacts on stop A and on stop C in the minimum period; -1 for a stop that is not touched."""
+        """Impacts on the right and on the left stop in the minimum period; -1 for a stop that is not touched."""
         whole = self.impacts.whole
         parts = self.impacts.period // self.least_period
         right, left = (int(np.sum(whole.stops == stop)) // parts or -1 for stop in (1, -1))

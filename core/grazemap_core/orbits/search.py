@@ -47,7 +47,7 @@ def sequence_of_stops(
         As for `periodic_orbits.periodic_orbit`.
     period : int
         n, forcing periods, >= 1.
-    sides : sequence of +1 (stop A) or -1 (C)
+    sides : sequence of +1 (right stop) or -1 (left)
         Stops of the impacts of a whole period, in order, starting with any impact.
     seed : int
         Seed of the random initial states that are tried.

@@ -34,8 +34,7 @@ class LinearisedRun:
     state: Floats
     """(N, 2) Current state, in block coordinates and minus the reference motion."""
     steady: Floats
-    """(2 N,) Displacements, then velocities, of the reference motion at the phase of the start, about the
-    equilibrium."""
+    """(2 N,) Displacements, then velocities, of the reference motion at the start's phase, with the equilibrium."""
     stops: Stops
     """The stops."""
     halves: int
@@ -52,7 +51,7 @@ class LinearisedRun:
 
     @property
     def physical(self) -> Floats:
-        """Displacements, then velocities, (2 N,), after a whole number of periods."""
+        """Displacements, then velocities, (2 N,); only after a whole number of periods, where `steady` holds."""
         return np.asarray(self.held.from_free @ self.state.ravel() + self.steady)
 
     def advance(self, halves: int, tangent: Floats) -> None:

@@ -69,10 +69,10 @@ class Motion:
     period: int | None = None
     """Minimal period n, in forcing periods."""
     impacts_right: int | None = None
-    """Impacts on stop A per n forcing periods; -1: the stop is not touched, 0: it rests there without impacts, -2
-    (`codes.INFINITE`): infinitely many, in complete chatter."""
+    """Impacts on the right stop per n forcing periods; -1: the stop is not touched, 0: the contact rests there without
+    impacts, -2 (`codes.INFINITE`): infinitely many, in complete chatter."""
     impacts_left: int | None = None
-    """Impacts on stop C, likewise."""
+    """Impacts on the left stop, likewise."""
     symmetric: bool | None = None
     """Whether the motion is its own mirror image, half a period later."""
     sticking: bool | None = None

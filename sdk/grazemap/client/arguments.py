@@ -63,7 +63,7 @@ _INVALID_REQUEST = Problem(
     detail="Values are missing, unknown or out of range; the errors name each of them.",
 )
 _MOTION = (
-    "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
+    "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that hits the right stop twice and then the left; "
     "a mapping, which may also have phases and velocities; or an orbit that was found"
 )
 _AXIS = 'its name with (start, stop) or with a list, as ("restitution", 0.5, 0.9) or ("omega", [0.26, 0.28])'
@@ -411,7 +411,7 @@ _FORMS = {
         "MotionLike",
         "(period, stops), mapping or PeriodicOrbit",
         _as_motion,
-        more="Forcing periods, and +1 (A) or -1 (C) for every impact in order. A mapping or an orbit may also have "
+        more="Forcing periods, and +1 (right) or -1 (left) for every impact in order. A mapping or an orbit may have "
         "phases and velocities, the initial guess of Newton's method.",
     ),
     "list[CurveMotion]": Form(

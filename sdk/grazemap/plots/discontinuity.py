@@ -44,12 +44,12 @@ def plot_mapping_error(result: DiscontinuityMapping, drawing: Drawing) -> Axes:
             markersize=4.0,
             label=f"map ({which} order), return {m}" if which == "leading" else f"map (exact), return {m}",
         )
-    stop = "A" if result.stop == 1 else "C"
+    stop = "right" if result.stop == 1 else "left"
     place = place_text(result.units, omega=result.omega, clearance=result.clearance)
     drawing.describe(
         unit_wording("overshoot", "m", result.units),
         unit_wording(r"maximum error, in units of $A$, $\omega A$ and radians"),
-        f"Discontinuity mapping at stop {stop}, " + place,
+        f"Discontinuity mapping at the {stop} stop, " + place,
     )
     ax.grid(alpha=0.25, linewidth=0.5)
     drawing.show_legend()

@@ -156,7 +156,7 @@ def named_branch(result: OrbitBranch) -> str:
 
 
 def _name_stops(ax: Axes, result: OrbitBranch) -> None:
-    """Write A or C, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
+    """Write r or l, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
     knots = result.knots()
     first, last = _drawn_once(knots)
     if first == last:  # a single orbit has no line
@@ -178,12 +178,12 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
     side = -1 if knots.path[end + ends[end], 0] > knots.path[end, 0] else 1
     style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "va": "center", "annotation_clip": True}
     for group in groups[end]:
-        text = ", ".join(sorted({"A" if result.stops[impact] > 0 else "C" for impact in group}))
+        text = ", ".join(sorted({"r" if result.stops[impact] > 0 else "l" for impact in group}))
         place = float(knots.path[end, 0]), float(np.mean(knots.path[end, 1:][group]))
         ax.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
     for stop, text in ((1, "right"), (-1, "left")):
         if np.any(result.stops == stop):
-            marker = "$A$" if stop > 0 else "$C$"
+            marker = f"${text[0]}$"
             ax.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
 
 

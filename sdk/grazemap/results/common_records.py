@@ -18,10 +18,10 @@ class Common(Record):
     clearance: float = field("Distance of each stop from the middle.", unit="m")
     period: int = field("The minimum period n of a periodic motion.", unit="forcing periods")
     impacts_right: int = field(
-        "Number of impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: the contact "
-        "rests on it without an impact, -2: infinitely many, in complete chatter."
+        "Number of impacts on the right stop in a period of a periodic motion; -1: the stop is not touched, 0: the "
+        "contact rests on it without an impact, -2: infinitely many, in complete chatter."
     )
-    impacts_left: int = field("The same for stop C.")
+    impacts_left: int = field("The same for the left stop.")
     symmetric: bool = field("Whether the motion is its own mirror image, half a period later.")
     sticking: bool = field("Whether the contact rests on a stop at some time in the period.")
     isolated: bool = field("Exactly one solution of the orbit's equations is near (Newton-Kantorovich).")
@@ -65,7 +65,7 @@ class Impacts(Record):
     time: FloatArray = field("Time from the start of the record.", "impact", "s", coordinate=True)
     period: IntArray = field("Forcing periods completed at that time.", "impact", "forcing periods")
     phase_time: FloatArray = field("Time since the end of these periods, without their rounding.", "impact", "s")
-    stop: IntArray = field("+1: stop A, -1: stop C.", "impact", dtype="int8", values=STOPS)
+    stop: IntArray = field("+1: right stop, -1: left stop.", "impact", dtype="int8", values=STOPS)
     velocity: FloatArray = field("Velocity of the contact coordinate before the impact, signed.", "impact", "m/s")
     kind: TextArray = field(
         "impact; chatter: infinitely many impacts follow until the next rest; graze: round-off leaves undecided "

@@ -147,7 +147,7 @@ class CodimensionTwoPoint(Record):
             )
         away = max(_NEAR * self.omega, 4.0 * (self.omega_error or 0.0))
         window = {"start": self.omega - away, "stop": self.omega + away}
-        stop = {None: None, 1: "A", -1: "C"}[self.stop]
+        stop = {None: None, 1: "right", -1: "left"}[self.stop]
         return {"kind": "codimension-two", "type": function, "order": order, "range": window, "stop": stop}
 
 
@@ -166,7 +166,7 @@ class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"
 
     omega: FloatArray = field(Common, "omega")
     clearance: FloatArray = field(Common, "omega", description="A(omega), where the steady motion touches both stops.")
-    phase: FloatArray = field("omega t at the contact with stop A, in (-pi/p, pi/p].", "omega", "rad")
+    phase: FloatArray = field("omega t at the contact with the right stop, in (-pi/p, pi/p].", "omega", "rad")
     first_recurrence: IntArray = field(
         "Number of half periods after which an impact first recurs; 0: none up to max_order.", "omega"
     )
@@ -178,8 +178,8 @@ class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"
         XI,
         "omega order",
         when="with sequence",
-        description="xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40): an impact recurs at the "
-        "first m with (-1)^m xi_m < 0.",
+        description="xi_m for m = 1 .. max_order of a graze of the right stop, equations (33)-(40): an impact recurs "
+        "at the first m with (-1)^m xi_m < 0.",
     )
 
     @property

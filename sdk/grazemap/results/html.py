@@ -93,17 +93,17 @@ def _thumbnail(result: Result) -> str:
     """Return a small picture as an element of HTML; empty without matplotlib, or where nothing can be drawn."""
     if not hasattr(result, "plot"):
         return ""
-    small = thinned(result)
+    data = io.BytesIO()
     try:
+        small = thinned(result)
         draw_without_pyplot = plots().draw_without_pyplot
         figure = (
             draw_without_pyplot(small) if small is result else draw_without_pyplot(small, legend="none", labels=False)
         )
+        figure.savefig(data, format="png", dpi=_DOTS_PER_INCH)
     except MissingExtra:
         return ""
     except Exception:  # a display must not fail: the table is shown without a picture
         logging.getLogger(__name__).debug("no thumbnail", exc_info=True)
         return ""
-    data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=_DOTS_PER_INCH)
     return f"<img alt='' src='data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}'>"

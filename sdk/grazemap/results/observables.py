@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 _ASKED_FOR = "where `observables` names it"
-_RIGHT_STOP, _LEFT_STOP = " on stop A", " on stop C"
+_RIGHT_STOP, _LEFT_STOP = " on the right stop", " on the left stop"
 _RATE = "Number of impacts{} per forcing period; null in complete chatter, which has infinitely many."
 _PEAK = "Largest speed of the contact before an impact{}; null without impacts."
 _MEAN = "Mean speed of the contact before impacts{}; null without impacts, 0 in complete chatter."
@@ -69,13 +69,13 @@ class Observed(Record):
         "Largest distance of the contact coordinate from its static equilibrium.", unit="m", when=_ASKED_FOR, null=True
     )
     peak_displacement_right: Any = field(
-        "Largest displacement of the contact from its static equilibrium toward stop A.",
+        "Largest displacement of the contact from its static equilibrium toward the right stop.",
         unit="m",
         when=_ASKED_FOR,
         null=True,
     )
     peak_displacement_left: Any = field(
-        "Largest displacement of the contact from its static equilibrium toward stop C.",
+        "Largest displacement of the contact from its static equilibrium toward the left stop.",
         unit="m",
         when=_ASKED_FOR,
         null=True,

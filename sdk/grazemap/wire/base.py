@@ -128,7 +128,7 @@ class Response(BaseModel):
         try:
             return cls.model_validate_json(content)
         except ValidationError as error:
-            raise ProtocolError(f"the answer is not a {cls.__name__.lower()} of a grazemap service") from error
+            raise ProtocolError(f"the answer is not a {cls.__name__} of a grazemap service") from error
 
 
 def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCustomError:

@@ -50,8 +50,8 @@ Damping = Annotated[
 
 
 _DESCRIPTION = """\
-A linear structure whose contact coordinate moves between the stops A (+clearance) and C (-clearance), and rebounds
-from them: a chain of N masses, of which mass 1 hits the stops, unless other fields say so.
+A linear structure whose contact coordinate moves between the right stop (+clearance) and the left (-clearance), and
+rebounds from them: a chain of N masses, of which mass 1 hits the stops, unless other fields say so.
 
 Link i of the chain, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N
 numbers; a field that is left out has its default, also in SI, except that damping has none there.
@@ -59,7 +59,7 @@ numbers; a field that is left out has its default, also in SI, except that dampi
 
 
 class Oscillator(Request):
-    """A linear structure that moves between the stops A (+clearance) and C (-clearance); by default a chain of masses.
+    """A linear structure between a right stop (+clearance) and a left stop (-clearance); by default a chain of masses.
 
     ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
     stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)

@@ -55,11 +55,10 @@ _PATTERN = rf"^({'|'.join((*_OF_ONE, *_OF_STOPS))}|({'|'.join(_OF_LISTS)})\[[1-9
 ALLOWED = f"one of {', '.join((*_OF_ONE, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
-_ONE_STOP = 'left out, or the other stop alone: {"left": 1.2}'
 
 
 def _known(name: str) -> str:
-    if re.match(_PATTERN, name) is None:
+    if re.fullmatch(_PATTERN, name) is None:
         raise invalid("there is no such parameter", ALLOWED)
     return name
 
@@ -419,8 +418,9 @@ def _require_space(point: PlanePoint) -> None:
 
 
 def _require_different(across: str, up: str) -> None:
-    """Refuse two axes that are not independent, such as clearance and clearance_right."""
-    if across == up or across.startswith(f"{up}_") or up.startswith(f"{across}_"):
+    """Refuse two axes that are not independent, such as clearance and clearance_right, or damping and dampings[1]."""
+    pairs = ((across, up), (up, across))
+    if across == up or any(part.startswith((f"{whole}_", f"{whole}s[")) for part, whole in pairs):
         detail = "both axes have the same parameter" if across == up else f"{across} and {up} are not independent"
         raise invalid(detail, "two different parameters", "vertical", "vary")
 
@@ -433,7 +433,9 @@ def _fixed_stops(clearance: float | ClearancePair | None, varied: tuple[str, ...
     if "clearance" in names and clearance is not None:
         raise invalid("clearance varies: its values are those of an axis", "left out", "clearance")
     if names and isinstance(clearance, float | int):
-        raise invalid(f"{names[0]} varies: its values are those of an axis", _ONE_STOP, "clearance")
+        other = next(side for side in SIDES if side != names[0].removeprefix("clearance_"))
+        allowed = f'left out, or the other stop alone: {{"{other}": 1.2}}'
+        raise invalid(f"{names[0]} varies: its values are those of an axis", allowed, "clearance")
     stops = as_pair(clearance)
     for side in SIDES:
         if f"clearance_{side}" in names and stops.side(side) is not None:

@@ -12,7 +12,7 @@ from grazemap.wire.orbits import OrbitMotion, parameter_value
 from grazemap.wire.planes import WindowAxis, require_domain
 from grazemap.wire.process import NAMED, Operation, ProcessRequest, ShortForms, in_one_form, with_short_forms
 from grazemap.wire.states import InitialState
-from grazemap.wire.structure import Clearance, as_pair
+from grazemap.wire.structure import Clearance, StopName, as_pair
 
 _NEEDED: dict[str, tuple[str, ...]] = {
     "orbit": ("omega", "clearance", "motion"),
@@ -92,7 +92,7 @@ class Statement(Request):
     """Of a bifurcation: the parameter, and the interval in which the point lies; of a codimension-two point: omega."""
     order: Annotated[int, Field(ge=1, le=400), Listable] | None = None
     """Of a codimension-two point: the number of times T/2."""
-    stop: Annotated[Literal["A", "C"] | None, LeftOut] = None
+    stop: Annotated[StopName | None, LeftOut] = None
     """Of a codimension-two point: the one stop that is grazed, after whole periods; left out: both at once."""
 
     @classmethod
@@ -184,7 +184,7 @@ class ProofsRequest(ProcessRequest):
         if said.kind == "codimension-two":
             if said.stop is None and not self.oscillator.is_symmetric:
                 detail = "stop is missing: a bias or even harmonics let the steady motion graze one stop at a time"
-                raise invalid(detail, "A or C", "statement", "stop")
+                raise invalid(detail, "right or left", "statement", "stop")
             if said.stop is not None and (said.order or 0) % 2:
                 detail = "order is odd, and one stop is grazed after whole periods"
                 raise invalid(detail, "an even number", "statement", "order")

@@ -29,7 +29,7 @@ from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
 from grazemap.wire.planes import Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis, is_scalar
 from grazemap.wire.process import Operation, ProcessRequest, ShortForms
 from grazemap.wire.states import Count, InitialState, InitialStates, MaxPeriod, MaxPeriods
-from grazemap.wire.structure import Clearance, ClearancePair, OtherClearance, varied_stop
+from grazemap.wire.structure import Clearance, ClearancePair, OtherClearance, StopName, varied_stop
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
@@ -159,8 +159,8 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     """Forcing frequency."""
     overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Kind("sizes")]
     """Displacements of the contact beyond the stop: one state for each."""
-    stop: Literal["A", "C"] = "A"
-    """The stop that is grazed: A at +clearance, C at -clearance."""
+    stop: StopName = "right"
+    """The stop that is grazed: right, at +clearance, or left, at -clearance."""
     order: Literal["leading", "exact"] = "exact"
     """The mapping that is applied and iterated: exact, or its leading term."""
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
@@ -175,9 +175,10 @@ class DiscontinuityMappingsRequest(ProcessRequest):
 
     @model_validator(mode="after")
     def _other_stop_is_fixed(self) -> DiscontinuityMappingsRequest:
-        if self.clearance is not None and (varied_stop(self.clearance)[0] > 0) != (self.stop == "A"):
-            allowed = f"stop {'C' if self.stop == 'A' else 'A'}, or the clearance of the other stop"
-            raise invalid(f"clearance fixes stop {self.stop}, which is grazed", allowed, "clearance")
+        if self.clearance is not None and (varied_stop(self.clearance)[0] > 0) != (self.stop == "right"):
+            other = "left" if self.stop == "right" else "right"
+            detail = f"clearance fixes the {self.stop} stop, which is grazed"
+            raise invalid(detail, f'"stop": "{other}", or the clearance of the {other} stop', "clearance")
         return self
 
 

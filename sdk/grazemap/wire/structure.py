@@ -237,6 +237,12 @@ class ClearancePair(Request):
 
 SIDES = ("right", "left")
 """The names of the stops: at +clearance and at -clearance."""
+_LETTERS = {"A": "right", "C": "left"}
+StopName = Annotated[
+    Literal["right", "left"],
+    BeforeValidator(lambda name: _LETTERS.get(name, name) if isinstance(name, str) else name),
+]
+"""The stop at +right or the stop at -left. The letters of the paper, A and C, are short forms."""
 
 
 def is_of_sides(value: Any) -> bool:

@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Response
 
-from grazemap.wire import PROCESSES, Job, JobList, Link, Note, Status
+from grazemap.wire import FINISHED, PROCESSES, Job, JobList, Link, Note, Status
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import NAME, PREFIX, CurrentRequester, KnownJob, job_response, stored_job, with_links
 from grazemap_service.openapi import problem_responses
@@ -37,7 +37,7 @@ async def list_jobs(
         str | None, Query(max_length=64, pattern=NAME, description="Only jobs submitted with this `Grazemap-Group`.")
     ] = None,
     small: Annotated[
-        bool | None, Query(description="Only jobs that take milliseconds; `false`: only the others.")
+        bool | None, Query(description="`true`: only jobs that take milliseconds; `false`: only the others.")
     ] = None,
     limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
     cursor: Annotated[
@@ -45,7 +45,7 @@ async def list_jobs(
         Query(
             max_length=64,
             description="From the link `next` of a page.",
-            json_schema_extra={"pattern": "^[0-9]{1,18}$"},
+            pattern="^[0-9]{1,18}$",
         ),
     ] = None,
 ) -> Response:
@@ -61,19 +61,16 @@ async def list_jobs(
         page = JobList(jobs=[with_links(job) for job in selected_jobs], links=_links(selected, following))
         return page.model_dump_json().encode()
 
-    try:
-        text = await run_sync(listed, limiter=context.threads)
-    except ValueError as error:
-        raise invalid("?cursor", "Not a cursor", "the link `next` of a page") from error
+    text = await run_sync(listed, limiter=context.threads)
     return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
 def _links(selected: Mapping[str, str | int | None], following: str | None) -> list[Link]:
-    """Return the links of a page: to the first page, and to the next page if there is one."""
-    links = [Link(href=f"{PREFIX}/jobs", rel="first")]
+    """Return the links of a page, with its filters: to the first page, and to the next page if there is one."""
+    query = {name: value for name, value in selected.items() if value is not None}
+    links = [Link(href=f"{PREFIX}/jobs?{urlencode(query)}", rel="first")]
     if following is not None:
-        query = {name: value for name, value in selected.items() if value is not None} | {"cursor": following}
-        links.append(Link(href=f"{PREFIX}/jobs?{urlencode(query)}", rel="next"))
+        links.append(Link(href=f"{PREFIX}/jobs?{urlencode(query | {'cursor': following})}", rel="next"))
     return links
 
 
@@ -102,20 +99,22 @@ async def dismiss_job(
     context: CurrentContext,
     requester: CurrentRequester,
     whose: Annotated[
-        Literal["me", "all"], Query(alias="for", description="`all` stops it for everybody who asked for it.")
+        Literal["me", "all"],
+        Query(alias="for", description="`me`: the job stops only if nobody else asked for it; `all`: it stops."),
     ] = "me",
 ) -> Response:
-    """Take back the interest in an unfinished job, and stop it when nobody else's is left.
+    """Withdraw your request for an unfinished job. The job stops if nobody else has asked for it.
 
     A finished job is not changed. The request is idempotent.
     """
 
-    def dismiss() -> Job | None:
+    def dismiss() -> Job:
         goes_on = context.store.jobs.dismiss(job.id, requester.name, everyone=whose == "all")
-        stored = stored_job(context, job.id)
-        if stored is None or not goes_on:
+        stored = stored_job(context, job.id, requester.name)
+        if stored is None:  # its record has been removed meanwhile
+            return job if job.status in FINISHED else job.model_copy(update={"status": "dismissed"})
+        if not goes_on:
             return stored
         return stored.model_copy(update={"notes": [*stored.notes, GOES_ON]})
 
-    dismissed = await run_sync(dismiss, limiter=context.threads)
-    return job_response(dismissed or job, 200)
+    return job_response(await run_sync(dismiss, limiter=context.threads), 200)

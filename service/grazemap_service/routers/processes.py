@@ -50,8 +50,8 @@ def preferences(
     prefer: Annotated[
         str | None,
         Header(
-            description="`wait=5` lets the answer wait up to 5 seconds (at most 30) for the end of the job; with "
-            "`return=representation` the answer is the result itself, 200, by Accept, if the job was successful."
+            description="`wait=5`: the answer comes when the job has ended, or after 5 seconds; the server limits this "
+            "time. `return=representation`: if the job was successful, the answer is its result (200), by Accept."
         ),
     ] = None,
 ) -> Preferences:
@@ -63,19 +63,19 @@ def preferences(
     return Preferences(wait, _REPRESENTATION.search(text) is not None)
 
 
-async def _ended(context: Context, job: Job, began: float, seconds: float) -> Status:
-    """Wait for the end of a job for so many seconds at most; return its status.
+async def _status_after_waiting(context: Context, job: Job, began: float, seconds: float) -> Status:
+    """Wait until a job ends, at most so many seconds; return its last known status.
 
     `began` is a time before the submission of the job.
     """
     status: Status | None = job.status
     deadline = time.monotonic() + seconds
     with context.hub.listen(job.id) as listener:
-        connected, ended = await context.hub.ended_since(job.id, began)
+        complete, ended = await context.hub.ended_since(job.id, began)
         if ended is not None:
             return ended
         while True:
-            if not connected:  # events may be missed; only the status is read, because a record may have a megabyte
+            if not complete:  # events may be missed; only the status is read, because a record may have a megabyte
                 status = await run_sync(context.store.jobs.status, job.id, limiter=context.threads)
             left = deadline - time.monotonic()
             if status is None or status in FINISHED or left <= 0:
@@ -87,10 +87,14 @@ async def _ended(context: Context, job: Job, began: float, seconds: float) -> St
                 if event is not None and event.name == "done":
                     final_status: Status = event.data["status"]
                     return final_status
-            connected = None not in events
+            complete = None not in events
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
+    """Return the route of a process.
+
+    FastAPI reads the annotations that are set below. Those in the signature are for readers and type checkers.
+    """
     operation = model.operation
 
     async def post(
@@ -98,24 +102,26 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     ) -> Response:
         began = time.monotonic()
         job, created = await run_sync(submit, context, operation.process, body, requester, limiter=context.threads)
-        headers = {}
-        status = job.status
-        if preferred.wait is not None and status not in FINISHED:
-            status = await _ended(context, job, began, preferred.wait)
-        if preferred.wait is not None:
-            headers["Preference-Applied"] = f"wait={preferred.wait}"
-        if preferred.representation and status == "successful":
-            answer = await result_response(request, context, job.model_copy(update={"status": status}), requester)
-            applied = [value for value in (headers.get("Preference-Applied"), "return=representation") if value]
-            answer.headers["Preference-Applied"] = ", ".join(applied)
-            answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
+        applied = [] if preferred.wait is None else [f"wait={preferred.wait}"]
+        if preferred.wait is not None and job.status not in FINISHED:
+            status = await _status_after_waiting(context, job, began, preferred.wait)
+            if preferred.representation and status == "successful":
+                job = job.model_copy(update={"status": status})
+            else:
+                stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
+                # a record that has been removed meanwhile cannot be read, but its last status is known
+                job = stored or job.model_copy(update={"status": status})
+        if preferred.representation and job.status == "successful":
+            answer = await result_response(request, context, job, requester)
+            if answer.status_code == 200:  # otherwise the answer is the job that computes an evicted result again
+                applied.append("return=representation")
+                answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
             answer.headers["Location"] = job_path(job.id)
-            return answer
-        if status != job.status:
-            stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
-            # a record that has been removed meanwhile cannot be read, but its last status is known
-            job = stored or job.model_copy(update={"status": status})
-        return job_response(job, 201 if created else 200, headers)
+        else:
+            answer = job_response(job, 201 if created else 200)
+        if applied:
+            answer.headers["Preference-Applied"] = ", ".join(applied)
+        return answer
 
     examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
     post.__annotations__ = {

@@ -62,7 +62,10 @@ def _content(component: str) -> dict[str, Any]:
 
 
 class TileLink(BaseModel):
-    """A finished tile: half-open ranges of rows (clearance) and columns (omega) in the grid; [0, 16] is 0 to 15."""
+    """A finished tile: half-open ranges of rows and columns in the grid; [0, 16] is 0 to 15.
+
+    The rows of a map are the values of its vertical axis, the columns those of its horizontal axis.
+    """
 
     index: int
     rows: tuple[int, int]
@@ -136,7 +139,7 @@ async def result_response(
     if form == "npz" and info.data is not None:
         return Response(info.data, media_type=NPZ_TYPE, headers=headers)
     representation = await context.representations.acquire(
-        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id)
+        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id, info.etag)
     )
     if representation is None:
         return await _recompute(request, context, job, requester)

@@ -101,7 +101,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("grazing-curves", {"omega": RANGE, "sequence": True, **structure(forcing=[
         {"amplitude": [1, 0, 0]}, {"amplitude": [1, 0, 0], "harmonic": 2}])}, "/sequence", "even harmonics",
      "sequence of stops that are not alike"),
-    ("discontinuity-mappings", {**MAPPING, "clearance": {"right": 1}}, "/clearance", "stop C", "a fixed stop's graze"),
+    ("discontinuity-mappings", {**MAPPING, "clearance": {"right": 1}}, "/clearance", "left", "a fixed stop's graze"),
     ("proofs", {"statement": ZERO, **structure(bias=[1, 0, 0])}, "/statement/stop", "A or C", "two stops under a bias"),
     ("proofs", {"statement": {**ZERO, "order": 1, "stop": "A"}}, "/statement/order", "even", "an odd order"),
     ("proofs", {"statement": {**FOLD, "clearance": {"right": 1.6}}}, "/statement/motion/stops", "clearance gives",
@@ -160,7 +160,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("discontinuity-mappings", {**MAPPING, "overshoot": 1e-3}, "/overshoot", "list", "number for a list"),
     ("discontinuity-mappings", {**MAPPING, "omega": 0}, "/omega", "> 0", "omega 0 of a mapping"),
     ("discontinuity-mappings", {**MAPPING, "omega": RANGE}, "/omega", "> 0", "range of a mapping"),
-    ("discontinuity-mappings", {**MAPPING, "stop": 1}, "/stop", '"A", "C"', "number for a stop"),
+    ("discontinuity-mappings", {**MAPPING, "stop": 1}, "/stop", '"right", "left"', "number for a stop"),
     ("discontinuity-mappings", {**MAPPING, "order": 1}, "/order", '"leading", "exact"', "number for a mapping"),
     ("discontinuity-mappings", {**MAPPING, "returns": 0}, "/returns", ">= 1 and <= 100", "no returns"),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"stop": -1}}}, "/horizontal/values",

@@ -151,12 +151,12 @@ def test_an_undecided_proof_says_why() -> None:
     assert "theorem" not in json.loads(document["certificate"])
 
 
-@pytest.mark.parametrize("stop", ["A", "C"])
+@pytest.mark.parametrize("stop", ["right", "C"])
 def test_a_discontinuity_mapping_has_its_errors_and_the_returns_of_the_motion(stop: str) -> None:
     body = {"omega": 0.29, "overshoot": [1e-4, 1e-6, 1e-8], "stop": stop, "returns": 4}
     exact = whole("discontinuity-mappings", body)
     leading = whole("discontinuity-mappings", {**body, "order": "leading"})
-    side = 1 if stop == "A" else -1
+    side = 1 if stop == "right" else -1
     assert exact["stop"] == side
     assert exact["clearance"] == abs(exact["grazing"]["state"][0])
     assert exact["fitted_order"] == pytest.approx(1.0, abs=0.01)

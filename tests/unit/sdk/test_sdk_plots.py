@@ -307,7 +307,7 @@ def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
     assert entries[:2] == ["displacement by the mapping", r"error of $x + \beta u$, exponent 1.000"]
     assert entries[-1] == "map (exact), return 2"
     assert ax.get_xscale() == ax.get_yscale() == "log"
-    assert "stop C" in ax.get_title()
+    assert "left stop" in ax.get_title()
 
 
 def curve_of_type(ax, type: str):
@@ -504,7 +504,7 @@ def test_a_branch_that_goes_back_as_its_mirror_image_has_two_stretches_and_is_dr
     assert [(line[0], line[-1]) for line in drawn] == [(1.0, 1.5)] * 2
     assert "and its mirror image" in ax.get_title()
     speeds = {text.get_text(): text.xy[1] - 0.25 for text in ax.texts}
-    assert speeds == pytest.approx({"A": 0.3 * np.sqrt(0.5), "C": -0.3 * np.sqrt(0.5)})
+    assert speeds == pytest.approx({"r": 0.3 * np.sqrt(0.5), "l": -0.3 * np.sqrt(0.5)})
     assert not branch.plot(labels=False).texts
 
 

@@ -117,5 +117,5 @@ def with_estimate(shape: Plan, periods: float, seconds: float, more_seconds: flo
 
 
 def even_pieces(length: int, max_length: int) -> int:
-    """Return the length of the pieces, of at most `max_length`, into which a length is cut evenly."""
-    return -(-length // -(-length // min(length, max_length)))
+    """Return the length of the pieces, at most `max_length`, into which a length is cut; the last may be shorter."""
+    return -(-length // -(-length // max_length))

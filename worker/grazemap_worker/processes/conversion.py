@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from grazemap_core.simulation.motion import Motion
 
 Item = TypeVar("Item")
-STOPS = {"A": 1, "C": -1}
-"""Stop A of the paper is on the right (+1), stop C on the left (-1)."""
+STOPS = {"right": 1, "left": -1}
+"""The number of a stop in the core: stop A of the paper is on the right, stop C on the left."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:

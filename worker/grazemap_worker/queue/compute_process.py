@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+import structlog
+
 from grazemap_worker.liveness import HUNG_SECONDS, Liveness
 from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.store.records import FailureKind
@@ -113,9 +115,11 @@ class ComputeProcess:
                 os.nice(NICENESS)
                 limit_memory(memory_bytes)
                 status = run()
+            except Exception:
+                structlog.get_logger("grazemap_worker").exception("a compute process failed")
             finally:
                 os._exit(status)  # never return into the worker's code
-        # called in both processes, because either may be first; the group makes a pause reach the children too
+        # parent and child both set the group, because either may run first; a pause signals the group with its children
         with suppress(OSError):
             os.setpgid(self._pid, self._pid)
 
@@ -126,7 +130,7 @@ class ComputeProcess:
     ) -> ProcessEnd:
         """Wait for the end of the process; kill it when it exceeds a limit, hangs, or computes for an unwanted job.
 
-        An exception in this method, such as a request to stop, kills the process too.
+        If an exception leaves this method, for example because the worker is asked to stop, the process is killed too.
 
         Parameters
         ----------

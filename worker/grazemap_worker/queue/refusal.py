@@ -1,9 +1,9 @@
 """Refuses entries of the queue that are not wake-ups.
 
-The serializer is no protection: a program that can write to Redis can name any function, method, callback or address to
-post to. It can make RQ repeat an entry, enqueue others after it, or add it to other registries. Therefore an entry may
-have only the fields that `wake_ups.wake_worker` writes. An entry with any other field is refused, even if this version
-of RQ ignores that field.
+JSON instead of pickle is not enough protection: a program that can write to Redis can make an entry that names any
+function, method or callback, or an address that RQ posts to. The program can make RQ repeat an entry, enqueue others
+after it, or add it to other registries. Therefore an entry may have only the fields that `wake_ups.wake_worker` writes.
+An entry with any other field of RQ is refused, even if this version of RQ does nothing with the field.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ def refusal(job: Job) -> str | None:
         return "unreadable"
     if name != MARKER or instance is not None:
         return "not a function of ours"
-    if keywords or len(arguments) != len(WaitingJob._fields) or not all(isinstance(text, str) for text in arguments):
+    texts = isinstance(arguments, list | tuple) and all(isinstance(text, str) for text in arguments)
+    if keywords or not texts or len(arguments) != len(WaitingJob._fields):
         return "not the arguments of a wake-up"
     if unknown := sorted(field for field, value in job.to_dict().items() if value and field not in _FIELDS):
         return f"carries {', '.join(unknown)}"

@@ -84,7 +84,7 @@ class TileWorker(Worker):
     def heartbeat(self, timeout: int | None = None, pipeline: Any = None) -> None:
         """Renew RQ's heartbeat and the lease, at most once a second."""
         self._beat()
-        if self._stopping():
+        if self._stopping() or self._stop_requested:
             raise StopRequested
         if monotonic() - self._last_heartbeat < _BEAT_SECONDS:
             return
@@ -196,9 +196,11 @@ class TileWorker(Worker):
         return False
 
     def request_stop(self, signum: int, frame: Any) -> None:
-        """Stop at once; `teardown` gives back the claims."""
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        super().request_stop(signum, frame)  # type: ignore[no-untyped-call]
+        """Stop: at once if the worker waits, else with the next heartbeat. `teardown` gives back the claims."""
+        try:
+            super().request_stop(signum, frame)  # type: ignore[no-untyped-call]
+        finally:
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
     def teardown(self) -> None:
         """Give back the claims and end the lease."""

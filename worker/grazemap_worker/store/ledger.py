@@ -281,10 +281,10 @@ class Results:
         )
         return [int(number) for number in answer]
 
-    def data(self, job_id: str) -> bytes | None:
-        """Return the npz bytes of a job's result, or None if there is no result (any more)."""
-        answer = self._scripts.run("result", id=job_id, most=MAX_RESULT_BYTES)
-        return answer[2] if answer else None
+    def data(self, job_id: str, etag: str | None = None) -> bytes | None:
+        """Return the npz bytes of a job's result, or None if there is none (any more) or its digest is not `etag`."""
+        info = self.info(job_id, MAX_RESULT_BYTES)
+        return None if info is None or (etag is not None and info.etag != etag) else info.data
 
     def info(self, job_id: str, max_bytes: int = -1) -> ResultInfo | None:
         """Return size and digest of a job's result, with the npz if it has at most `max_bytes`; None: no result.

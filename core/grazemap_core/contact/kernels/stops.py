@@ -14,14 +14,14 @@ class Stops(NamedTuple):
     """The stops of a trajectory: -left <= q <= right."""
 
     right: float
-    """Gap of stop A from the equilibrium: infinite for an absent stop, 0 or less for a preloaded one. The sum of both
-    gaps is positive."""
+    """Gap of the right stop from the equilibrium: infinite for an absent stop, 0 or less for a preloaded one. The sum
+    of both gaps is positive."""
     left: float
-    """Gap of stop C, likewise."""
+    """Gap of the left stop, likewise."""
     restitution_right: float
-    """R of stop A."""
+    """R of the right stop."""
     restitution_left: float
-    """R of stop C."""
+    """R of the left stop."""
     unit: float
     """Length to which distances between states are relative: the gap of the nearer stop or the amplitude of the steady
     motion, whichever is larger, but at most half the distance between the stops. It is the gap where both are equal,

@@ -43,7 +43,7 @@ the contact has left the stop and the gap is in `near`."""
 
 # entries of `tally`: counts of the current half period
 RIGHT_IMPACTS, LEFT_IMPACTS = 0, 1
-"""Impacts on stop A and on stop C; infinite with a complete chatter."""
+"""Impacts on the right and on the left stop; infinite with a complete chatter."""
 MIN_SPEED = 2
 """Minimum impact speed; 0 with a complete chatter."""
 UNDECIDED = 3

@@ -114,9 +114,9 @@ class Verification(NamedTuple):
     """Half periods after which the motion repeats, or is mirrored: an odd m stands for a symmetric motion of m forcing
     periods, an even m for a motion of m/2."""
     right: int
-    """Impacts on stop A in `length` half periods."""
+    """Impacts on the right stop in `length` half periods."""
     left: int
-    """Impacts on stop C in `length` half periods."""
+    """Impacts on the left stop in `length` half periods."""
     min_impact_speed: float
     """Speed of the slowest impact."""
     multiplier: float

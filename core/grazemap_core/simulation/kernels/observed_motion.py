@@ -57,7 +57,7 @@ class Totals(NamedTuple):
     """Sums over a part of a motion."""
 
     contacts: Floats
-    """(5, 2) Sums for stop A and for stop C."""
+    """(5, 2) Sums for the right and for the left stop."""
     outputs: Floats
     """(R, 4) Columns as in `output_rows`."""
 

@@ -293,7 +293,7 @@ def _count(impacts: float, held: float) -> int:
 
 @kernel
 def _impacts_of_period(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tuple[float, float, float, float]:
-    """Return the impacts on stop A and C, and the half periods with rests on them, in the last m half periods."""
+    """Return the impacts on the right and the left stop in the last m half periods, and the half periods with rests."""
     size = ring.min_speed.shape[0]
     right, left = 0.0, 0.0
     held_right, held_left = 0.0, 0.0
