@@ -141,7 +141,7 @@ def submit(context: Context, process: str, request: ProcessRequest, requester: R
 
 
 def planned(context: Context, process: str, request: ProcessRequest) -> Submission:
-    """Return a request with its plan and the name of its kernels. Raises ProblemException."""
+    """Return a request with its plan and the name of the kernels (compiled code) it needs. Raises ProblemException."""
     plan = checked_plan(process, request, context.settings)
     return Submission(process, request, plan, kernels_of(process, request))
 
@@ -151,7 +151,7 @@ def start(
 ) -> list[tuple[Job, bool] | BacklogFull | redis.exceptions.RedisError]:
     """Start the jobs of requests (blocking).
 
-    Returns for each request what `submit` returns, a job without notes and whether it is new, or the error.
+    Returns for each request its job, without notes, and whether the job was started, or the error of `submit`.
     """
     settings = context.settings
     outcomes = context.store.jobs.submit(
@@ -166,10 +166,11 @@ def start(
         job, queue = outcome
         started.append((job, queue is not None))
         if queue is not None:
+            # one wake-up for each queue is enough: the worker claims tiles of any job, and wakes the next worker
             queues[queue] = WaitingJob(submission.process, job.id)
             _log.info("job accepted", job_id=job.id, process=submission.process, tiles=submission.plan.count)
     for queue, waiting in queues.items():
-        wake_worker(context, queue, waiting)
+        _wake_worker(context, queue, waiting)
     return started
 
 
@@ -194,7 +195,7 @@ def submit_again(context: Context, job: Job, requester: Requester) -> Job:
     return again
 
 
-def wake_worker(context: Context, queue: WorkerQueue, job: WaitingJob) -> None:
+def _wake_worker(context: Context, queue: WorkerQueue, job: WaitingJob) -> None:
     """Wake a worker of a queue for a job (blocking).
 
     If no worker is alive, or Redis is unavailable, a reconciler does so later.

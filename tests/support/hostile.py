@@ -10,7 +10,7 @@ from rq import Queue
 from rq.job import Job
 from rq.webhook import Webhook
 
-from grazemap_worker.queue.wake_ups import MARKER
+from grazemap_worker.queue.wake_ups import WAKE_UP_FUNCTION
 
 # Attributes of an entry that make RQ act, at its end or when it fails, and the field that tells of each.
 ACTING: list[tuple[dict[str, Any], str]] = [
@@ -40,7 +40,7 @@ def hostile_entries(folder: Path, queue: Queue) -> list[tuple[Job, str]]:
     """Entries that would make a folder, post something, or have RQ do more than once what they say; and the refusal."""
 
     def entry(**changes: object) -> Job:
-        job = queue.create_job(MARKER, args=("grazing-curves", "a"), result_ttl=0, timeout=-1)
+        job = queue.create_job(WAKE_UP_FUNCTION, args=("grazing-curves", "a"), result_ttl=0, timeout=-1)
         for name, value in changes.items():
             setattr(job, name, value)
         return job
@@ -51,9 +51,9 @@ def hostile_entries(folder: Path, queue: Queue) -> list[tuple[Job, str]]:
         (queue.create_job("os.mkdir", args=(str(folder / "k"),), kwargs={"mode": 0o700}), "not a function of ours"),
         (entry(data=b'["mkdir", "os", ["x"], {}]'), "not a function of ours"),
         (entry(data=b"not JSON"), "unreadable"),
-        (entry(data=json.dumps([MARKER, None, [["x"], 0], {}]).encode()), arguments),
-        (entry(data=json.dumps([MARKER, None, ["x"], {}]).encode()), arguments),
-        (entry(data=json.dumps([MARKER, None, ["x", "y"], {"tile": 1}]).encode()), arguments),
+        (entry(data=json.dumps([WAKE_UP_FUNCTION, None, [["x"], 0], {}]).encode()), arguments),
+        (entry(data=json.dumps([WAKE_UP_FUNCTION, None, ["x"], {}]).encode()), arguments),
+        (entry(data=json.dumps([WAKE_UP_FUNCTION, None, ["x", "y"], {"tile": 1}]).encode()), arguments),
         *((entry(**changes), f"carries {fields}") for changes, fields in ACTING),
         (entry(result_ttl=-1), "is kept after its end"),
         (entry(timeout=60), "has another time limit"),

@@ -1,6 +1,6 @@
 """What a worker does after a wake-up: it claims, computes and commits tiles until there are none to claim.
 
->>> compute_waiting_tiles(worker_context)  # of a worker that takes every tile for a small one
+>>> compute_waiting_tiles(worker_context)  # here the worker takes all tiles, and computes them in its own process
 >>> worker_context.store.jobs.get(job.id).status
 'successful'
 
@@ -97,7 +97,7 @@ class UnwantedJob(Exception):
 
 
 def compute_waiting_tiles(context: WorkerContext) -> None:
-    """Claim and compute tiles until none are left for this worker, or the store is full.
+    """Claim and compute tiles until none are left for this worker. If Redis is full, give the tiles back.
 
     Raises
     ------
@@ -289,8 +289,8 @@ def _commit_and_claim(finished: Finished, context: WorkerContext, *, one_job: bo
 def _commit(finished: list[Finished], context: WorkerContext) -> list[int]:
     """Commit tiles and results; return for each the number of tiles that remain of its job, or a negative number.
 
-    `store.results.commit` lists the negative numbers. A job whose result does not fit into the store fails, and so does
-    a job that has taken too much processor time.
+    The negative numbers are those of `Results.commit`. A job fails if its result does not fit into the store, or if it
+    has taken too much processor time.
     """
     try:
         answers = context.store.results.commit(finished)

@@ -167,7 +167,7 @@ def test_each_hostile_entry_is_refused_with_its_reason(store: Store, tmp_path: P
 
 def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
     """A version of RQ with another attribute fails here: it acts, and belongs in `ACTING`, or it is inert."""
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.WAKE_UP_FUNCTION, args=WAITING, timeout=-1)
     acting = {name for changes, _ in ACTING for name in changes}
     assert set(vars(job)) - INERT == acting
 
@@ -175,12 +175,12 @@ def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
 def test_a_field_of_a_later_rq_is_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     written = Job.to_dict
     monkeypatch.setattr(Job, "to_dict", lambda job: {**written(job), "planted": 1})
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.WAKE_UP_FUNCTION, args=WAITING, timeout=-1)
     assert refusal(job) == "carries planted"
 
 
 def test_several_fields_are_all_named(store: Store) -> None:
-    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.MARKER, args=WAITING, timeout=-1)
+    job = wake_ups.queue(store.redis, "f", small=False).create_job(wake_ups.WAKE_UP_FUNCTION, args=WAITING, timeout=-1)
     job.webhooks, job.repeats_left = [Webhook("http://127.0.0.1:9/", "finished")], 1
     assert refusal(job) == "carries repeats_left, webhooks"
 

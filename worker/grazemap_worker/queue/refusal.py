@@ -13,7 +13,7 @@ from typing import Any
 from rq.exceptions import DeserializationError, NoSuchJobError
 from rq.job import Job
 
-from grazemap_worker.queue.wake_ups import MARKER
+from grazemap_worker.queue.wake_ups import WAKE_UP_FUNCTION
 from grazemap_worker.store.records import WaitingJob
 
 _FIELDS = {
@@ -47,7 +47,7 @@ def refusal(job: Job) -> str | None:
         name, arguments, keywords, instance = job.func_name, job.args, job.kwargs, job.instance
     except DeserializationError:
         return "unreadable"
-    if name != MARKER or instance is not None:
+    if name != WAKE_UP_FUNCTION or instance is not None:
         return "not a function of ours"
     texts = isinstance(arguments, list | tuple) and all(isinstance(text, str) for text in arguments)
     if keywords or not texts or len(arguments) != len(WaitingJob._fields):

@@ -117,7 +117,7 @@ class TileWorker(Worker):
         """Claim and compute tiles; drop an entry that is not a wake-up. RQ would call the function of the entry."""
         reason = refusal(job)
         if reason is not None:
-            wake_ups.drop(self.connection, self._target, job.id)
+            wake_ups.remove_taken(self.connection, self._target, job.id)
             self._refuse(reason)
             return
         self._begin(job)

@@ -1,13 +1,13 @@
 """Wake-ups: entries in RQ's queues, which say that there are tiles to claim.
 
->>> entry = queue(redis, fingerprint, small=False).jobs[0]  # sent with `wake_worker` when the job was started
+>>> entry = queue(redis, fingerprint, small=False).jobs[0]  # the job is not small: its estimate is above 50 ms
 >>> entry.func_name, entry.args == ["unfolding-maps", job.id]
 ('grazemap_worker.tasks.compute_waiting_tiles', True)
 
-A worker that takes a wake-up claims tiles until the ledger has no more for it, of whichever job. The entry names a job
-that waits, so that `rq info` and dashboards show work; the worker claims what is fair. A duplicate or a lost entry does
-no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint has two queues, one of them for small
-jobs.
+A worker that takes a wake-up claims tiles of any job until the ledger has none left for it. The entry names a job that
+waits, for dashboards only: the ledger decides, by priority and fairness, which tile the worker gets. A duplicate or a
+lost entry does no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint of workers has two
+queues, one for small jobs and one for all others.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from grazemap_worker.queue import rq_keys
 from grazemap_worker.store.keys import queue_name
 from grazemap_worker.store.records import WaitingJob
 
-# The function that a wake-up names: what the worker then does. RQ does not import it.
-MARKER = "grazemap_worker.tasks.compute_waiting_tiles"
-# Wake-ups that wait in a queue at a time. A worker that leaves tiles to others sends the next one itself.
+# The function that a worker calls for a wake-up. The name in an entry is compared as a text; RQ never imports it.
+WAKE_UP_FUNCTION = "grazemap_worker.tasks.compute_waiting_tiles"
+# Wake-ups that wait in a queue, about: other senders may add one after the check. A worker that leaves tiles to others
+# sends the next wake-up itself.
 MAX_WAITING = 2
 SMALL_SUFFIX = ":small"
 
@@ -44,7 +45,7 @@ def wake_worker(redis: Redis, fingerprint: str, job: WaitingJob, *, small: bool)
     target = queue(redis, fingerprint, small=small)
     if redis.llen(rq_keys.waiting_key(target)) < MAX_WAITING:
         wake_up = Queue.prepare_data(
-            MARKER,
+            WAKE_UP_FUNCTION,
             args=tuple(job),
             job_id=f"{job.id}-{secrets.token_hex(4)}",
             description=description(job),
@@ -59,8 +60,8 @@ def description(job: WaitingJob) -> str:
     return f"{job.process} {job.id}"
 
 
-def drop(redis: Redis, target: Queue, entry: str | bytes) -> None:
-    """Remove an entry that a worker has taken."""
+def remove_taken(redis: Redis, target: Queue, entry: str | bytes) -> None:
+    """Remove an entry from the list of those that workers have taken, and delete its fields."""
     pipeline = redis.pipeline(transaction=False)
     pipeline.lrem(rq_keys.taken_key(target), 1, entry)  # type: ignore[arg-type]  # the bytes may not be text
     if isinstance(entry, str) or entry.isascii():

@@ -3,6 +3,9 @@
 >>> record = store.jobs.get(job.id)
 >>> record.request["horizontal"]["vary"], record.progress.done, record.progress.total
 ('omega', 0, 1)
+
+`submit.lua` decides whether a job is started, and for which workers; what the values of a submission mean stands at the
+head of that script.
 """
 
 from __future__ import annotations

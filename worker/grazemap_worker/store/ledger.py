@@ -5,8 +5,8 @@ the ledger decides which worker computes a tile. An entry in RQ's queues merely 
 does no harm.
 
 Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only.
-Its key is made of the id of its job, which is a hash of request and core version, and of the fingerprint. When all
-results and tiles together exceed a byte budget, tiles of finished jobs and the least recently used results are removed;
+Its key is made of the id of its job, which is a hash of process, core version and request, and of the fingerprint. When
+all results and tiles together exceed a byte budget, tiles of finished jobs and the least recently used results are removed;
 a removed result is computed again on request.
 """
 

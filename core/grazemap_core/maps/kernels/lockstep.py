@@ -2,8 +2,8 @@
 
 >>> group = lanes(masses=3)  # room for LANES trajectories, side by side
 >>> for lane, gap in enumerate((1.5, 1.6)):  # two clearances
-...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))
->>> lane_stops(group, 1).left, float(group.gap[2])  # a lane out of use has stops out of reach
+...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))  # 0.8: restitution of either stop
+>>> lane_stops(group, 1).left, lane_stops(group, 2).left  # the third lane is out of use: its stops are out of reach
 (1.6, 1e+300)
 
 A cell is one step of the time grid; half a forcing period has a whole number of cells (`run_half` carries the lanes
@@ -752,7 +752,14 @@ def run_half(
     Parameters
     ----------
     masses : tuple of length N
-        Only its length matters.
+        Its entries are not used: to the compiler its length is a constant.
+    models : LaneModels
+        The oscillator at its frequency, shared by all lanes or of each lane.
+    separate : TablesPerLane
+        The tables of lanes that have their own.
+    group : Lanes
+        States, regimes, tallies and events of the lanes; changed in place, `even` from the start of the half period to
+        its end.
     half : int
         Index of the half period; an even one begins at phase 0.
     used : int
@@ -776,7 +783,7 @@ def run_half(
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
-    # with resonant modes each half period has a reference motion of its own, and states are relative to it
+    # states are relative to a reference motion (`contact.kernels.cells`); with resonant modes each half period has one
     relative = separate.number > 0 or models.shared.problem.reference_series.shape[0] > 0
     if relative:
         _begin_half_period(models, group, half + 1, used)
