@@ -52,6 +52,8 @@ def hostile_entries(folder: Path, queue: Queue) -> list[tuple[Job, str]]:
         (entry(data=b'["mkdir", "os", ["x"], {}]'), "not a function of ours"),
         (entry(data=b"not JSON"), "unreadable"),
         (entry(data=json.dumps([WAKE_UP_FUNCTION, None, [["x"], 0], {}]).encode()), arguments),
+        (entry(data=json.dumps([WAKE_UP_FUNCTION, None, None, {}]).encode()), arguments),
+        (entry(data=json.dumps([WAKE_UP_FUNCTION, None, "xy", {}]).encode()), arguments),
         (entry(data=json.dumps([WAKE_UP_FUNCTION, None, ["x"], {}]).encode()), arguments),
         (entry(data=json.dumps([WAKE_UP_FUNCTION, None, ["x", "y"], {"tile": 1}]).encode()), arguments),
         *((entry(**changes), f"carries {fields}") for changes, fields in ACTING),

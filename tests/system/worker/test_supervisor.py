@@ -165,6 +165,17 @@ def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: S
     assert_whole(store, job.id)
 
 
+def test_a_worker_that_computes_ends_soon_at_sigterm_and_gives_its_tile_back(start: Start, store: Store) -> None:
+    supervisor = start("endless", workers=1)
+    job = submit(store)
+    process, worker = a_compute_process(supervisor)
+    worker.send_signal(signal.SIGTERM)
+    until(lambda: not living([process, worker]), 5)
+    a_compute_process(supervisor)  # of the worker that replaces it
+    assert store.redis.exists(f"{job_key(job.id)}:failures") == 0
+    store.jobs.dismiss(job.id)
+
+
 def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, store: Store) -> None:
     first = start("endless")
     job = submit(store)

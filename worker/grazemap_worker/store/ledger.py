@@ -6,8 +6,8 @@ does no harm.
 
 Results are whole npz files. A result depends on its request, the core version and the fingerprint of the numerics only.
 Its key is made of the id of its job, which is a hash of process, core version and request, and of the fingerprint. When
-all results and tiles together exceed a byte budget, tiles of finished jobs and the least recently used results are removed;
-a removed result is computed again on request.
+all results and tiles together exceed a byte budget, tiles of finished jobs and the least recently used results are
+removed; a removed result is computed again on request.
 """
 
 from __future__ import annotations
