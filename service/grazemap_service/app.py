@@ -1,4 +1,4 @@
-"""Creates the FastAPI app from settings. Neither the import nor the app loads the core or numba."""
+"""Creates the FastAPI app from settings. Neither importing this module nor creating the app imports core or numba."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from grazemap_service.settings import ServiceSettings
 from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
 
-# Timeout of a Redis command in seconds. It is short, so that clients get an answer before all threads wait for Redis.
-STORE_SECONDS = 1.0
+# Timeout of a Redis command in seconds. It is short, so that an unavailable Redis gives errors soon, before all threads
+# wait for it.
+STORE_TIMEOUT_SECONDS = 1.0
 _ROUTERS = (processes, batches, jobs, events, results, root, health)
 
 
@@ -38,7 +39,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     Redis is not contacted before the first request, and may be unavailable for a time.
     """
     settings = settings or ServiceSettings()
-    connection = settings.connect(socket_timeout=STORE_SECONDS)
+    connection = settings.connect(socket_timeout=STORE_TIMEOUT_SECONDS)
     store = Store(connection)
     representations = RepresentationCache(settings.hot_bytes, settings.sent_bytes)
     hub = Hub(settings.connect_async)
@@ -47,20 +48,22 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         beats = asyncio.create_task(_beat())
-        yield
-        beats.cancel()
-        await hub.close()
-        connection.close()
+        try:
+            yield
+        finally:
+            beats.cancel()
+            await hub.close()
+            connection.close()
 
     app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)
-    app.add_middleware(RequestLog, metrics=context.metrics)
+    app.add_middleware(RequestLog, metrics=context.metrics)  # added last, so it is the outermost middleware
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
-    openapi.install(app, keys=settings.need_keys, masses=settings.max_masses)
+    openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
     return app
 
 

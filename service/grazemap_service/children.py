@@ -21,8 +21,8 @@ from grazemap_worker.parent_death import tied
 from grazemap_worker.restarts import Restarts
 from grazemap_worker.watchdog import WatchdogSocket
 
-# Maximum seconds between two signs of life of a child. Children send one every two seconds, and wait for Redis for five
-# seconds at most.
+# Maximum seconds between two signs of life of a child. Children send a sign every two seconds (INTERVAL_SECONDS of the
+# watchdog), and may wait for Redis for up to five seconds, so this must be well over seven seconds.
 SILENT_SECONDS = 20.0
 MAX_LOG_BYTES = 10_000_000
 _TAIL_BYTES = 4000
@@ -36,17 +36,18 @@ class Child(ABC):
     name : str
         Its name in logs.
     log : Path
-        The file to which it appends its log. Over about `MAX_LOG_BYTES` the log is moved to a file with suffix `.1`.
+        The file to which it appends its log; see `rotate_log`.
     inherited : sequence of int
         Open file descriptors that the process inherits.
-    silent_seconds, first_seconds : float
-        Maximum seconds between two signs of life, and maximum seconds until the first one, because a start may take
-        long.
+    silent_seconds : float
+        Maximum time between two signs of life.
+    first_seconds : float
+        Maximum time from the start to the first sign of life. It is longer, because a start may take long.
     """
 
     _process: subprocess.Popen[bytes] | None = None
     _liveness: Liveness | None = None
-    _up = False
+    _end_unnoticed = False  # whether the process was started and `look` has not noticed its end yet
     has_answered = False
     """Whether the process has given a sign of life since its last start."""
 
@@ -79,21 +80,24 @@ class Child(ABC):
 
     def start(self) -> None:
         """Start the process, without waiting for it."""
-        self._up, self.has_answered = True, False
+        self._end_unnoticed, self.has_answered = True, False
         self.restarts.started()
-        self._process = self._spawned()
+        self._process = self._spawn()
         self._liveness = Liveness(
             self._process.pid, silent_seconds=self._silent_seconds, first_seconds=self._first_seconds
         )
 
     def look(self) -> bool:
-        """Kill a hung process; start an ended one again after a pause. Returns whether this call noticed an end."""
+        """Kill a hung process, or start an ended process again after a pause.
+
+        Returns whether this call noticed an end.
+        """
         rotate_log(self.log)
         self.end_if_hung()
         if self.running:
             return False
-        if self._up:
-            self._up = False
+        if self._end_unnoticed:
+            self._end_unnoticed = False
             self.restarts.ended()
             return True
         if self.restarts.due:
@@ -116,7 +120,7 @@ class Child(ABC):
             self._process.wait()
 
     def end_if_hung(self) -> None:
-        """Kill the process if it hangs; its own children end with it."""
+        """Kill the process if it hangs. Children of the process end with it."""
         if self._process is None or self._liveness is None or not self.running:
             return
         heard = self.heard()
@@ -134,8 +138,8 @@ class Child(ABC):
         """Return the end of the log."""
 
     @abstractmethod
-    def _spawned(self) -> subprocess.Popen[bytes]:
-        """Return the process, started by `_popen`."""
+    def _spawn(self) -> subprocess.Popen[bytes]:
+        """Start the process with `_popen` and return it."""
 
     def _popen(
         self,
@@ -161,14 +165,14 @@ class Child(ABC):
 
 
 class PythonChild(Child):
-    """A child that runs a module of grazemap with this Python interpreter.
+    """A child that runs a module of grazemap, and sends signs of life.
 
     Parameters
     ----------
     name, log, inherited
         See `Child`; stdout and stderr are appended to the log.
     command : sequence of str
-        The program and its arguments.
+        The Python interpreter, the module and its arguments; see `module_command`.
     environment : mapping
         The whole environment of the child.
     watchdog : WatchdogSocket
@@ -202,18 +206,23 @@ class PythonChild(Child):
         """Return the end of its log."""
         return tail(self.log, 15)
 
-    def _spawned(self) -> subprocess.Popen[bytes]:
+    def _spawn(self) -> subprocess.Popen[bytes]:
         self._watchdog.heard()  # discard signs of life of a previous process
         with self.log.open("ab") as output:
             return self._popen(self._command, output, signal.SIGKILL, self._environment)
 
 
 def rotate_log(log: Path) -> None:
-    """Copy a log over `MAX_LOG_BYTES` to a file with suffix `.1`, and empty it; its process keeps it open."""
-    if log.is_file() and log.stat().st_size > MAX_LOG_BYTES:
-        with suppress(OSError):  # on a full disk the log is emptied all the same
-            shutil.copyfile(log, log.with_suffix(".log.1"))
-        os.truncate(log, 0)
+    """If a log is over `MAX_LOG_BYTES`, copy it to a file with `.1` after its name, and empty it.
+
+    The log is not renamed, because its process keeps it open. Lines that the process writes between the copy and the
+    emptying are lost.
+    """
+    with suppress(OSError):  # the next call tries again
+        if log.is_file() and log.stat().st_size > MAX_LOG_BYTES:
+            with suppress(OSError):  # on a full disk the log is emptied all the same
+                shutil.copyfile(log, log.with_name(f"{log.name}.1"))
+            os.truncate(log, 0)
 
 
 def tail(log: Path, lines: int) -> str:

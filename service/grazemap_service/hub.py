@@ -26,13 +26,14 @@ T = TypeVar("T")
 
 # Maximum number of events that wait for a listener.
 _MAX_WAITING = 1000
-# Maximum number of ended jobs that are remembered, or that wait for a listener of `ends`.
+# Maximum number of ended jobs that are remembered, or that wait for a listener of `listen_to_ends`.
 _MAX_ENDED = 10_000
-# Seconds for which a request waits for the first connection to Redis.
+# Maximum seconds for which a request waits until the reader is subscribed to the events: at first, or after the reader
+# has lost the connection to Redis.
 _PATIENCE_SECONDS = 2.0
 # Seconds between attempts to connect while Redis is unavailable.
 _AWAY_SECONDS = 0.5
-# Seconds for which requests share an answer of the store.
+# Seconds for which requests share an answer of the store, from the time at which the store was asked.
 _SHARED_SECONDS = 1.0
 # Seconds between attempts to cancel the reader.
 _CANCEL_SECONDS = 0.2
@@ -45,7 +46,7 @@ class EventListener:
         self._events: asyncio.Queue[JobEvent | None] = asyncio.Queue(_MAX_WAITING)
 
     async def next(self, seconds: float) -> list[JobEvent | None]:
-        """Return the next events; a None means that events were missed. Raises TimeoutError after so many seconds."""
+        """Return the next events; a None means that events were missed. Raises TimeoutError if none comes in time."""
         events = [await asyncio.wait_for(self._events.get(), seconds)]
         while not self._events.empty():
             events.append(self._events.get_nowait())
@@ -65,6 +66,11 @@ def _put(waiting: asyncio.Queue[T | None], item: T | None) -> None:
     waiting.put_nowait(item)
 
 
+def _has_failed(answer: asyncio.Future[Any]) -> bool:
+    """Return whether an answer was cancelled or is an exception."""
+    return answer.done() and (answer.cancelled() or answer.exception() is not None)
+
+
 class Hub:
     """Passes the events of all jobs to their listeners.
 
@@ -77,13 +83,14 @@ class Hub:
     def __init__(self, connect: Callable[[], redis.asyncio.Redis]) -> None:
         self._connect = connect
         self._listeners: dict[str, set[EventListener]] = {}
-        self._ends: set[asyncio.Queue[str | None]] = set()
+        self._end_queues: set[asyncio.Queue[str | None]] = set()
         self._task: asyncio.Task[None] | None = None
-        self._since = math.inf
+        # when the present subscription to the events began; infinite: there is none
+        self._subscribed_at = math.inf
         self._subscribed = asyncio.Event()
-        self._looks: dict[Hashable, tuple[float, asyncio.Future[Any]]] = {}
+        self._shared_answers: dict[Hashable, tuple[float, asyncio.Future[Any]]] = {}
         # the last jobs that ended, with time and status, for requests that begin to listen too late
-        self._ended: OrderedDict[str, tuple[float, Status]] = OrderedDict()
+        self._last_ended: OrderedDict[str, tuple[float, Status]] = OrderedDict()
 
     @contextmanager
     def listen(self, job_id: str) -> Iterator[EventListener]:
@@ -100,48 +107,50 @@ class Hub:
                 del self._listeners[job_id]
 
     @contextmanager
-    def ends(self) -> Iterator[asyncio.Queue[str | None]]:
+    def listen_to_ends(self) -> Iterator[asyncio.Queue[str | None]]:
         """Give a queue of the ids of all jobs that end during this block; a None means that ids were missed."""
-        ended: asyncio.Queue[str | None] = asyncio.Queue(_MAX_ENDED)
+        queue: asyncio.Queue[str | None] = asyncio.Queue(_MAX_ENDED)
         self._start()
-        self._ends.add(ended)
+        self._end_queues.add(queue)
         try:
-            yield ended
+            yield queue
         finally:
-            self._ends.discard(ended)
+            self._end_queues.discard(queue)
 
     def _start(self) -> None:
         if self._task is None or self._task.done():
             self._task = asyncio.get_running_loop().create_task(self._read())
 
-    async def ended_since(self, job_id: str, began: float) -> tuple[bool, Status | None]:
-        """Return whether no events were missed since `began` (monotonic seconds), and how a job has ended since.
+    async def ended_since(self, job_id: str, began: float, max_wait: float) -> tuple[bool, Status | None]:
+        """Return two values about the time since `began` (monotonic seconds).
 
-        The second value is None if no end of the job is known.
+        The first value says whether all events since then were received. The second value is the status with which the
+        job has ended since then, or None if no end of the job was received. If there is no subscription to the events,
+        this waits for it, at most `max_wait` seconds.
         """
         if not self._subscribed.is_set():
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._subscribed.wait(), _PATIENCE_SECONDS)
-        when, status = self._ended.get(job_id, (-math.inf, None))
-        return self._since < began, status if when > began else None
+                await asyncio.wait_for(self._subscribed.wait(), min(max_wait, _PATIENCE_SECONDS))
+        when, status = self._last_ended.get(job_id, (-math.inf, None))
+        return self._subscribed_at < began, status if when > began else None
 
     async def shared(self, key: Hashable, not_before: float, look: Callable[[], Awaitable[T]]) -> T:
         """Return what `look` returns; calls with the same key at about the same time share one call of `look`.
 
-        A call of `look` is not shared if it began before `not_before` (monotonic seconds), or before events were last
-        missed.
+        An earlier call of `look` is shared only if it began after `not_before` (monotonic seconds), and after the
+        present subscription to the events. While there is no subscription, no earlier call is shared.
         """
-        not_before = max(not_before, self._since if math.isfinite(self._since) else time.monotonic())
-        began, answer = self._looks.get(key, (-math.inf, None))
-        if answer is None or began < not_before or (answer.done() and answer.exception() is not None):
+        subscribed_at = self._subscribed_at if math.isfinite(self._subscribed_at) else time.monotonic()
+        began, answer = self._shared_answers.get(key, (-math.inf, None))
+        if answer is None or began < max(not_before, subscribed_at) or _has_failed(answer):
             answer = asyncio.ensure_future(look())
-            self._looks[key] = (time.monotonic(), answer)
+            self._shared_answers[key] = (time.monotonic(), answer)
             asyncio.get_running_loop().call_later(_SHARED_SECONDS, self._forget, key, answer)
         return cast(T, await asyncio.shield(answer))
 
     def _forget(self, key: Hashable, answer: asyncio.Future[Any]) -> None:
-        if self._looks.get(key, (0.0, None))[1] is answer:
-            del self._looks[key]
+        if self._shared_answers.get(key, (0.0, None))[1] is answer:
+            del self._shared_answers[key]
 
     async def close(self) -> None:
         """Stop reading."""
@@ -156,7 +165,7 @@ class Hub:
             try:
                 async with client.pubsub() as channel:
                     await channel.subscribe(EVENTS_CHANNEL)
-                    self._since = time.monotonic()
+                    self._subscribed_at = time.monotonic()
                     self._subscribed.set()
                     self._missed()
                     async for message in channel.listen():
@@ -166,7 +175,7 @@ class Hub:
                 structlog.get_logger("grazemap_service").warning("events wait for the store")
             finally:
                 self._subscribed.clear()
-                self._since = math.inf
+                self._subscribed_at = math.inf
                 with suppress(redis.exceptions.RedisError):
                     await client.aclose()
             await asyncio.sleep(_AWAY_SECONDS)
@@ -176,23 +185,23 @@ class Hub:
             job_id, number, name, text = data.decode().split("\n", 3)
             event = JobEvent(number, name, text)
             content = event.data
-            if "\n" in text or "\r" in text:  # it would be more than one message
+            if "\n" in text or "\r" in text:  # a line break would split it into several messages
                 return
             ended = content["status"] if name == "done" else None
         except (ValueError, LookupError, TypeError):  # another program has published it
             return
         if ended is not None:
-            self._ended[job_id] = (time.monotonic(), ended)
-            self._ended.move_to_end(job_id)
-            while len(self._ended) > _MAX_ENDED:
-                self._ended.popitem(last=False)
-            for queue in self._ends:
+            self._last_ended[job_id] = (time.monotonic(), ended)
+            self._last_ended.move_to_end(job_id)
+            while len(self._last_ended) > _MAX_ENDED:
+                self._last_ended.popitem(last=False)
+            for queue in self._end_queues:
                 _put(queue, job_id)
         for listener in self._listeners.get(job_id, ()):
             listener.put(event)
 
     def _missed(self) -> None:
-        for queue in self._ends:
+        for queue in self._end_queues:
             _put(queue, None)
         for listeners in self._listeners.values():
             for listener in listeners:

@@ -168,7 +168,7 @@ def start(
         if queue is not None:
             # one wake-up for each queue is enough: the worker claims tiles of any job, and wakes the next worker
             queues[queue] = WaitingJob(submission.process, job.id)
-            _log.info("job accepted", job_id=job.id, process=submission.process, tiles=submission.plan.count)
+            _log.info("job accepted", job_id=job.id, process=submission.process, tiles=submission.plan.tile_count)
     for queue, waiting in queues.items():
         _wake_worker(context, queue, waiting)
     return started

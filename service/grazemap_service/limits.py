@@ -48,7 +48,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: ServiceSetting
     if not plan.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", plan.estimate.periods, settings.max_work)
     # no job may take longer than all its tiles and the steps after them may
-    max_seconds = MAX_TILE_SECONDS * plan.count
+    max_seconds = MAX_TILE_SECONDS * plan.tile_count
     for step in implementation.after(request):
         max_seconds += step.seconds
         if step.timed and step.seconds > MAX_STEP_SECONDS:

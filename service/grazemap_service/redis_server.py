@@ -165,7 +165,7 @@ class RedisServer(Child):
                 original=str(repair.copies),
             )
 
-    def _spawned(self) -> subprocess.Popen[bytes]:
+    def _spawn(self) -> subprocess.Popen[bytes]:
         settings = {
             "port": "0",
             "unixsocket": str(self.socket),

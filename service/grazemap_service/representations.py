@@ -1,11 +1,10 @@
 """The representations of a result: content negotiation, ETags, and a cache of recently used representations.
 
 The store holds npz; the codec makes JSON from it. The ETag of a representation is the SHA-256 digest of the npz and
-the name of the form, for example "3f...-json". It is a strong ETag, as the service always makes the same JSON of the
-same npz.
+the name of the form, for example "3f...-json". It is a strong ETag, because the same npz always gives the same JSON.
 
-JSON is many times as large as its npz. Therefore only a few representations are loaded at a time, equal requests share
-one, and large JSON is made while it is sent, so that it is never complete in memory.
+JSON is many times as large as its npz. Therefore only a few representations are loaded at a time, requests for the same
+representation share one copy, and large JSON is made while it is sent, so that it is never complete in memory.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import re
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
-from weakref import WeakValueDictionary
+from weakref import WeakValueDictionary, finalize
 
 import anyio
 from anyio.to_thread import run_sync
@@ -32,10 +31,11 @@ MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 # clients must revalidate: a result that was evicted and computed again with other numerics has another ETag
 _CACHE_CONTROL = "private, no-cache"
-# A representation is kept only if the cache has room for at least this many of its size.
+# A representation is kept only if the cache has room for at least this many of its size; so one that is larger than a
+# quarter of the cache is not kept.
 _MIN_RESULTS_IN_CACHE = 4
-# A representation of more bytes is large; for JSON, the bytes of the unpacked arrays count. Large JSON is made while it
-# is sent, and a large representation is loaded only when not too many bytes are being sent.
+# An npz of more bytes is large, and so is JSON if its npz or its unpacked arrays have more bytes. Large JSON is made
+# while it is sent. A large representation waits until the representations being sent take at most `sent_bytes`.
 LARGE_BYTES = 1 << 20
 # Minimum bytes of a chunk of JSON.
 _CHUNK_BYTES = 1 << 16
@@ -49,9 +49,11 @@ def negotiate(accept: str, requested_form: str | None) -> str:
     Parameters
     ----------
     accept : str
-        The Accept header (RFC 9110 12.5.1), empty if there is none. The most specific range that matches a form gives
-        the form its weight; of equally specific ranges, the one with the greatest weight. The form with the greatest
-        weight is sent; if weights are equal, the one with the more specific range, then JSON.
+        The Accept header (RFC 9110 12.5.1), empty if there is none. Each form gets the weight (q) of the most specific
+        range that matches it: application/json comes before application/*, and application/* before */*. Of equally
+        specific ranges, the greatest weight counts. The form with the greatest weight is sent. If weights are equal,
+        the form with the more specific range is sent, then JSON. A weight over 1 counts as 1. An item whose weight is
+        no number is ignored.
     requested_form : str or None
         The query parameter f, which overrides the Accept header.
 
@@ -74,16 +76,14 @@ def negotiate(accept: str, requested_form: str | None) -> str:
 
 
 def _ranges(accept: str) -> list[tuple[str, float]]:
+    """Return the media ranges of an Accept header with their weights, without items whose weight is no number."""
     ranges = []
     for item in accept.split(","):
         media, *parameters = (part.strip().lower() for part in item.split(";"))
-        weight = 1.0
-        for parameter in parameters:
-            match = re.fullmatch(r"q\s*=\s*([01](?:\.\d{0,3})?)", parameter)
-            if match:
-                weight = min(1.0, float(match[1]))
-        if media:
-            ranges.append((media, weight))
+        parts = [part.partition("=") for part in parameters]
+        weight = next((value.strip() for name, _, value in parts if name.strip() == "q"), "1")
+        if media and re.fullmatch(r"\d+(?:\.\d*)?", weight):
+            ranges.append((media, min(1.0, float(weight))))
     return ranges
 
 
@@ -151,9 +151,10 @@ class RepresentationCache:
     Parameters
     ----------
     cache_bytes : int
-        Maximum bytes of the most recently used representations that are kept while no response sends them.
+        Maximum bytes of the representations that are kept while no response sends them; the least recently used are
+        dropped first.
     sent_bytes : int
-        When the representations that are being sent take more bytes, the next large one waits.
+        While the representations that are being sent take more bytes, the next large representation waits.
     """
 
     def __init__(self, cache_bytes: int, sent_bytes: int) -> None:
@@ -161,8 +162,8 @@ class RepresentationCache:
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
         # a lock exists as long as a request holds it or waits for it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
-        self._turn = anyio.Lock()
-        self._done = anyio.Event()
+        self._large_lock = anyio.Lock()
+        self._released = anyio.Event()
         self._entries: OrderedDict[str, CachedRepresentation] = OrderedDict()
 
     @property
@@ -173,7 +174,9 @@ class RepresentationCache:
     async def acquire(
         self, etag: str, form: str, size: int, load: Callable[[], bytes | None]
     ) -> CachedRepresentation | None:
-        """Return a representation; the caller must call `release` with it. None: the result is no longer stored.
+        """Return a representation, or None if the result is no longer stored.
+
+        The caller must call `release` with the representation, or give it to a `ResultResponse`.
 
         Parameters
         ----------
@@ -203,11 +206,11 @@ class RepresentationCache:
             return self._add(etag, await run_sync(_whole, npz, form, limiter=self._limiter))
 
     async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
-        """Return a large representation, as soon as those that are being sent take at most `sent_bytes`."""
-        async with self._turn:
+        """Return a large representation, as soon as the representations being sent take at most `sent_bytes`."""
+        async with self._large_lock:
             while self.bytes_in_use > self._sent_bytes:
-                self._done = anyio.Event()
-                await self._done.wait()
+                self._released = anyio.Event()
+                await self._released.wait()
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
@@ -229,11 +232,11 @@ class RepresentationCache:
                 del self._entries[etag]
             else:
                 kept += cached.size
-        self._done.set()
+        self._released.set()
 
 
 class ResultResponse(StreamingResponse):
-    """A response that sends a representation, and releases it at the end."""
+    """A response that sends a representation, and releases it at the end, or when the response is dropped unsent."""
 
     def __init__(
         self,
@@ -244,14 +247,15 @@ class ResultResponse(StreamingResponse):
     ) -> None:
         length = {} if representation.length is None else {"Content-Length": str(representation.length)}
         super().__init__(representation.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[form])
-        self._representation, self._cache = representation, cache
+        self._release = finalize(self, cache.release, representation)  # it is called once
+        self._release.atexit = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the representation."""
         try:
             await super().__call__(scope, receive, send)
         finally:
-            self._cache.release(self._representation)
+            self._release()
 
 
 def _whole(npz: bytes, form: str) -> CachedRepresentation:
@@ -266,7 +270,10 @@ def _large(npz: bytes, form: str) -> CachedRepresentation:
 
 
 def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
-    """Return document and metadata for the JSON. A tile has the same fields in JSON and in npz, a result has not."""
+    """Return document and metadata for the JSON.
+
+    A tile has the same fields in JSON and in npz. A result has additional or other fields in JSON.
+    """
     document, meta = decode_npz(npz)
     if "tile" not in meta:
         document = class_of(meta["process"], document).json_document(document)

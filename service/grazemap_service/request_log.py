@@ -1,7 +1,8 @@
 """The outermost middleware: request ids, the request log, metrics, and the response to unhandled exceptions.
 
-An X-Request-Id that a client sends is kept if it is harmless, so that the logs of both sides can be compared. The
-response to an unhandled exception is an "internal-error" problem; the traceback is written to the log only.
+An X-Request-Id that a client sends is kept if it has only letters, digits, ".", "_" and "-", and at most 64 characters.
+So the logs of both sides can be compared. The response to an unhandled exception is an "internal-error" problem; the
+traceback is written to the log only.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException, response_of
 
-HEADER = "X-Request-Id"
+REQUEST_ID_HEADER = "X-Request-Id"
 _HARMLESS = re.compile(r"[A-Za-z0-9._-]{1,64}")
 _METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"})
 # The status of nginx for a client that closed the connection before the answer.
 _CLIENT_LEFT = 499
-_QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
+# Requests to these routes are logged at level debug.
+_QUIET_ROUTES = frozenset({"/healthz", "/readyz", "/metrics"})
 _log = structlog.get_logger("grazemap_service")
 
 
@@ -38,7 +40,7 @@ class RequestLog:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        client_id = Headers(scope=scope).get(HEADER, "")
+        client_id = Headers(scope=scope).get(REQUEST_ID_HEADER, "")
         request_id = client_id if _HARMLESS.fullmatch(client_id) else secrets.token_hex(8)
         structlog.contextvars.clear_contextvars()
         structlog.contextvars.bind_contextvars(request_id=request_id)
@@ -48,8 +50,8 @@ class RequestLog:
         async def send_with_id(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
-                status = message["status"]
-                MutableHeaders(scope=message)[HEADER] = request_id
+                status = message["status"]  # before it is sent, so that it is recorded if the sending fails
+                MutableHeaders(scope=message)[REQUEST_ID_HEADER] = request_id
             await send(message)
 
         try:
@@ -69,7 +71,7 @@ class RequestLog:
         self.metrics.latency.labels(method, route).observe(seconds)
         if api_key := scope.get("state", {}).get("key"):
             self.metrics.key_requests.labels(api_key.name).inc()
-        log = _log.debug if route in _QUIET else _log.info
+        log = _log.debug if route in _QUIET_ROUTES else _log.info
         log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
 
 

@@ -15,9 +15,10 @@ _TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "string
 _TEXT: Schema = {"type": "string"}
 _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}
 NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
-"""The fields of the worker's `Numerics`."""
+"""The fields of the worker's `Numerics`, which a test compares with them: the service does not import that class."""
 RESULT, TILE, JOB = "Result", "Tile", "Job"
-# Processes whose tiles can be fetched, with the schema of a tile. A tile of a diagram is a tile of its map.
+# Processes whose tiles can be fetched, with the schema of a tile. A tile of an unfolding diagram is a tile of the
+# unfolding map from which the diagram is made.
 _TILES: Mapping[str, RecordSchema] = {
     "unfolding-maps": UnfoldingMap.schema,
     "unfolding-diagrams": UnfoldingMap.schema,
@@ -33,21 +34,22 @@ def reference(name: str) -> Schema:
 
 def result_components() -> dict[str, Schema]:
     """Return the components of results and tiles; `Result` and `Tile` are unions, distinguished by `process`."""
-    components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(NUMERICS, _TEXT))}
+    numerics = _object("The software and the processor that computed a result.", dict.fromkeys(NUMERICS, _TEXT))
+    components: dict[str, Schema] = {"Numerics": numerics}
     results: dict[str, list[str]] = {}
     for schema in SCHEMAS:
         components |= _records(schema)
         components[f"{schema.name}Result"] = _result(schema, schema.process, components)
         results.setdefault(schema.process, []).append(schema.name)
-    component_names = {process: f"{'Or'.join(names)}Result" for process, names in results.items()}
+    result_names = {process: f"{'Or'.join(names)}Result" for process, names in results.items()}
     for process, names in results.items():
         if len(names) > 1:
-            components[component_names[process]] = {"oneOf": [reference(f"{name}Result") for name in names]}
-    components[RESULT] = one_of(component_names)
-    tiles = {process: f"{_stem(process)}Tile" for process in _TILES}
+            components[result_names[process]] = {"oneOf": [reference(f"{name}Result") for name in names]}
+    components[RESULT] = one_of(result_names)
+    tile_names = {process: f"{_stem(process)}Tile" for process in _TILES}
     for process, record in _TILES.items():
-        components[tiles[process]] = _result(record, process, components, tile=True)
-    components[TILE] = one_of(tiles)
+        components[tile_names[process]] = _result(record, process, components, tile=True)
+    components[TILE] = one_of(tile_names)
     return components
 
 
@@ -59,11 +61,12 @@ def job_components(job: Schema) -> dict[str, Schema]:
     components: dict[str, Schema] = {}
     names = {process: job_name(process) for process in PROCESSES}
     for process, model in PROCESSES.items():
-        of_process = {
+        own_properties = {
             "process": {"type": "string", "const": process, "title": "Process"},
             "request": {"anyOf": [reference(model.__name__), {"type": "null"}], "title": "Request"},
         }
-        components[names[process]] = {**job, "title": names[process], "properties": {**job["properties"], **of_process}}
+        properties = {**job["properties"], **own_properties}
+        components[names[process]] = {**job, "title": names[process], "properties": properties}
     components[JOB] = one_of(names)
     return components
 
@@ -83,12 +86,15 @@ def one_of(names: Mapping[str, str]) -> Schema:
 
 
 def _stem(process: str) -> str:
-    """Return the class name of a process, for example "UnfoldingMaps"."""
+    """Return the name of the request class without `Request`, for example "UnfoldingMaps" for unfolding-maps."""
     return PROCESSES[process].__name__.removesuffix("Request")
 
 
 def _result(record: RecordSchema, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
-    """Return the schema of a result in JSON, with process, schema and meta; add the schema of meta to `components`."""
+    """Return the schema of a result or of a tile in JSON: its fields, and `process`, `schema` and `meta`.
+
+    The schema of `meta` is added to `components`.
+    """
     meta = f"{_stem(process)}{'Tile' if tile else ''}Meta"
     head: dict[str, Schema] = {
         "process": {"type": "string", "const": process},
@@ -115,12 +121,15 @@ def _result(record: RecordSchema, process: str, components: dict[str, Schema], t
 
 
 def _json_fields(record: RecordSchema) -> tuple[Field, ...]:
-    """Return the fields that a result has in JSON only; in JSON they are never left out."""
+    """Return the fields that only the JSON of a result has.
+
+    `when` is removed, because in JSON these fields are always there.
+    """
     return tuple(field.varied(when="") for field in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
 def _records(record: RecordSchema) -> Iterator[tuple[str, Schema]]:
-    """Yield (name, schema) of each record that is the type of a field of a record, and of the records inside it."""
+    """Yield (name, schema) of every record type that the fields of a record use, nested record types first."""
     for field in (*record, *_json_fields(record)):
         if isinstance(field.type, RecordSchema):
             yield from _records(field.type)
@@ -161,6 +170,7 @@ def _property(field: Field) -> Schema:
 
 
 def _description(field: Field) -> str:
+    """Return what a field is, for example "Displacement of the contact beyond the stop. Unit: m in SI. [overshoot]"."""
     dims = f" [{', '.join(field.dims)}]" if field.dims else ""
     when = f" Only {field.when}." if field.when else ""
     index = f" A position in `{field.index_of}`." if field.index_of else ""

@@ -1,7 +1,7 @@
-"""Settings of the HTTP service: every limit and address, from environment variables with the prefix GRAZEMAP_.
+"""Settings of the HTTP service and of the stack, from environment variables with the prefix GRAZEMAP_.
 
-`ServiceSettings` is made of environment variables (in tests, of keyword arguments) and never changes. This module also
-decides which addresses and host names need keys.
+`ServiceSettings` has every limit and address of the service. It is read once from environment variables (tests pass
+keyword arguments). This module also decides which addresses and host names need keys.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 
 
 class SettingsError(ValueError):
-    """The settings contradict each other; the service refuses to start."""
+    """The settings are unsafe, because keys are missing; the service refuses to start."""
 
 
 class ServiceSettings(RedisSettings):
@@ -39,19 +39,28 @@ class ServiceSettings(RedisSettings):
     cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
 
     max_body_bytes: Annotated[int, Field(gt=0)] = 1 << 20
-    max_depth: Annotated[int, Field(gt=0, lt=500, description="Nesting of a JSON body.")] = 32
+    max_depth: Annotated[int, Field(gt=0, lt=500, description="Maximum nesting of a JSON body.")] = 32
     max_masses: Annotated[int, Field(gt=0)] = 64
-    max_points: Annotated[int, Field(gt=0, description="Values of a curve, samples of a trajectory.")] = 1_000_000
-    max_pixels: Annotated[int, Field(gt=0, description="Points of an unfolding map.")] = 1 << 22
-    max_adaptive_pixels: Annotated[int, Field(gt=0, description="Points of an adaptive unfolding map.")] = 1 << 24
-    max_work: Annotated[float, Field(gt=0, description="Forcing periods of one job, as estimated.")] = 1e9
-    max_seconds: Annotated[float, Field(gt=0, description="Seconds on one core of one job, as estimated.")] = 86_400.0
-    max_tile_periods: Annotated[int, Field(gt=0, description="Forcing periods of one trajectory.")] = 1_000_000
-    max_pending_tiles: Annotated[int, Field(gt=0, description="Unfinished tiles of all jobs together.")] = 100_000
+    max_points: Annotated[
+        int, Field(gt=0, description="Maximum values of a curve, or samples of a trajectory or a diagram.")
+    ] = 1_000_000
+    max_pixels: Annotated[int, Field(gt=0, description="Maximum points of an unfolding map.")] = 1 << 22
+    max_adaptive_pixels: Annotated[int, Field(gt=0, description="Maximum points of an adaptive map.")] = 1 << 24
+    max_work: Annotated[float, Field(gt=0, description="Maximum estimated forcing periods of a job.")] = 1e9
+    max_seconds: Annotated[float, Field(gt=0, description="Maximum estimated processor seconds of a job.")] = 86_400.0
+    max_tile_periods: Annotated[
+        int, Field(gt=0, description="Maximum forcing periods of one trajectory, or of all trajectories of a tile.")
+    ] = 1_000_000
+    max_pending_tiles: Annotated[int, Field(gt=0, description="Maximum unfinished tiles of all jobs.")] = 100_000
     max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
 
-    hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's copies of results.")] = 64 << 20
-    sent_bytes: Annotated[int, Field(ge=0, description="Results that are being sent; others wait.")] = 256 << 20
+    hot_bytes: Annotated[
+        int,
+        Field(ge=0, description="Maximum bytes of results that this process keeps in memory (RepresentationCache)."),
+    ] = 64 << 20
+    sent_bytes: Annotated[
+        int, Field(ge=0, description="While results that are being sent take more bytes, further large results wait.")
+    ] = 256 << 20
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
     @classmethod
@@ -62,29 +71,29 @@ class ServiceSettings(RedisSettings):
 
     @field_validator("api_keys")
     @classmethod
-    def _strong(cls, value: tuple[SecretStr, ...]) -> tuple[SecretStr, ...]:
+    def _check_strength(cls, value: tuple[SecretStr, ...]) -> tuple[SecretStr, ...]:
         keys.setting_keys(value)
         return value
 
     @field_validator("api_keys_file")
     @classmethod
-    def _readable(cls, value: Path | None) -> Path | None:
+    def _check_file(cls, value: Path | None) -> Path | None:
         if value is not None:
             keys.file_keys(value)
         return value
 
     @property
-    def need_keys(self) -> bool:
+    def needs_keys(self) -> bool:
         """Whether requests need a key."""
         return bool(self.api_keys) or self.api_keys_file is not None
 
     def check_exposed(self, host: str) -> None:
         """Raise SettingsError if other machines can reach the service and there are no keys.
 
-        `host` is the address on which the service listens. If it is a loopback address and an allowed host is not, the
-        service is taken to be behind a proxy that forwards requests of other machines.
+        `host` is the address on which the service listens. If `host` is a loopback address, but an allowed host is not
+        one, a proxy on this machine is taken to forward requests of other machines.
         """
-        if self.need_keys:
+        if self.needs_keys:
             return
         remedy = "set GRAZEMAP_API_KEYS or GRAZEMAP_API_KEYS_FILE"
         if not is_loopback(host):
@@ -100,23 +109,30 @@ class ServiceSettings(RedisSettings):
 
 
 class StackSettings(WorkerSettings):
-    """The settings of the embedded Redis of a stack; on a small machine it has less memory."""
+    """The settings of the workers of a stack, and the memory of its embedded Redis.
+
+    The defaults of the memory are smaller on a machine with little memory.
+    """
 
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = Field(
         default_factory=lambda: _share_of_memory(DEFAULT_RESULT_BYTES, 4)
     )
     redis_bytes: Annotated[
-        int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; default: the results and 1 GiB.")
+        int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; see `max_redis_bytes`.")
     ] = None
 
     @property
     def max_redis_bytes(self) -> int:
-        """Maximum bytes of memory of the embedded Redis: the setting, else the budget of results and at most 1 GiB."""
+        """Maximum bytes of memory of the embedded Redis.
+
+        They are the setting or, by default, the budget of results and an eighth of the memory of the machine, but of
+        this at most 1 GiB.
+        """
         return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + _share_of_memory(1 << 30, 8)
 
 
 def _share_of_memory(max_bytes: int, parts: int) -> int:
-    """Return `max_bytes`, or the memory of the machine divided by `parts` if this is less; at least 64 MiB."""
+    """Return the smaller of `max_bytes` and the memory of the machine divided by `parts`, of which at least 64 MiB."""
     memory = machine_memory()
     return max_bytes if memory is None else min(max_bytes, max(64 << 20, memory // parts))
 

@@ -125,5 +125,5 @@ def lyapunov_exponents(
         first_weighted=weighted_exponent(scratch, skipped, 0.5 * run.period),
         kind=KINDS_BY_EXPONENT[kind],
         running=np.cumsum(growth) / (run.period * np.arange(1, periods + 1)),
-        final=State(run.physical[: oscillator.size], run.physical[oscillator.size :], phase),
+        final=State(run.physical_state[: oscillator.size], run.physical_state[oscillator.size :], phase),
     )

@@ -236,8 +236,8 @@ def assert_one_commit_a_tile(stack: RunningStack, identity: str) -> None:
     plan = store.jobs.plan_of(identity)
     assert plan is not None
     committed = [json.dumps(event.data) for event in store.jobs.events(identity) if event.name == "tile"]
-    assert len(committed) == plan.count, f"{identity}: {len(committed)} commits of {plan.count} tiles"
-    assert len(set(committed)) == plan.count, f"{identity}: a tile was committed twice"
+    assert len(committed) == plan.tile_count, f"{identity}: {len(committed)} commits of {plan.tile_count} tiles"
+    assert len(set(committed)) == plan.tile_count, f"{identity}: a tile was committed twice"
     redis.close()
 
 

@@ -58,6 +58,7 @@ def hostile_entries(folder: Path, queue: Queue) -> list[tuple[Job, str]]:
         (entry(data=json.dumps([WAKE_UP_FUNCTION, None, ["x", "y"], {"tile": 1}]).encode()), arguments),
         *((entry(**changes), f"carries {fields}") for changes, fields in ACTING),
         (entry(result_ttl=-1), "is kept after its end"),
-        (entry(timeout=60), "has another time limit"),
-        (entry(timeout=10**6), "has another time limit"),
+        (entry(result_ttl=None), "is kept after its end"),
+        (entry(timeout=60), "has a time limit"),
+        (entry(timeout=10**6), "has a time limit"),
     ]

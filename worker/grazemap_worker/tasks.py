@@ -233,7 +233,7 @@ def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _In
         _give_back(lost, context)
         return
     for job_id, tile, holder in lost:
-        if end.kind == "timeout" and activity.seconds == max_seconds:
+        if end.kind == "timeout" and activity.max_seconds == max_seconds:
             store.tiles.move_to_next_lane(job_id, tile, holder, max_seconds)
         else:
             store.tiles.record_failure(job_id, tile, end.kind or "lost", holder, end.limit)
@@ -396,7 +396,7 @@ def _progress_report(claim: Claim, store: Store) -> Report:
 
 def _assembly_progress_report(claim: Claim, store: Store) -> Report:
     """Return a function that stores the progress of an assembly, scaled to the plan's steps after the tiles."""
-    tiles, after, store_progress = claim.plan.count, claim.plan.after, _progress_report(claim, store)
+    tiles, after, store_progress = claim.plan.tile_count, claim.plan.after, _progress_report(claim, store)
     reported = 0
 
     def report(done: int, total: int) -> None:
@@ -411,7 +411,7 @@ def _assembly_progress_report(claim: Claim, store: Store) -> Report:
 
 def _finished_tiles(claim: Claim, store: Store) -> list[Document]:
     documents = []
-    for index, data in enumerate(store.tiles.many(claim.job_id, range(claim.plan.count))):
+    for index, data in enumerate(store.tiles.many(claim.job_id, range(claim.plan.tile_count))):
         if data is None:
             raise LookupError(f"tile {index} is missing")
         documents.append(decode_npz(data)[0])

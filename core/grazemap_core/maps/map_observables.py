@@ -17,7 +17,7 @@ from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, workspace
 from grazemap_core.maps.kernels import lane_state, observed_column
-from grazemap_core.maps.kernels.final_states import MOST_IMPACTS
+from grazemap_core.maps.kernels.final_states import MAX_ORBIT_IMPACTS
 from grazemap_core.maps.kernels.lane_state import TrajectoryResults
 from grazemap_core.maps.kernels.observed_column import ObservedColumn, observe_column
 from grazemap_core.simulation.motion import KINDS, kinds_of
@@ -67,7 +67,7 @@ def figures_of_column(
         outputs=np.zeros((count, *totals.outputs.shape)),
         totals=totals,
         scratch=wanted.scratch(size),
-        rows=np.empty((MOST_IMPACTS, EVENT_COLUMNS + 2 * size)),
+        rows=np.empty((MAX_ORBIT_IMPACTS, EVENT_COLUMNS + 2 * size)),
         u=np.zeros((size, 2)),
         before=np.zeros((size, 2)),
     )

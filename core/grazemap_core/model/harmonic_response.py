@@ -1,6 +1,6 @@
 """The steady motion without impacts: the response of a structure to its harmonic forces, as complex amplitudes.
 
-The linear system is solved without modes, in the same way for both kinds of damping.
+The linear system is solved without modes, whether or not the damping is diagonal in them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from grazemap_core.model.tolerances import RESONANCE_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
 FREQUENCIES_AT_ONCE = 2**16
-"""Frequencies at which the response is computed together."""
+"""Maximum number of frequencies at which the response is computed together, to limit memory."""
 
 
 def require_forced(oscillator: Oscillator) -> None:
@@ -30,10 +30,10 @@ def require_forced(oscillator: Oscillator) -> None:
 
 
 def require_damped(oscillator: Oscillator) -> None:
-    """Raise SteadyMotionError if a mode is undamped.
+    """Check that every mode is damped.
 
-    A mode is undamped if no damped link stretches in it. If some links are damped and others are not, the modal model
-    decides.
+    A chain whose links are all damped has no undamped mode. Without damping all modes are undamped. Otherwise the modal
+    model decides.
 
     Raises
     ------
@@ -53,7 +53,8 @@ def require_damped(oscillator: Oscillator) -> None:
 def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     """Return the complex amplitudes of the contact coordinate in the steady motion, in H harmonics; shape (n, H).
 
-    ``q = sum_k Im(amplitude_k e^{i order_k omega t})`` about the equilibrium; each has an error of about one rounding.
+    ``q = sum_k Im(amplitude_k e^{i order_k omega t})`` about the equilibrium. Each amplitude has an error of about one
+    rounding.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     """
     values = checked_omega(omega)
     require_damped(oscillator)
-    coordinates = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
+    amplitudes = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
     for h, harmonic in enumerate(oscillator.drive):
         for first in range(0, len(values), FREQUENCIES_AT_ONCE):  # the amplitudes of all masses take memory
             some = values[first : first + FREQUENCIES_AT_ONCE]
@@ -72,12 +73,14 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
                 harmonic.order * some, harmonic.amplitudes(some), oscillator.contact
             )
             _require_steady(bool(np.all(response.exists)))
-            coordinates[first : first + FREQUENCIES_AT_ONCE, h] = response.coordinate
-    return coordinates
+            amplitudes[first : first + FREQUENCIES_AT_ONCE, h] = response.coordinate
+    return amplitudes
 
 
 def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[Complexes, Complexes]:
-    """Return `contact_response` and its derivative with respect to omega, (n, H) each.
+    """Return `contact_response` of a forced oscillator, and its derivative with respect to omega; (n, H) each.
+
+    Neither `omega` nor the damping is checked.
 
     Raises
     ------
@@ -94,17 +97,17 @@ def contact_response_and_slope(oscillator: Oscillator, omega: Floats) -> tuple[C
 def response_and_slope(
     oscillator: Oscillator, omega: Floats, harmonic: Harmonic
 ) -> tuple[Complexes, Complexes, Booleans]:
-    """Return the amplitudes of the contact coordinate in one harmonic, their derivatives, and where they exist; (n,).
+    """Return the amplitudes of q in one harmonic, their derivatives, and where the amplitudes exist; (n,) each.
 
     A derivative follows from one more solution with the same matrix (theory, "Any linear structure"). It is NaN where
-    that does not exist.
+    this second solution does not exist.
     """
     steady = oscillator.structure.response(harmonic.order * omega, harmonic.amplitudes(omega), oscillator.contact)
     return steady.coordinate, response_slope(oscillator, omega, harmonic, steady.amplitudes), steady.exists
 
 
 def response_slope(oscillator: Oscillator, omega: Floats, harmonic: Harmonic, amplitudes: Complexes) -> Complexes:
-    """Return the derivatives (n,) of the contact coordinate in one harmonic, from the amplitudes (n, N) there.
+    """Return the derivatives (n,) of q in one harmonic, from the amplitudes (n, N) of the displacements.
 
     A derivative that does not exist is NaN.
     """
@@ -137,5 +140,5 @@ def harmonic_amplitudes(oscillator: Oscillator, omega: Floats, harmonic: Harmoni
 
 
 def hidden_by_rounding(amplitude: float | Floats, clearance: Floats) -> Booleans:
-    """Return where round-off of the reference motion of q, of this amplitude, is too large against a clearance."""
+    """Return where the round-off of a reference motion of q is too large compared with the clearance."""
     return EPSILON * amplitude > RESONANCE_ROUNDING * clearance

@@ -1,8 +1,8 @@
-"""The one meaning of a period: T = 2 pi/(p omega), with the common divisor p of the orders of the forces.
+"""The one meaning of a period: T = 2 pi/(p omega), with the greatest common divisor p of the orders of the forces.
 
-Forces whose orders are all multiples of p at omega are those with the orders over p at p omega, their *own* frequency
-(theory, "Several harmonics"). Everything is computed there. What is given and returned is at the declared omega:
-frequencies, and phases omega t, are multiplied by p on the way in and divided by p on the way out.
+Forces of the orders 2 and 4 at omega are forces of the orders 1 and 2 at 2 omega: p omega is the *own* frequency of the
+forces (theory, "Several harmonics"). Everything is computed at the own frequency. Arguments and results are at the
+declared omega: frequencies, and phases omega t, are multiplied by p on the way in and divided by p on the way out.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from grazemap_core.records import dataclass
 _FREQUENCIES: Final = frozenset({"omega", "omega_start", "omega_stop", "omega_error"})
 _PHASES: Final = frozenset({"phase", "phases", "excess_phase"})
 _DIVISOR: Final = "divisor"
-"""The attribute of a record of phases with p: they repeat after 2 pi/p."""
-_OPAQUE: Final = "record"
+"""The attribute with p of a record of phases, which repeat after 2 pi/p."""
+_LEFT_ALONE: Final = "record"
 """The attribute of a motion with what the kernels recorded, which stays at the own frequency."""
 
 Given = ParamSpec("Given")
@@ -30,24 +30,25 @@ Found = TypeVar("Found")
 
 
 def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Return a function that is computed at the own frequency of the oscillator among its arguments.
+    """Return a function that calls `function` at the own frequency of the oscillator among its arguments.
 
-    Frequencies and phases are known by the names of parameters and of attributes of dataclasses and named tuples. A
-    parameter that varies is a frequency where its name, in `parameter`, `plane` or `ranges`, is omega.
+    Frequencies and phases are known by the names of arguments and of attributes of dataclasses and named tuples. The
+    values of a parameter that varies are frequencies if its name, in `parameter`, `name`, `plane` or `ranges`, is
+    omega. No dictionary but `ranges` is looked into. All oscillators among the arguments must have the same p.
     """
     signature = inspect.signature(function)
 
     @wraps(function)
     def of_own(*args: Given.args, **kwargs: Given.kwargs) -> Found:
-        times = max((divisor_of(value) for value in (*args, *kwargs.values())), default=1)
-        if times == 1:
+        p = max((divisor_of(value) for value in (*args, *kwargs.values())), default=1)
+        if p == 1:
             return function(*args, **kwargs)
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        inward = _Inward(times)
+        inward = _Inward(p)
         own_arguments = {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
         bound.arguments.update(own_arguments)
-        result: Found = _Outward(times, inward.known).of(function(*bound.args, **bound.kwargs))
+        result: Found = _Outward(p, inward.declared).rescaled(function(*bound.args, **bound.kwargs))
         return result
 
     return of_own
@@ -55,11 +56,11 @@ def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
 
 def at_own_period(value: Found) -> Found:
     """Return a record with an oscillator, such as a plane, at the own frequency."""
-    return _Inward(divisor_of(value)).of(value)  # type: ignore[no-any-return]
+    return _Inward(divisor_of(value)).rescaled(value)  # type: ignore[no-any-return]
 
 
 def divisor_of(value: Any) -> int:
-    """Return p of an oscillator, of what has one, of phases that tell it, or of the first item of a list; else 1."""
+    """Return p of an oscillator, of a record with one or with a `divisor`, or of a list's first item; otherwise 1."""
     if isinstance(value, Oscillator):
         return value.at_own_period[1]
     if isinstance(value, list) or type(value) is tuple:
@@ -72,10 +73,10 @@ def divisor_of(value: Any) -> int:
 class _Rescaling:
     """Gives records other frequencies and phases."""
 
-    times: int
+    p: int
     """The own frequency over omega."""
-    known: dict[float, float] = field(default_factory=dict)
-    """Frequencies at omega, by those at the own one."""
+    declared: dict[float, float] = field(default_factory=dict)
+    """The declared frequencies that were given, by the own ones."""
 
     def frequency(self, value: Any) -> Any:
         raise NotImplementedError
@@ -87,17 +88,17 @@ class _Rescaling:
         raise NotImplementedError
 
     @property
-    def divisor(self) -> int:
+    def new_divisor(self) -> int:
         raise NotImplementedError
 
-    def of(self, value: Any) -> Any:
-        """Return a value, or the same object where nothing in it changes."""
+    def rescaled(self, value: Any) -> Any:
+        """Return a value with other frequencies and phases, or the same object where nothing in it changes."""
         if isinstance(value, Oscillator):
             return self.oscillator(value)
         if isinstance(value, Iterator):
-            return map(self.of, value)
+            return map(self.rescaled, value)
         if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
-            items = [self.of(item) for item in value]
+            items = [self.rescaled(item) for item in value]
             same = all(new is old for new, old in zip(items, value, strict=True))
             return value if same else type(value)(items)
         if is_dataclass(value) and not isinstance(value, type):
@@ -116,10 +117,10 @@ class _Rescaling:
 
     def part(self, parts: Mapping[str, Any], name: str, value: Any) -> Any:
         """Return one of the attributes of a record, or one of the arguments of a function."""
-        if value is None or name == _OPAQUE:
+        if value is None or name == _LEFT_ALONE:
             return value
         if name == _DIVISOR:
-            return self.divisor
+            return self.new_divisor
         if name in _PHASES:
             return self.phase(value)
         if name == "ranges":
@@ -128,11 +129,14 @@ class _Rescaling:
             }
         if name in _FREQUENCIES or _varies(parts, name) == "omega":
             return self.frequency(value)
-        return self.of(value)
+        return self.rescaled(value)
 
 
 def _varies(parts: Mapping[str, Any], name: str) -> str | None:
-    """Return the name of the parameter of which an attribute has values; None if it has none."""
+    """Return the name of the parameter whose values an attribute has, None if it has no such values.
+
+    `parts` are the attributes by name, `name` is that of the attribute.
+    """
     plane = parts.get("plane")
     if name in ("horizontal", "vertical") and isinstance(plane, tuple):
         return str(plane[0 if name == "horizontal" else 1])
@@ -148,37 +152,40 @@ class _Inward(_Rescaling):
     def frequency(self, value: Any) -> Any:
         if isinstance(value, tuple):
             return tuple(map(self.frequency, value))
-        own = self.times * np.asarray(value, dtype=np.float64)
+        own = self.p * np.asarray(value, dtype=np.float64)
         for end in np.ravel(value)[[0, -1]].tolist() if np.size(value) else ():
-            self.known[self.times * end] = end
+            self.declared[self.p * end] = end
         return own if isinstance(value, np.ndarray | list) else float(own)
 
     def phase(self, value: Any) -> Any:
-        return self.times * value
+        return self.p * value
 
     def oscillator(self, value: Oscillator) -> Oscillator:
         return value.at_own_period[0]
 
     @property
-    def divisor(self) -> int:
+    def new_divisor(self) -> int:
         return 1
 
 
 class _Outward(_Rescaling):
-    """From the own frequency to the declared one; a frequency that was given is returned as it was given."""
+    """From the own frequency to the declared one.
+
+    A frequency that was given, as a number or at an end of an array, is returned with the same digits.
+    """
 
     def frequency(self, value: Any) -> Any:
-        frequency = np.asarray(value / self.times)
-        for own, declared in self.known.items():
+        frequency = np.asarray(value / self.p)
+        for own, declared in self.declared.items():
             frequency = np.where(value == own, declared, frequency)
         return frequency if isinstance(value, np.ndarray) else float(frequency)
 
     def phase(self, value: Any) -> Any:
-        return value / self.times
+        return value / self.p
 
     def oscillator(self, value: Oscillator) -> Oscillator:
         return value
 
     @property
-    def divisor(self) -> int:
-        return self.times
+    def new_divisor(self) -> int:
+        return self.p

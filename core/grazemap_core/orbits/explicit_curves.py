@@ -26,7 +26,7 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
     contacts_at,
     contacts_begin,
 )
-from grazemap_core.orbits.tolerances import FROM_THE_GRAZE, GRAZE_PHASES, ORBIT_FLOOR, SAME_CURVE_PHASE
+from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR, SAME_CURVE_PHASE
 from grazemap_core.records import NamedTuple, dataclass
 
 
@@ -163,7 +163,7 @@ class StopMotions:
         met: list[float] = []
         for start, end in self._phases_of_impacts():
             shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.orbits.toward.orders) + 1)
-            shares[0], shares[-1] = FROM_THE_GRAZE, 1.0 - FROM_THE_GRAZE
+            shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
             phases = start + (end - start) * shares
             fine = self.contacts(phases).status == NO_FURTHER_CONTACT
             for i in np.flatnonzero(fine[1:] != fine[:-1]).tolist():

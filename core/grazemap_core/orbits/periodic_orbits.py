@@ -234,10 +234,10 @@ def solved_orbit(
         half_multipliers=half,
         stable=bool(np.all(np.abs(multipliers) < 1.0)),
         physical=converged and bool(np.all(impacts.stops * impacts.velocities > 0.0)),
-        contacts=CONTACTS[int(results.contact[0])],
+        contacts=CONTACTS[int(results.contact_status[0])],
         excess=float(results.excess[0]) * problem.length,
-        excess_phase=float(results.phase[0]) - shift,
-        excess_stop=int(results.stop[0]),
+        excess_phase=float(results.excess_phase[0]) - shift,
+        excess_stop=int(results.excess_stop[0]),
         least_period=impacts.repeats_after() if converged else impacts.period,
         symmetric=symmetric,
     )

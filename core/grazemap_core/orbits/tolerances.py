@@ -8,44 +8,44 @@ from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.tolerances import EPSILON
 
 ORBIT_RESIDUAL: Final = 1e-12
-"""Maximum residual, relative to the sum of the moduli of its terms, of an orbit that counts as solved; round-off of an
-orbit with tens of impacts is a hundredth of it."""
+"""Maximum residual, relative to the sum of the moduli of its terms, of an orbit that counts as solved. The round-off of
+an orbit with tens of impacts is a hundredth of it."""
 
 ORBIT_SETTLED: Final = 1e-8
 """Newton step, in radians of phase and in units of omega times length, after which the next one is round-off."""
 
 ORBIT_EXACT: Final = 0.01 * RESPONSE_ROUNDOFF
-"""Residual, relative to the sum of the moduli of its terms, at which Newton's method stops at once: a hundredth of the
-round-off that is allowed for, which only a guess that is a solution already reaches."""
+"""Residual, relative to the sum of the moduli of its terms, at which Newton's method stops at once. It is a hundredth
+of the round-off that is allowed for. Only a guess that is a solution already has so small a residual."""
 
 ORBIT_NEARLY_SOLVED: Final = 1e-8
-"""Residual, relative to the sum of the moduli of its terms, below which a guess is an orbit but for the last digits.
-Newton's method is stuck there only where the equations are singular: a step that is regular lowers the residual."""
+"""Residual, relative to the sum of the moduli of its terms, below which a guess is an orbit except for its last digits.
+Newton's method is stuck there only where the equations are singular: elsewhere a step lowers the residual."""
 
 ORBIT_NEWTON_STEPS: Final = 40
 """Maximum number of Newton steps. A close guess takes three to five; steps from a far one are shortened a few times."""
 
 ORBIT_HALVINGS: Final = 12
-"""Maximum number of halvings of a Newton step that does not lower the residual, and of steps that are shortened because
-two impacts come too close."""
+"""Maximum number of halvings of a Newton step that does not lower the residual. Also the maximum number of steps, on
+the way to one orbit, that are shortened because two impacts come too close."""
 
-ORBIT_GAP: Final = 0.2
-"""Minimum ratio of the time between two impacts after a Newton step to that before it."""
+MIN_SPACING_RATIO: Final = 0.2
+"""A Newton step leaves at least this share of the time between two impacts."""
 
 ORBIT_FLOOR: Final = 1e-6
-"""Distance from a stop, in lengths, beyond which maxima are not searched for where only contacts are asked for. It is
-far above the round-off of the distance."""
+"""Distance from a stop, in units of `OrbitProblem.length`. Where only contacts are asked for, maxima of the
+displacement that are farther from the stop are not searched for. It is far above the round-off of the distance."""
 
-MAXIMUM_NEWTON_STEPS: Final = 60
-"""Maximum number of steps to a maximum of the displacement between two impacts. Newton's method takes a few; bisection,
-which replaces a step that leaves the cell, reaches round-off in fewer than 60."""
+STEPS_TO_MAXIMUM: Final = 60
+"""Maximum number of steps in the search for a maximum of the displacement between two impacts. Newton's method takes a
+few; bisection, which replaces a step that leaves the cell, reaches round-off in fewer than 60."""
 
-MAXIMUM_ANGLE: Final = 4.0 * EPSILON
-"""Step toward such a maximum, relative to the angle between the impacts, that is round-off."""
+MAXIMUM_ACCURACY: Final = 4.0 * EPSILON
+"""The search for such a maximum ends at a step of this, relative to the angle between the impacts: it is round-off."""
 
 MAXIMUM_AT_IMPACT: Final = 64.0 * EPSILON
-"""Distance of such a maximum from an impact, relative to the angle between the impacts, up to which it is the impact
-itself, with a vanishing velocity. It is a multiple of MAXIMUM_ANGLE, the accuracy of the maximum."""
+"""Distance of such a maximum from an impact, relative to the angle between the impacts, up to which the maximum is the
+impact itself, with a vanishing velocity. It is a multiple of MAXIMUM_ACCURACY."""
 
 SAME_ORBIT: Final = 1e-7
 """Relative difference of phases and velocities up to which two parts of an orbit are the same. The parts of an orbit
@@ -57,8 +57,9 @@ MAX_KANTOROVICH: Final = 0.5
 theorem."""
 
 ORBIT_NEARBY: Final = 100.0
-"""Maximum distance between the impacts of an orbit and those of a trajectory that is taken to converge to it, in units
-of the distance to which its returns extrapolate. Stiff modes and slow impacts increase it."""
+"""Maximum distance between the impacts of an orbit and those of a trajectory that is taken to converge to it. The unit
+is the distance of the trajectory from its limit, extrapolated from its returns. Stiff modes and slow impacts increase
+the distance."""
 
 MAX_VERIFIED_IMPACTS: Final = 128
 """Maximum number of impacts of a motion that is verified: the time taken grows with the square of the number."""
@@ -67,55 +68,56 @@ VERIFICATION_STEPS: Final = 8
 """Maximum number of Newton steps from a trajectory to the orbit near it: three are used, more for slow impacts."""
 
 REPEATED_RADII: Final = 4.0
-"""Difference between two parts of an orbit, in units of the radius within which the orbit lies, up to which they may be
-the same: two for the two parts, and twice that for the round-off of the comparison."""
+"""Difference between two parts of an orbit, in units of the radius within which the orbit lies, up to which the parts
+may be the same. Each part may be off by one radius, which makes two; twice that allows for round-off."""
 
 MAX_STABLE_MODULUS: Final = 1.0 - 1e-6
 """Maximum modulus of the multipliers of an orbit that is verified to be stable. Two multipliers that coincide are
 accurate only to the square root of round-off, 1e-8, and the bound leaves a hundred times that."""
 
 CAPTURE_MARGIN: Final = 0.35
-"""Contraction of the norm in which a trajectory is captured: this share of the way from the largest multiplier to 1.
-The rest is left to terms of second order; a smaller share distorts the norm."""
+"""The norm in which a trajectory is captured contracts by m + CAPTURE_MARGIN (1 - m), with the largest modulus m of a
+multiplier. What remains up to 1 is left to terms of second order; a smaller share of 1 - m distorts the norm."""
 
 NORM_DOUBLINGS: Final = 40
-"""Maximum number of doublings of the sum that is that norm. Powers decay after about log2(10 / (1 - multiplier)) of
-them, which is 24 for the largest multiplier that counts as stable; matrices far from normal need some more."""
+"""Maximum number of doublings of the sum that defines this norm. Powers decay after about log2(10 / (1 - m)) doublings,
+which is 24 for the largest multiplier that counts as stable; matrices far from normal need some more."""
 
 CAPTURE_TRIALS: Final = 8
-"""Maximum number of radii for which a ball is carried over a return; the ratios are proportional to the radius, so the
-second one or the third one captures."""
+"""Maximum number of radii for which a ball is carried over a return. The ratio of `capture.capture_ratio` is
+proportional to the radius, so the second radius or the third captures."""
 
 CAPTURE_SHARE: Final = 0.9
-"""The next radius, in units of that which captures to leading order."""
+"""The next radius, as a share of the radius that captures to leading order."""
 
 ON_UNIT_CIRCLE: Final = 1e-6
 """Distance from the unit circle at which a root of a polynomial in exp(i phase) is taken for a phase. Simple roots are
 accurate to round-off, double ones, at saddle-nodes, to its square root."""
 
 PHASE_POLISHING_STEPS: Final = 3
-"""Newton steps from such a root to the phase: one reaches round-off."""
+"""Newton steps from a root near the unit circle to the phase: one step reaches round-off."""
 
 SAME_ZERO: Final = 64.0 * EPSILON
 """Distance on the circle, radians, within which two polished zeros of a trigonometric polynomial are one that was found
-twice: that of a few roundings of a phase. Two zeros that are so close differ in no result."""
+twice: a few roundings of a phase. Two zeros that are so close differ in no result."""
 
 LAG_ACCURACY: Final = 1e-13
-"""Accuracy, radians, of the lag between two impacts that are a guess, which Newton's method makes exact."""
+"""Accuracy, radians, of the lag between the two impacts of a guess; Newton's method then makes the lag exact."""
 
 LAG_STEPS: Final = 128
-"""Lags per forcing period at which orbits with two impacts are looked for. The mismatch of the second gap is smooth on
-the scale of the shortest period of the structure; orbits closer than this meet at a saddle-node nearby."""
+"""Lags per forcing period at which orbits with two impacts are looked for. Two orbits whose lags are closer meet at a
+saddle-node nearby. The mismatch of the second gap is smooth on the scale of the shortest period of the structure; if
+that is as short as a few steps, orbits may be missed."""
 
 GRAZE_PHASES: Final = 48
-"""Phases, for every harmonic, between two zeros of the impact speed at which further contacts are looked for. Between
-the stops of the default oscillator the admissible orbits are one interval of phases, of a tenth of that distance or
+"""Phases, for every harmonic, between two zeros of the impact speed at which further contacts are looked for. For the
+default oscillator the admissible orbits are one interval of phases, of a tenth of the distance between the zeros or
 more."""
 
-FROM_THE_GRAZE: Final = 1e-6
-"""The first and the last of these phases are this share of the distance away from the zeros: there the excess at a
-further contact is proportional to it, and far above round-off."""
+GRAZE_OFFSET: Final = 1e-6
+"""The first and the last of these phases are this share of the distance between the zeros away from them. The excess at
+a further contact is proportional to the offset there, and far above round-off."""
 
 SAME_CURVE_PHASE: Final = 0.5
-"""Maximum change of the phase, relative to that of the steady motion, from one point of a curve to the next: a curve
+"""Maximum change, radians, of the phase less that of the steady motion, from one point of a curve to the next. A curve
 that leaves a graze or ends at another one turns by about a radian in all."""

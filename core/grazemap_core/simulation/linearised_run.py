@@ -28,12 +28,12 @@ class LinearisedRun:
     """A trajectory in progress; `advance` changes `state` and the arrays of the kernels."""
 
     problem: CellProblem
-    """The oscillator, for the kernels."""
+    """Arguments of the kernels for a free contact."""
     held: HeldProblem
-    """The oscillator with the contact at rest, for the kernels."""
+    """Arguments of the kernels for a contact at rest on a stop."""
     state: Floats
-    """(N, 2) Current state, in block coordinates and minus the reference motion."""
-    steady: Floats
+    """(N, 2) Current state less the reference motion, in block coordinates."""
+    reference_at_start: Floats
     """(2 N,) Displacements, then velocities, of the reference motion at the start's phase, with the equilibrium."""
     stops: Stops
     """The stops."""
@@ -42,7 +42,7 @@ class LinearisedRun:
     work: Workspace
     """Regime and scratch of the trajectory."""
     began: HalfPeriod
-    """The start of the half period."""
+    """Copy of the state at the start of the half period, which is run again if the record of events was too short."""
 
     @property
     def period(self) -> float:
@@ -50,9 +50,9 @@ class LinearisedRun:
         return self.problem.step * self.problem.cells
 
     @property
-    def physical(self) -> Floats:
-        """Displacements, then velocities, (2 N,); only after a whole number of periods, where `steady` holds."""
-        return np.asarray(self.held.from_free @ self.state.ravel() + self.steady)
+    def physical_state(self) -> Floats:
+        """Displacements, then velocities, (2 N,); wrong except after a whole number of periods."""
+        return np.asarray(self.held.from_free @ self.state.ravel() + self.reference_at_start)
 
     def advance(self, halves: int, tangent: Floats) -> None:
         """Advance by a number of half periods; the linearised flow is applied to tangent (2 N, k) in place.
@@ -90,7 +90,7 @@ def linearised_run(
     velocity: Floats | None,
     phase: float,
 ) -> LinearisedRun:
-    """Return a run at the given initial state. Parameters as in `trajectories.trajectory`.
+    """Return a run from the given initial state. Parameters as in `trajectories.trajectory`.
 
     If the contact starts on a stop and moves into it, the run starts after that impact.
 
@@ -99,7 +99,7 @@ def linearised_run(
     ParameterError
         A number is out of range, or the contact starts outside the stops.
     LinearisationError
-        The contact rests on a stop, and the motion of the structure has no accurate closed form.
+        The contact starts at rest on a stop, and the motion of the held structure has no accurate closed form.
     """
     forced = forced_oscillator(oscillator, omega, clearance)
     begun = start(forced, initial_state(forced, displacement, velocity, phase))
@@ -107,7 +107,7 @@ def linearised_run(
         problem=begun.problem,
         held=begun.held,
         state=begun.u,
-        steady=reference_state(forced.steady, begun.problem.orders, omega, phase)
+        reference_at_start=reference_state(forced.steady, begun.problem.orders, omega, phase)
         + np.concatenate([forced.equilibrium, np.zeros(oscillator.size)]),
         stops=begun.stops,
         halves=0,
@@ -115,5 +115,5 @@ def linearised_run(
         began=half_period(oscillator.size),
     )
     run.require(begun.status)
-    run.work.cursor[EVENT_COUNT] = 0
+    run.work.cursor[EVENT_COUNT] = 0  # events of the start belong to no half period
     return run

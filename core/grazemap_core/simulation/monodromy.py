@@ -96,7 +96,7 @@ def monodromy(
     count = oscillator.size
     if period is None:
         period = _settle(run, max_periods, max_period)
-    start, here = run.state.copy(), run.physical
+    start, here = run.state.copy(), run.physical_state
     tangent = np.eye(2 * count)
     run.advance(2 * period, tangent)
     # eigenvalues are computed in the energy norm, in which all entries of the matrix have the same unit

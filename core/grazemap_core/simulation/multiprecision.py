@@ -141,7 +141,9 @@ class MultiprecisionRun:
             self._restitution = {stop: arb(oscillator.restitution_of(stop)) for stop in (1, -1)}
             self._omega, self._phase, self._length = arb(omega), arb(phase), (2 * arb.pi() / arb(omega)).mid()
             clearances = zip((1, -1), both_clearances(clearance), strict=True)
-            self._gaps = {stop: (c - stop * equations.place).mid() for stop, c in clearances if math.isfinite(c)}
+            self._gaps = {
+                stop: (c - stop * equations.contact_equilibrium).mid() for stop, c in clearances if math.isfinite(c)
+            }
             self._modes = self._free = equations.free(self._omega)
             self._held = dict[int, ModalMotion]()
             self._take(0)

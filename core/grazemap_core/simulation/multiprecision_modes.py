@@ -3,9 +3,9 @@
 Displacements are from the static equilibrium. All numbers are taken as they are stored, in binary; the matrices of a
 chain are sums without rounding, and proportional damping is 2 gamma K.
 
-Equal or nearly equal exponents form a group. Modes would be parallel or would lose digits; a group has a basis X of the
-space of its motions instead, with ``A X = X (center + E)`` for the matrix A of the equations. Its motions are
-``X e^(center t) e^(E t) a``; the second exponential is hardly more than a polynomial of t.
+Equal or nearly equal exponents form a group. Their modes would be parallel, or nearly parallel and lose digits. So a
+group has no modes but a basis X of the space of its motions, with ``A X = X (center + E)`` for the matrix A of the
+equations. Its motions are ``X e^(center t) e^(E t) a``; the second exponential is hardly more than a polynomial of t.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from grazemap_core.simulation.tolerances import (
 )
 
 DERIVATIVES = 5
-"""Orders of the derivatives of what is observed that have bounds, from 0."""
+"""Number of derivatives of what is observed for which there are bounds: those of orders 0 to 4."""
 
-NO_MODES = "the modes are not separated by this number of bits"
+NO_MODES = "the modes cannot be separated with this number of bits"
 
 
 class RunError(Exception):
-    """A run cannot be started or continued; says why."""
+    """A run cannot be started or continued; the message says why."""
 
 
 class MotionEquations:
@@ -45,12 +45,14 @@ class MotionEquations:
 
     Attributes
     ----------
-    contact, jump : list of N arb
-        h, and the change of velocities by an impulse that changes that of the contact coordinate by 1.
+    contact : list of N arb
+        The row h of the contact coordinate.
+    jump : list of N arb
+        Change of the velocities by an impulse that changes the velocity of the contact coordinate by 1.
     equilibrium : list of N arb
         Static displacements; 0 without a bias.
-    place : arb
-        The contact coordinate in equilibrium.
+    contact_equilibrium : arb
+        The contact coordinate in the equilibrium.
     """
 
     def __init__(self, oscillator: Oscillator) -> None:
@@ -59,8 +61,8 @@ class MotionEquations:
         self._mass, self._damping, self._stiffness = _matrices(oscillator)
         self.contact = [arb(h) for h in oscillator.contact.tolist()]
         response = self._mass.solve(arb_mat([[h] for h in self.contact]))
-        moved = self.contact_of(response.entries())
-        self.jump = [x / moved for x in response.entries()]
+        contact_response = self.contact_of(response.entries())
+        self.jump = [x / contact_response for x in response.entries()]
         bias = oscillator.bias.tolist()
         self.equilibrium = [arb(0)] * len(bias)
         if any(bias):
@@ -68,14 +70,14 @@ class MotionEquations:
                 self.equilibrium = self._stiffness.solve(arb_mat([[arb(s)] for s in bias])).entries()
             except ZeroDivisionError:
                 raise RunError("a free structure under a bias has no single equilibrium") from None
-        self.place = self.contact_of(self.equilibrium)
+        self.contact_equilibrium = self.contact_of(self.equilibrium)
 
     def contact_of(self, values: Sequence[Any]) -> Any:
         """Return the contact coordinate of N displacements, or its rate of N velocities, real or complex."""
         return sum((h * x for h, x in zip(self.contact, values, strict=True) if h != 0), 0 * values[0])
 
     def from_equilibrium(self, state: Floats | None) -> list[arb]:
-        """Return displacements from the equilibrium, then velocities; None is the state of rest there."""
+        """Return displacements from the equilibrium, then velocities, of a state (2, N); None: at rest in it."""
         if state is None:
             return [arb(0)] * (2 * len(self.contact))
         places, rates = ([arb(x) for x in row] for row in state.tolist())
@@ -84,15 +86,16 @@ class MotionEquations:
     def free(self, omega: arb) -> ModalMotion:
         """Return the motion between the stops; q is observed. Raises RunError."""
         n = len(self.contact)
-        whole = [[arb(int(i == j)) for j in range(n)] for i in range(n)]
+        identity = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)])
         modes = _modes(self._mass, self._damping, self._stiffness)
-        harmonics = [(order, column) for order, column, _ in self._harmonics(omega, arb_mat(whole))]
-        return ModalMotion(modes, arb_mat(whole), list(range(n)), harmonics, omega, self._observe_contact, self.jump)
+        harmonics = [(order, column) for order, column, _ in self._harmonics(omega, identity)]
+        return ModalMotion(modes, identity, list(range(n)), harmonics, omega, self._observe_contact, self.jump)
 
-    def held(self, omega: arb, place: arb) -> ModalMotion:
-        """Return the motion with the contact held at a place; minus the acceleration of q, if free, is observed.
+    def held(self, omega: arb, held_at: arb) -> ModalMotion:
+        """Return the motion with the contact held at a distance from the equilibrium.
 
-        With ``x = a place + Z u`` and ``h^T Z = 0`` the mass matrix does not couple u to the contact. Raises RunError.
+        Minus the acceleration that q would have if it were released is observed. With the jump a,
+        ``x = a held_at + Z u`` and ``h^T Z = 0``, the mass matrix does not couple u to the contact. Raises RunError.
         """
         n = len(self.contact)
         pivot = max(range(n), key=lambda i: abs(float(self.contact[i])))
@@ -104,10 +107,10 @@ class MotionEquations:
         mass, damping, stiffness = (across * matrix * basis for matrix in (self._mass, self._damping, self._stiffness))
         modes = _modes(mass, damping, stiffness)
         jump = arb_mat([[x] for x in self.jump])
-        resting = jump * place
+        resting = jump * held_at
         if others:
             try:
-                resting = resting - basis * stiffness.solve(across * (self._stiffness * jump)) * place
+                resting = resting - basis * stiffness.solve(across * (self._stiffness * jump)) * held_at
             except ZeroDivisionError:
                 raise RunError("the held structure has no single equilibrium") from None
         steady = [(0, [acb(x) for x in resting.entries()] + [acb(0)] * n, [acb(0)] * n)]
@@ -116,21 +119,22 @@ class MotionEquations:
         row = self._mass.solve(arb_mat([[h] for h in self.contact])).transpose()
         spring, drag = (list((row * matrix).entries()) for matrix in (self._stiffness, self._damping))
 
-        def observed(column: list[acb], order: int | None) -> acb:
+        def output_of(column: list[acb], order: int | None) -> acb:
             terms = zip((*spring, *drag), column, strict=True)
             force = zip(row.entries(), forces.get(order, ()), strict=order in forces)
             return sum((r * x for r, x in terms), acb(0)) - sum((r * f for r, f in force), acb(0))
 
         harmonics = [(order, column) for order, column, _ in steady]
-        return ModalMotion(modes, basis, others, harmonics, omega, observed, None)
+        return ModalMotion(modes, basis, others, harmonics, omega, output_of, None)
 
     def _observe_contact(self, column: list[acb], order: int | None) -> Any:
         return self.contact_of(column[: len(self.contact)])
 
     def _harmonics(self, omega: arb, basis: arb_mat) -> list[tuple[int, list[acb], list[acb]]]:
-        """Return the order k of every harmonic, a state and forces, to be multiplied by e^{i k omega t}.
+        """Return order k, state and forces of every harmonic, to be multiplied by e^{i k omega t}.
 
-        Their real parts are the steady motion in the directions of the basis. Raises RunError.
+        The real parts are the forces, and the steady motion of displacements in the space of the columns of `basis`.
+        Raises RunError.
         """
         across, harmonics = basis.transpose(), []
         for harmonic in self._oscillator.forces:
@@ -157,20 +161,20 @@ class _Modes(NamedTuple):
     groups: list[list[int]]
     """The columns of every group."""
     centers: list[acb]
-    """Real for a group that has its own complex conjugates."""
+    """One of every group, real if the group has the complex conjugates of its exponents."""
     couplings: list[acb_mat]
     """E of every group."""
     vectors: acb_mat
     """(2 n, 2 n) Displacements and velocities in columns."""
     inverse: acb_mat
-    """(2 n, 2 n) What gives the amplitudes."""
+    """(2 n, 2 n) Inverse of `vectors`: turns a state into amplitudes."""
 
 
 class ModalMotion:
     """A motion that is a sum of exponentials, one for every mode and every harmonic; a coordinate of it is observed.
 
     The modes of a group have the same exponential, and amplitudes that change with time. Of two complex conjugate
-    groups the one with the positive imaginary part counts twice, and real parts are taken.
+    groups only the one with the positive imaginary part is kept; it counts twice, and the motion is the real part.
 
     Attributes
     ----------
@@ -182,7 +186,7 @@ class ModalMotion:
     kicks : list of m acb
         Change of the amplitudes by an impulse that changes the velocity of the contact by 1.
     rates, fastest
-        Exponents (m,) in double precision, and the largest modulus of one.
+        Exponents (m,) in double precision, and the largest modulus among them.
     """
 
     def __init__(
@@ -192,12 +196,13 @@ class ModalMotion:
         others: list[int],
         harmonics: list[tuple[int, list[acb]]],
         omega: arb,
-        observed: Callable[[list[acb], int | None], acb],
+        output_of: Callable[[list[acb], int | None], acb],
         jump: list[arb] | None,
     ) -> None:
-        """Take the modes of coordinates u, and harmonics of the whole state.
+        """Take the modes of n coordinates u, and for every harmonic its order and the states of all masses.
 
-        Displacements move by ``basis u``, and u is the displacements `others`.
+        Displacements are ``basis u``, so those with the indices `others` are u. `output_of` returns what is observed of
+        a state and, for a harmonic, its order.
         """
         count, self._orders = len(others), [order for order, _ in harmonics]
         chosen, self.exponents = list[tuple[int, int]](), list[acb]()
@@ -220,27 +225,27 @@ class ModalMotion:
         self._steady = [column for _, column in harmonics]
         self.exponents += [acb(0, order * omega) for order in self._orders]
         self.vectors = acb_mat(columns).transpose().mid()
-        rows = [[observed(column, order) for column, order in zip(columns, orders, strict=True)]]
+        rows = [[output_of(column, order) for column, order in zip(columns, orders, strict=True)]]
         while len(rows) < DERIVATIVES:
             rows.append(self._derivative(rows[-1]))
         self.outputs = acb_mat(rows[:3]).mid()
         self.kicks = []
         if jump is not None:
-            self.kicks = self._of_modes([arb(0)] * len(jump) + jump) + [acb(0)] * len(harmonics)
+            self.kicks = self._mode_amplitudes([arb(0)] * len(jump) + jump) + [acb(0)] * len(harmonics)
         self.rates = np.array([complex(x) for x in self.exponents])
         self.fastest = float(np.abs(self.rates).max())
         self._rows = np.array([[complex(x) for x in row] for row in rows])
 
     def amplitudes(self, state: list[arb], angle: arb) -> list[acb]:
-        """Return the amplitudes of the motion from a state, where omega t is an angle."""
+        """Return the amplitudes of the motion from a state, at the moment when omega t = `angle`."""
         turns = [acb(0, order * angle).exp() for order in self._orders]
         rest = state
         for column, turn in zip(self._steady, turns, strict=True):
             rest = [x - (s * turn).real for x, s in zip(rest, column, strict=True)]
-        return self._of_modes(rest) + [turn.mid() for turn in turns]
+        return self._mode_amplitudes(rest) + [turn.mid() for turn in turns]
 
     def after(self, time: arb, amplitudes: list[acb]) -> acb_mat:
-        """Return the values (m, 1) of the exponentials a time after they had these."""
+        """Return the amplitudes (m, 1) that the given ones become after a time."""
         values = amplitudes
         for columns, coupling in self._couplings:
             values = values.copy()
@@ -250,9 +255,10 @@ class ModalMotion:
         return acb_mat([[((x * time).exp() * a).mid()] for x, a in zip(self.exponents, values, strict=True)])
 
     def terms(self, amplitudes: list[acb], longest: float) -> list[Complexes]:
-        """Return the terms (DERIVATIVES, m) of what is observed, for every power of time up to a longest time.
+        """Return terms T_0, T_1, .. (DERIVATIVES, m) of what is observed, one for every power of time.
 
-        The terms are multiplied by their power of time and by the exponentials.
+        Derivative d of what is observed is the real part of ``sum_p t^p sum_j T_p[d, j] e^(rates[j] t)``. Powers that
+        are negligible up to the time `longest` are left out.
         """
         values = amplitudes
         factors = [np.array([complex(a) for a in values])]
@@ -277,7 +283,7 @@ class ModalMotion:
         return bounds
 
     def _coupled(self, values: list[acb], divisor: int) -> list[acb]:
-        """Return E times amplitudes, over a number."""
+        """Return E times amplitudes, over a divisor."""
         coupled = [acb(0)] * len(values)
         for columns, coupling in self._couplings:
             product = coupling * acb_mat([[values[j]] for j in columns])
@@ -286,21 +292,24 @@ class ModalMotion:
         return coupled
 
     def _derivative(self, row: list[Any]) -> list[Any]:
-        """Return the row of the derivative of what a row gives."""
-        derivative = [x * place for x, place in zip(self.exponents, row, strict=True)]
+        """Return the output row of the time derivative of a quantity with the output row `row`."""
+        derivative = [x * entry for x, entry in zip(self.exponents, row, strict=True)]
         for columns, coupling in self._couplings:
             product = acb_mat([[row[j] for j in columns]]) * coupling
             for j, value in zip(columns, product.entries(), strict=True):
                 derivative[j] += value
         return derivative
 
-    def _of_modes(self, state: list[arb]) -> list[acb]:
+    def _mode_amplitudes(self, state: list[arb]) -> list[acb]:
         if not self._others:
             return []
         return [x.mid() for x in (self._inverse * acb_mat([[state[i]] for i in self._others])).entries()]
 
     def reduce(self) -> None:
-        """Round all numbers to the precision of the context."""
+        """Round the numbers with which a motion goes on to the precision of the context.
+
+        Those from which `amplitudes` computes, and those in double precision, stay as they are.
+        """
         self.exponents, self.kicks = ([(+x).mid() for x in row] for row in (self.exponents, self.kicks))
         self._couplings = [
             (columns, acb_mat([[(+x).mid() for x in row] for row in coupling.tolist()]))
@@ -352,9 +361,9 @@ def _modes(mass: arb_mat, damping: arb_mat, stiffness: arb_mat) -> _Modes:
         for j in group:
             product[j, j] -= center
         couplings.append(acb_mat([[product[i, j] for j in group] for i in group]).mid())
-    left = np.abs([[complex(x) for x in row] for row in product.tolist()])
+    residual = np.abs([[complex(x) for x in row] for row in product.tolist()])
     is_coupling = (labels[:, None] == labels) & (np.bincount(labels)[labels] > 1)
-    if not np.where(is_coupling, 0.0, left).max() <= 2.0 ** -(ctx.prec // 2) * fastest:
+    if not np.where(is_coupling, 0.0, residual).max() <= 2.0 ** -(ctx.prec // 2) * fastest:
         raise RunError(NO_MODES)
     return _Modes(groups, centers, couplings, vectors, inverse)
 
@@ -362,7 +371,8 @@ def _modes(mass: arb_mat, damping: arb_mat, stiffness: arb_mat) -> _Modes:
 def _space(matrix: acb_mat, center: acb, count: int, gap: float) -> acb_mat:
     """Return a basis of the space of so many exponents around a center; the next exponent is about `gap` away.
 
-    Inverse iteration begins with any columns; some rows of the basis are those of the identity. Raises RunError.
+    Inverse iteration begins with random columns, always the same. `count` rows of the basis form the identity. Raises
+    RunError.
     """
     size, bits = matrix.nrows(), ctx.prec
     if count == size:
@@ -370,18 +380,18 @@ def _space(matrix: acb_mat, center: acb, count: int, gap: float) -> acb_mat:
     columns = acb_mat(np.random.default_rng(0).normal(size=(size, count)).tolist())
     with ctx.workprec(2 * bits):
         largest = max(abs(x).mid() for x in matrix.entries())
-        shifted, place = acb_mat(matrix), center + GROUP_SHIFT * gap
+        shifted, shift = acb_mat(matrix), center + GROUP_SHIFT * gap
         for i in range(size):
-            shifted[i, i] -= place
+            shifted[i, i] -= shift
         for _ in range(bits):
             columns = shifted.solve(columns, algorithm="approx")
             basis = np.linalg.qr([[complex(x) for x in row] for row in columns.tolist()])[0]
             rows = qr(basis.T, pivoting=True, mode="r")[1][:count].tolist()
             columns = (columns * _rows_of(columns, rows).inv()).mid()
             moved = matrix * columns
-            left = (moved - columns * _rows_of(moved, rows)).entries()
+            residual = (moved - columns * _rows_of(moved, rows)).entries()
             bound = largest * max(abs(x).mid() for x in columns.entries()) * arb(2) ** -bits
-            if all(abs(x).mid() <= bound for x in left):
+            if all(abs(x).mid() <= bound for x in residual):
                 return columns
     raise RunError(NO_MODES)
 

@@ -44,7 +44,7 @@ def carry(
     follow the motion without the impact's stop, so that the whole set is at one time.
     """
     (now, end), middle, left = span, column(states).mid(), ends and ends[0]
-    box = column([*(column(states) - middle).entries(), *system.still])
+    box = column([*(column(states) - middle).entries(), *system.force_zeros])
     centre, error, total = system.with_phase(middle.entries(), now), box * 0, identity(len(box.entries()))
     flight_start, flight_begin, times, velocities = centre + box, now, [], []
     for i, (stop, place) in enumerate(impacts):
@@ -67,7 +67,7 @@ def carry(
         system.fly(flight_start, end - flight_begin, left, ends[1], "the flight to the section")
     ahead = system.flow(end - now)
     state = (ahead * (centre + total * box + error)).entries()[: system.size]
-    return Run(system, column(state), system.free(ahead * total), times, velocities)
+    return Run(system, column(state), system.free_block(ahead * total), times, velocities)
 
 
 class BoundaryProblem:

@@ -31,11 +31,11 @@ def harmonic_amplitudes(system: System, divisor: int) -> dict[int, acb]:
 
     k is the order of a harmonic over `divisor`, the greatest common divisor of the orders.
     """
-    free, size = acb_mat(system.free(system.matrix)), system.size
+    free, size = acb_mat(system.free_block(system.matrix)), system.size
     amplitudes = {}
     for i, order in enumerate(system.orders):
         pairs = [row[size + 2 * i : size + 2 * i + 2] for row in system.matrix.tolist()[:size]]
-        push = acb_mat([[sine + cosine * acb(0, 1)] for sine, cosine in pairs]) * system.forced
+        push = acb_mat([[sine + cosine * acb(0, 1)] for sine, cosine in pairs]) * system.force_scale
         steady = (acb_mat(identity(size)) * acb(0, order * system.omega) - free).solve(push)
         row = acb_mat([system.rows.tolist()[0][:size]])
         amplitudes[order // divisor] = (row * steady)[0, 0]

@@ -1,8 +1,8 @@
 """Free motion, impacts and flights between the stops, in ball arithmetic.
 
-A vector Z = (x, x'/W, s sin(k omega t), s cos(k omega t), ...) has displacements x from the equilibrium, the harmonics
-k of the forces, and factors W and s that scale the equations. Then Z' = A Z, and the flow is the matrix exponential. A
-state is Z, or its first entries alone, x and x'/W.
+A vector Z = (x, x'/W, s sin(k omega t), s cos(k omega t), ...) has displacements x from the equilibrium, velocities x',
+and a sine and a cosine for every order k of the forces. The factors W and s bring the entries to one size. Then
+Z' = A Z, and the flow is the matrix exponential. A state is Z; a free state is its first entries alone, x and x'/W.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, 
 from grazemap.checker.reading import VARIED
 
 MAX_BISECTIONS = 60
-"""Bisections of a flight after which a distance from a stop is undecided."""
+"""Maximum number of bisections of a flight; then the distance from a stop counts as undecided."""
 MAX_CELLS = 1_000_000
-"""Number of parts of a flight that are examined before a distance from a stop is undecided."""
+"""Maximum number of parts of a flight that are examined; then the distance from a stop counts as undecided."""
 
 Powers = list[list[list[Fraction]]]
-"""Amplitudes of sine and cosine, by powers of k omega."""
+"""Amplitudes of the forces: by power of k omega, sine or cosine, and mass."""
 
 
 class Machine:
@@ -68,7 +68,7 @@ class Machine:
     def scale(self) -> Fraction:
         """The power of two W that makes x and x'/W of one size, from the largest entries of M^-1 K and M^-1 C."""
         spring, drag = (arb_mat(self.inverse * matrix) for matrix in (self.stiffness, self.damping))
-        return Fraction(2) ** max((_exponent(spring) + 1) // 2, _exponent(drag))
+        return Fraction(2) ** max((_largest_exponent(spring) + 1) // 2, _largest_exponent(drag))
 
     @property
     def divisor(self) -> int:
@@ -82,7 +82,7 @@ class Machine:
 
 
 def _summed(parts: list[dict[str, Any]]) -> dict[int, Powers]:
-    """Return the forces by order, those of one order added up, without those that vanish."""
+    """Return the forces by order. Forces of one order are added; an order whose sum vanishes is left out."""
     sums: dict[int, Powers] = {}
     for part in parts:
         powers = sums.setdefault(part["harmonic"], [])
@@ -95,7 +95,7 @@ def _summed(parts: list[dict[str, Any]]) -> dict[int, Powers]:
     return {order: sums[order] for order in sorted(sums) if any(x for pair in sums[order] for row in pair for x in row)}
 
 
-def _exponent(matrix: Any) -> int:
+def _largest_exponent(matrix: Any) -> int:
     """Return the binary exponent of the largest entry of a matrix; 0 for a matrix of zeros."""
     return max((exponent(abs(x).real) for x in matrix.entries() if not x.is_zero()), default=0)
 
@@ -125,7 +125,7 @@ class Inputs(NamedTuple):
         return cls(statement["omega"], *sides)
 
     def require_symmetric(self, machine: Machine) -> None:
-        """Show that gaps from the equilibrium, restitutions and forces are symmetric, for any value of what varies."""
+        """Show that gaps from the equilibrium, restitutions and forces are symmetric, for any value that varies."""
         (right, left), place = self.clearances, machine.place
         if VARIED in (right, left):
             alike = right == left and place == 0
@@ -142,6 +142,10 @@ class System:
 
     Attributes
     ----------
+    machine
+        The machine.
+    omega
+        Forcing frequency.
     rebound
         1 + restitution, by stop.
     turn
@@ -150,24 +154,24 @@ class System:
         As of `Machine`, as balls.
     gaps
         Distances of the stops from the equilibrium, by stop; None for an absent stop.
-    scale, forced
+    scale, force_scale
         The factors W and s of Z.
     orders, size
-        Orders of the forces; number of entries of Z before those of the forces.
+        Orders of the forces; number of displacements and velocities in Z.
     matrix
         A of Z' = A Z.
     rows
-        Three rows, which give q, q' and q'' of Z.
+        Three rows: q, q' and q'' are `rows` times Z.
     kick
-        Change of Z with which q' changes by 1.
-    still
-        A zero for every entry of Z of the forces.
+        Change of Z by an impulse at the contact that changes q' by 1.
+    force_zeros
+        List of zeros, one for every entry of Z that belongs to the forces.
     stride, spread
-        Functions of a level: exp(A t) at t = 2^level, and for all t of at most that modulus.
+        Functions of a level: exp(A t) at t = 2^level; an enclosure of exp(A t) for all t of at most that modulus.
     """
 
     def __init__(self, machine: Machine, inputs: Inputs, value: Any = None, scale: Fraction | None = None):
-        """Take the value of the parameter that varies, and the scale W of velocities; None: the machine's own scale."""
+        """Take the value of the varied parameter, if there is one, and the scale W; without `scale`, the machine's."""
 
         def number(entry: Any) -> Any:
             return value if entry == VARIED else None if entry is None else exact(entry)
@@ -185,7 +189,7 @@ class System:
             for stop, gap in zip((1, -1), inputs.clearances, strict=True)
         }
         self.orders, self.size = list(machine.forces), 2 * machine.size
-        still = [0] * machine.size
+        zeros = [0] * machine.size
         kind: Any = acb_mat if isinstance(omega, acb) else arb_mat
         forcing = [row for order, powers in machine.forces.items() for row in _amplitudes(powers, order * omega)]
         inverse, contact = arb_mat(machine.inverse), arb_mat(machine.contact)
@@ -193,20 +197,20 @@ class System:
         push = kind(inverse) * kind(forcing).transpose() if forcing else kind(machine.size, 0)
         self.scale = exact(machine.scale if scale is None else scale)
         require(self.scale > 0, "the scale of the velocities is not positive")
-        self.forced = arb(2) ** (_exponent(push) - 2 * exponent(self.scale))
-        blocks = [spring * (-1 / self.scale), -drag, push * (1 / (self.scale * self.forced))]
+        self.force_scale = arb(2) ** (_largest_exponent(push) - 2 * exponent(self.scale))
+        blocks = [spring * (-1 / self.scale), -drag, push * (1 / (self.scale * self.force_scale))]
         velocity_rows = [[*a, *b, *c] for a, b, c in zip(*(block.tolist() for block in blocks), strict=True)]
-        self.still = [0] * len(forcing)
-        displacement_rows = [[*still, *row, *self.still] for row in (identity(len(still)) * self.scale).tolist()]
+        self.force_zeros = [0] * len(forcing)
+        displacement_rows = [[*zeros, *row, *self.force_zeros] for row in (identity(len(zeros)) * self.scale).tolist()]
         phase_rows = [[0] * (self.size + len(forcing)) for _ in forcing]
         for i, order in enumerate(self.orders):
             sine, cosine = self.size + 2 * i, self.size + 2 * i + 1
             phase_rows[2 * i][cosine], phase_rows[2 * i + 1][sine] = order * omega, -order * omega
         self.matrix = kind([*displacement_rows, *velocity_rows, *phase_rows])
-        row = kind([[*contact.entries(), *still, *self.still]])
+        row = kind([[*contact.entries(), *zeros, *self.force_zeros]])
         self.rows = kind([(row * self.matrix**order).entries() for order in range(3)])
         jump = inverse * contact.transpose()
-        self.kick = column([*still, *(jump * (1 / ((contact * jump)[0, 0] * self.scale))).entries(), *self.still])
+        self.kick = column([*zeros, *(jump * (1 / ((contact * jump)[0, 0] * self.scale))).entries(), *self.force_zeros])
         self.stride = cache(lambda level: self.flow(arb(2) ** level))
         self.spread = cache(lambda level: self.flow(ball(arb(2) ** level)))
 
@@ -214,17 +218,17 @@ class System:
         """Return exp(A t)."""
         return (self.matrix * time).exp()
 
-    def free(self, matrix: Any) -> Any:
+    def free_block(self, matrix: Any) -> Any:
         """Return the part of a matrix that acts on displacements and velocities."""
         return type(matrix)([row[: self.size] for row in matrix.tolist()[: self.size]])
 
-    def with_phase(self, state: list[Any], time: Any) -> Any:
-        """Return Z from its first entries (x, x'/W) at a time."""
+    def with_phase(self, free_state: list[Any], time: Any) -> Any:
+        """Return Z from the free state (x, x'/W) at a time."""
         angles = [order * self.omega * time for order in self.orders]
-        return column([*state, *(self.forced * x for angle in angles for x in (angle.sin(), angle.cos()))])
+        return column([*free_state, *(self.force_scale * x for angle in angles for x in (angle.sin(), angle.cos()))])
 
     def from_equilibrium(self, displacement: Any, velocity: Any) -> list[Any]:
-        """Return (x, x'/W) from numbers; the displacements may be the word "equilibrium"."""
+        """Return the free state (x, x'/W) from numbers; the displacements may be the word "equilibrium"."""
         moved = [arb(0)] * (self.size // 2)
         if displacement != "equilibrium":
             moved = [exact(x) - e for x, e in zip(displacement, self.equilibrium, strict=True)]
@@ -245,16 +249,16 @@ class System:
         )
 
     def periodic_state(self, section: arb, turns: Any, sign: int, impacts: list[tuple[int, Any, Any]]) -> arb_mat:
-        """Return (x, x'/W), at the time `section`, of the periodic motion with given impacts.
+        """Return the free state (x, x'/W), at the time `section`, of the periodic motion with given impacts.
 
         Impacts are stops, times and velocities before them. The motion returns after `turns` times T, mirrored for sign
-        -1. That a motion with these impacts exists is not shown.
+        -1. This does not prove that a motion with these impacts exists.
         """
         end = section + self.turn * turns
         state = self.flow(end - section) * self.with_phase([0] * self.size, section)
         for stop, time, velocity in impacts:
             state -= self.flow(end - time) * self.kick * (self.rebound[stop] * velocity)
-        around = identity(self.size) - self.free(self.flow(self.turn * turns)) * sign
+        around = identity(self.size) - self.free_block(self.flow(self.turn * turns)) * sign
         fixed: arb_mat = around.solve(column(state.entries()[: self.size]) * sign)
         return fixed
 
@@ -267,13 +271,13 @@ class System:
         """Return the time to a contact with a stop, and Z there, of all motions that start in the set `base`.
 
         Every motion is shown to have one contact near its start, earlier or later, and no other within `least` of its
-        start. `fly` excludes contacts before it.
+        start. `fly` excludes contacts earlier in the flight. `name` is that of the impact in messages.
         """
-        place, speed, _ = (self.rows * base).entries()
-        off = place - stop * self.gap(stop)
+        q, speed, _ = (self.rows * base).entries()
+        off = q - stop * self.gap(stop)
         reach = (2 * abs(off) / abs(speed)).upper().max(arb(least).upper())
         around = acb(ball(reach), ball(reach)) if isinstance(off, acb) else ball(reach)
-        # q' by the mean-value form, as its terms cancel at the set's own time
+        # q' as q' at the start plus q'' times the time, because terms cancel in q' of the whole set
         late = -off / (speed + (self.rows * (self.flow(around) * base))[2, 0] * around)
         require(abs(late) < reach, f"{name}: no contact is shown to exist near the given time")
         better = late
@@ -287,15 +291,17 @@ class System:
         """Return the state after an impact, and the saltation matrix."""
         _, speed, acceleration = (self.rows * state).entries()
         row, rate, _ = (type(self.rows)([entries]) for entries in self.rows.tolist())
-        late = (self.kick * (acceleration / speed) - self.matrix * self.kick) * row
-        change = (late - self.kick * rate) * self.rebound[stop]
-        return state - self.kick * (self.rebound[stop] * speed), identity(self.size + len(self.still)) + change
+        by_delay = (self.kick * (acceleration / speed) - self.matrix * self.kick) * row
+        change = (by_delay - self.kick * rate) * self.rebound[stop]
+        return state - self.kick * (self.rebound[stop] * speed), identity(self.size + len(self.force_zeros)) + change
 
     def fly(self, state: arb_mat, length: arb, leaves: int, meets: int, name: str) -> None:
         """Show that the contact coordinate stays between the stops during a flight.
 
         The flight leaves the stop `leaves` at its start and meets the stop `meets` at its end, 0 for none. Next to an
-        impact the distance from the stop vanishes, and the sign of q' or q'' decides.
+        impact the distance from the stop vanishes, and the sign of q' or q'' decides. That the velocity does not point
+        into `leaves` at the start, and points into `meets` at the end, has to be shown elsewhere. `name` is that of the
+        flight in messages.
         """
         require(length > 0 and length.is_finite(), f"{name}: its end does not follow its beginning")
         end, top = length.upper(), exponent(length)
@@ -308,9 +314,9 @@ class System:
             require(cells <= MAX_CELLS, f"{name}: its distance from a stop is undecided after {MAX_CELLS} parts")
             half = arb(2) ** level
             centre = rows * self.stride(level)
-            place, slope, _ = (centre * state).entries()
+            q, slope, _ = (centre * state).entries()
             bend = (centre * (self.spread(level) * state))[2, 0]
-            enclosure = place + (slope + bend * ball(half) / 2) * ball(half)
+            enclosure = q + (slope + bend * ball(half) / 2) * ball(half)
             slope = slope + bend * ball(half)
             clear = True
             for stop, gap in self.gaps.items():
@@ -322,8 +328,8 @@ class System:
                 meeting = stop == meets and (approaching or (inward and low < length and length < high))
                 if leaving or meeting:
                     continue
-                if gap < stop * place and low + half < length:
-                    raise Refused(f"{name}: it passes a stop by {(stop * place - gap).str(5, radius=False)}")
+                if gap < stop * q and low + half < length:
+                    raise Refused(f"{name}: it passes a stop by {(stop * q - gap).str(5, radius=False)}")
                 clear = False
             if not clear:
                 require(level > top - MAX_BISECTIONS, f"{name}: its distance from a stop is undecided")

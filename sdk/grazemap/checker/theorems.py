@@ -247,16 +247,16 @@ def impulse(machine: Machine, kind: str, omega: Any, order: int) -> Any:
     r(1) - r(2) + r(3) - ...
     """
     system = System(machine, FREE, omega)
-    flow = system.free(system.flow(system.turn * order / 2))
+    flow = system.free_block(system.flow(system.turn * order / 2))
     kick = column(system.kick.entries()[: system.size])
     state = flow * (identity(system.size) - flow * TWISTS[kind]).inv() * kick
-    return (system.rows * column([*state.entries(), *system.still]))[0, 0]
+    return (system.rows * column([*state.entries(), *system.force_zeros]))[0, 0]
 
 
 def require_decay(machine: Machine) -> None:
     """Show that every free motion decays: the flow over some time is a contraction."""
     system = System(machine, FREE, arb(1))
-    flow = system.free(system.flow(1 / system.scale))
+    flow = system.free_block(system.flow(1 / system.scale))
     for _ in range(MAX_DOUBLINGS):
         if all(sum((abs(x) for x in row), arb(0)) < 1 for row in flow.tolist()):
             return

@@ -1,4 +1,4 @@
-"""A client of the service: the methods of processes and handles on jobs."""
+"""The asyncio client of the service: a method for each process, and methods that return handles of jobs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Self
 import httpx2
 
 from grazemap import constants
-from grazemap.client import jobs
+from grazemap.client import jobs as job_calls
 from grazemap.client.arguments import validated, validated_each
 from grazemap.client.connection import AsyncConnection
 from grazemap.client.http import ConnectionSettings, json_object
@@ -31,9 +31,10 @@ class AsyncClient(AsyncMethods):
     cache_dir : path, optional
         Folder for results; a result is used again when the service confirms its ETag.
     timeout : float
-        Seconds without data after which an answer counts as lost. It does not limit the time of a computation.
+        Seconds to wait for the next data of an answer. It does not limit the time of a computation.
     retries : int
-        Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
+        Number of further attempts after the HTTP status 429, 502, 503 or 504, or a broken connection. No request is
+        computed twice.
     transport : httpx2.AsyncBaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
     group : str, optional
@@ -90,7 +91,7 @@ class AsyncClient(AsyncMethods):
         return json_object(response.content, "the answer")
 
     async def status(self) -> ServiceStatus:
-        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        """Return the state of the service: its workers, waiting jobs, what is stored, and failures."""
         return ServiceStatus.read((await self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
@@ -110,7 +111,7 @@ class AsyncClient(AsyncMethods):
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
         model = validated(process, request)
-        return self._handle_class(self._connection, await jobs.submit(self._connection, model), model)
+        return self._handle_class(self._connection, await job_calls.submit(self._connection, model), model)
 
     def map(
         self,
@@ -136,24 +137,24 @@ class AsyncClient(AsyncMethods):
         Raises
         ------
         ParameterError
-            Values that are not allowed; the pointers say in which request. Nothing is sent then. The service checks its
-            own limits, a thousand requests at a time.
+            Values that are not allowed; the pointers begin with the place of the request. Nothing is sent then. A
+            request over a limit of the service is found only when its thousand is sent.
         JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
             In place of a result; the results before it have been yielded.
         """
-        return jobs.compute_many(self._connection, validated_each(process, requests), return_exceptions)
+        return job_calls.compute_many(self._connection, validated_each(process, requests), return_exceptions)
 
     async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
-        """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
+        """Return what a request is expected to cost; nothing is submitted. Its notes are issued as warnings, too.
 
         The parameters and the exceptions are those of `submit`, without QueueFull. A request over a limit of the
         service raises ParameterError, whose text has the estimate and the limit.
         """
-        return await jobs.forecast(self._connection, validated(process, request))
+        return await job_calls.forecast(self._connection, validated(process, request))
 
     async def job(self, job_id: str) -> AsyncJobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""
-        return self._handle_class(self._connection, await jobs.fetch_job(self._connection, job_id))
+        return self._handle_class(self._connection, await job_calls.fetch_job(self._connection, job_id))
 
     async def jobs(
         self,
@@ -168,12 +169,12 @@ class AsyncClient(AsyncMethods):
         Parameters
         ----------
         status, process, group : str, optional
-            Only jobs with this status, of this process, or submitted by a client of this `group`.
+            Only jobs with this status, of this process, or submitted by a client that has this `group`.
         small : bool, optional
             True: only jobs that take milliseconds; False: only longer jobs.
         """
         filters = {"status": status, "process": process, "group": group}
         if small is not None:
             filters["small"] = str(small).lower()
-        job_list = await jobs.list_jobs(self._connection, filters, limit)
+        job_list = await job_calls.list_jobs(self._connection, filters, limit)
         return [self._handle_class(self._connection, job) for job in job_list]

@@ -2,7 +2,7 @@
 
 A file is one line of JSON {etag, sha256} and then the npz bytes. It is written under another name and renamed, so that
 a reader sees a complete file or none; a damaged file counts as absent. If the folder cannot be read or written, results
-are fetched from the service, and a warning is logged.
+are fetched from the service, and a warning is logged. Nothing is ever removed from the folder.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ class ResultCache:
         self.folder = Path(folder).expanduser()
 
     def read(self, job_id: str) -> tuple[str, bytes] | None:
-        """Return the strong ETag and the npz bytes of a job's cached result, or None."""
+        """Return the ETag and the npz bytes of a job's cached result, or None."""
         try:
-            head, _, data = self._path(job_id).read_bytes().partition(b"\n")
+            header, _, data = self._path(job_id).read_bytes().partition(b"\n")
         except FileNotFoundError:
             return None
         except OSError as error:
             _log.warning("the cached result is not used: %s", error)
             return None
         try:
-            described = json.loads(head)
+            described = json.loads(header)
             etag, digest = str(described["etag"]), described["sha256"]
         except (ValueError, TypeError, KeyError):
             return None
@@ -53,11 +53,11 @@ class ResultCache:
 
     def _write(self, job_id: str, etag: str, data: bytes) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
-        head = json.dumps({"etag": etag, "sha256": hashlib.sha256(data).hexdigest()}).encode()
+        header = json.dumps({"etag": etag, "sha256": hashlib.sha256(data).hexdigest()}).encode()
         handle, name = tempfile.mkstemp(dir=self.folder, prefix=".writing-")
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(head + b"\n" + data)
+                file.write(header + b"\n" + data)
             os.replace(name, self._path(job_id))
         except BaseException:
             Path(name).unlink(missing_ok=True)

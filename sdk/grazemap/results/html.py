@@ -1,4 +1,4 @@
-"""The HTML that notebooks show for results, jobs and clients: a small picture and a table. Nothing is computed."""
+"""The HTML that notebooks show for results, jobs and clients: a small picture and a table. No request is sent."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def result_html(result: Result, summary: str) -> str:
 
 def _value(value: Any) -> str:
     if isinstance(value, dict):
-        points = f", {value['points']} points" if "points" in value else ""
-        if "values" in value:  # of an axis
+        if "values" in value:  # an axis
             return f"{value['vary']}: {_value(value['values'])}"
-        if "start" not in value:  # of each stop
-            return ", ".join(f"{name} {'absent' if gap is None else _value(gap)}" for name, gap in value.items())
+        if "start" not in value:  # clearances of the stops
+            return ", ".join(f"{stop} {'absent' if one is None else _value(one)}" for stop, one in value.items())
+        points = f", {value['points']} points" if "points" in value else ""
         return f"{value['start']:g} to {value['stop']:g}{points}"
     if isinstance(value, list) and value:
         return f"{value[0]:g} to {value[-1]:g}, {len(value)} values"
@@ -69,19 +69,19 @@ def _value(value: Any) -> str:
 
 
 def thinned(result: Result) -> Result:
-    """Return a large result with every n-th row, column and sample only, and any other result itself."""
+    """Return a large result thinned to every n-th row, column and sample; a small result is returned itself."""
     steps: dict[str, int] = {}
-    roles = {name: role for role, name in result.roles.items()}
+    role_of = {name: role for role, name in result.roles.items()}
     for field in result.schema:
         value = getattr(result, field.name, None)
         for dim, length in zip(field.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
-            role = roles.get(dim, dim)
+            role = role_of.get(dim, dim)
             steps[role] = -(-length // _MAX_DRAWN.get(role, length or 1))
     if all(step <= 1 for step in steps.values()):
         return result
     kept = {
         field.name: getattr(result, field.name)[
-            tuple(slice(None, None, steps[roles.get(dim, dim)]) for dim in field.dims)
+            tuple(slice(None, None, steps[role_of.get(dim, dim)]) for dim in field.dims)
         ]
         for field in result.schema
         if isinstance(getattr(result, field.name, None), np.ndarray)
@@ -97,6 +97,7 @@ def _thumbnail(result: Result) -> str:
     try:
         small = thinned(result)
         draw_without_pyplot = plots().draw_without_pyplot
+        # a large result is drawn without legend and labels, to be fast
         figure = (
             draw_without_pyplot(small) if small is result else draw_without_pyplot(small, legend="none", labels=False)
         )

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-_ONE = "if the forces have one harmonic"
+_WITH_ONE_HARMONIC = "if the forces have one harmonic"
 
 
 class Gaps(Record):
-    """The distances of the stops from the static equilibrium; negative: that of a preloaded stop."""
+    """The distances of the stops from the static equilibrium. A preloaded stop has a negative one."""
 
     right: float = field("Distance of the right stop, null if there is none.", unit="m", null=True)
     left: float = field("Distance of the left stop, null if there is none.", unit="m", null=True)
@@ -29,13 +29,16 @@ class Gaps(Record):
 class HarmonicResponse(Record):
     """The steady motion of the contact coordinate in one harmonic of the forces.
 
-    Its numbers are null at a resonance without damping.
+    Amplitude, phase and slope are null at a resonance without damping.
     """
 
     harmonic: int = field("The multiple of omega.")
     amplitude: FloatArray = field("Amplitude of the contact coordinate.", "omega", "m", null=True)
     phase: FloatArray = field(
-        "Its phase: amplitude sin(harmonic omega t + phase) about the equilibrium.", "omega", "rad", null=True
+        "Its phase: the contact coordinate is amplitude sin(harmonic omega t + phase) about the equilibrium.",
+        "omega",
+        "rad",
+        null=True,
     )
     amplitude_slope: FloatArray = field("d amplitude/d omega.", "omega", "m s/rad", null=True)
 
@@ -46,12 +49,12 @@ class Mode:
     """One mode of a structure."""
 
     natural_frequency: float
-    """Its frequency without damping."""
+    """Angular frequency without damping."""
     damping_ratio: float
     """Damping ratio of the damped mode with the same place in the order of frequencies; NaN where
     `Structure.damping_ratios` is null."""
     contact_weight: float | None
-    """Its weight in the contact coordinate; None where the stiffness matrix is not symmetric."""
+    """Weight of the mode in the contact coordinate; None where the stiffness matrix is not symmetric."""
 
 
 class Structure(Result, process="structures", rows="omega"):
@@ -63,27 +66,27 @@ class Structure(Result, process="structures", rows="omega"):
         unit="1/s",
     )
     equilibrium: FloatArray = field("Displacements under the bias.", "mass", "m")
-    contact_equilibrium: float = field("The contact coordinate there.", unit="m")
+    contact_equilibrium: float = field("The contact coordinate in the equilibrium.", unit="m")
     gaps: Gaps | None = field("The distances of the stops from the equilibrium.", when="with clearance", prefix="gap_")
     natural_frequencies: FloatArray = field(
         "Angular frequencies of the structure without damping, increasing; 0 of a free mode.", "mode", "rad/s"
     )
     damping_ratios: FloatArray = field(
-        "Damping ratios of the damped modes, by increasing frequency; null for a free mode. Where the damping is not "
-        "diagonal in the modes, and several modes do not oscillate, null for these.",
+        "Damping ratios of the damped modes, by increasing frequency; null for a free mode. If the damping is not "
+        "diagonal in the modes, and several modes do not oscillate, null for these too.",
         "mode",
         null=True,
     )
     contact_weights: FloatArray | None = field(
-        "|h phi_j| of the undamped modes, of unit modal mass; 0: the mode is neither seen nor excited at the contact.",
+        "|h phi_j| of undamped modes phi_j of unit modal mass; 0: the mode is neither seen nor excited at the contact.",
         "mode",
         "1/sqrt(kg)",
         when="where the stiffness matrix is symmetric",
     )
     omega: FloatArray = field(Common, "omega")
-    amplitude: FloatArray | None = field(HarmonicResponse, when=_ONE)
-    phase: FloatArray | None = field(HarmonicResponse, when=_ONE)
-    amplitude_slope: FloatArray | None = field(HarmonicResponse, when=_ONE)
+    amplitude: FloatArray | None = field(HarmonicResponse, when=_WITH_ONE_HARMONIC)
+    phase: FloatArray | None = field(HarmonicResponse, when=_WITH_ONE_HARMONIC)
+    amplitude_slope: FloatArray | None = field(HarmonicResponse, when=_WITH_ONE_HARMONIC)
     harmonics: tuple[HarmonicResponse, ...] = field("The steady motion in every harmonic.", "harmonic", variable=None)
     time: FloatArray = field("Times after the impulse.", "time", "s")
     impulse_response: FloatArray = field(

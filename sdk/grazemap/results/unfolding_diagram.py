@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 _DIAGRAM_OF_RANGES = "of diagrams over ranges of omega and clearance"
 _REQUESTS = {"stop_grazing_curves": "grazing_curve"}
-"""By the name of a part: the attribute of the request that has the request of the part, where the names differ."""
+"""Parts of the result whose request is an attribute of another name in the diagram's request, by part."""
 
 
 class GrazingCurveOfPlane(Record):
     """A curve of a plane of any two parameters on which the steady motion touches a stop."""
 
-    stop: int = field("The stop that is touched: +1 right, or both where they are alike; -1 left.")
+    stop: int = field("The stop that is touched: +1 the right one, or both if they are alike; -1 the left one.")
     horizontal: FloatArray = field(PlaneCurve, when="")
     vertical: FloatArray = field(PlaneCurve, when="")
     admissible: BoolArray = field("Whether the steady motion does not reach beyond the other stop.", "point")
@@ -68,19 +68,20 @@ class Border:
     """Pairs of neighbouring points with the same two motions and the same explanation."""
 
     motions: tuple[str, str]
-    """Labels, the same for mirror images between symmetric stops, or kinds; in no order."""
+    """The labels of the two motions, sorted; of a motion that is not periodic, its kind. Between symmetric stops mirror
+    images have one label."""
     explanation: str
     """"curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`."""
     curve: str
-    """Type of the curve, and the motion that ends on it; empty without one."""
+    """Type of the curve, and the motion that ends on it, such as "SN of 1-1r-(-1)l"; empty without a curve."""
     reason: str
-    """Why it is unexplained."""
+    """Why the border is unexplained; empty if it is explained."""
     pairs: int
     """Number of the pairs."""
 
 
 class MapBorders(Record):
-    """The borders of a map's regions: pairs of neighbouring points with different motions.
+    """The borders of a map's regions: pairs of neighbouring points with different motions, at least one periodic.
 
     Between symmetric stops mirror images are one motion.
     """
@@ -107,14 +108,14 @@ class MapBorders(Record):
     curves: tuple[BorderCurve, ...] = field("The curves.", "curve", variable=None)
     without_orbit: int = field("Number of points with a periodic motion for which no orbit was found.", variable=None)
     irregular_pairs: int = field(
-        "Number of further pairs, of two different kinds, neither of which is periodic.", variable=None
+        "Number of further pairs, of motions of two different kinds, neither of them periodic.", variable=None
     )
 
     def __len__(self) -> int:
         return len(self.row)
 
     def count(self, explanation: str, regular: bool = True) -> int:
-        """Return how many pairs of two periodic motions, or how many other pairs, have an explanation."""
+        """Return how many pairs of two periodic motions, or else of one and another motion, have an explanation."""
         return int(np.count_nonzero(self.where(explanation) & (self.regular == regular)))
 
     def count_of(self, type: str) -> int:
@@ -137,12 +138,12 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     unfolding_map: UnfoldingMap = field("The map.")
     grazing_curve: GrazingCurve | None = field(
-        "The curve, at 400 values of omega, or two for each column of the map.",
+        "The curve, at 400 values of omega, or at two for each column of the map if these are more.",
         when=f"{_DIAGRAM_OF_RANGES}, where the stops are grazed at once",
         prefix="grazing_",
     )
     stop_grazing_curves: StopGrazingCurves | None = field(
-        "The curves of the stops, at as many values of omega.",
+        "The curves of the stops, at the same values of omega.",
         when=f"{_DIAGRAM_OF_RANGES}, where the stops are not alike",
         prefix="grazing_",
     )
@@ -181,7 +182,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     @classmethod
     def json_document(cls, document: Document) -> Document:
-        """Return a document of the codec with the motions of the map, which only JSON has."""
+        """Return a document of the codec with the motions of the map, which are in the JSON form only."""
         return document | {"unfolding_map": UnfoldingMap.json_document(document["unfolding_map"])}
 
     @property
@@ -196,12 +197,12 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
 
     @property
     def roles(self) -> dict[str, str]:
-        """The names of dimensions in a Dataset by their roles, which are those of the map."""
+        """The names of dimensions in a Dataset by their roles, as of the map."""
         return self.unfolding_map.roles
 
     @property
     def mirrors(self) -> bool:
-        """Whether mirror images of motions are motions too, and one motion in the borders."""
+        """Whether the mirror image of every motion is a motion too. In the borders the two count as one."""
         return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).mirrors
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
@@ -254,9 +255,9 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         borders = self.borders
         for regular, title in ((True, "two periodic motions"), (False, "a motion that is not periodic")):
             parts = [f"{borders.count(name, regular)} {name}" for name in borders.explanations[1:]]
-            parts.append(f"{borders.count(borders.explanations[0], regular)} {borders.explanations[0]}")
+            parts.append(f"{borders.count('unexplained', regular)} unexplained")
             pairs = int(np.count_nonzero(borders.regular == regular))
-            lines.append(f"{pairs} steps between points with {title}: " + ", ".join(parts))
+            lines.append(f"{pairs} pairs of neighbouring points with {title}: " + ", ".join(parts))
         types = [f"{borders.count_of(kind)} {kind}" for kind in BIFURCATIONS]
         lines.append(f"{len(borders.curves)} curves: " + ", ".join(types))
         lines += [
@@ -278,12 +279,12 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
 
-        `colours` and `merge_mirror_images` are those of `UnfoldingMap.plot`.
+        `motions`, `colours` and `merge_mirror_images` are those of `UnfoldingMap.plot`.
         """
         return draw(self, ax, options, motions=motions, colours=colours, merge_mirror_images=merge_mirror_images)
 
     def _one_label_each(self) -> NDArray[np.str_]:
-        """Return the label of every point; mirror images that are motions share the one with more impacts first."""
+        """Return the label of every point. Mirror images that are motions share a label, with more impacts first."""
         umap = self.unfolding_map
         periodic = umap.kind == umap.kinds.index("periodic")
         labels = np.array(umap.kinds)[umap.kind].astype("<U32")
@@ -302,9 +303,9 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         if self.borders is None:
             return points
         left = self.borders.count("unexplained")
-        return f"{points}, {len(self.borders.curves)} curves, {left} steps between periodic motions unexplained"
+        return f"{points}, {len(self.borders.curves)} curves, {left} pairs of periodic motions unexplained"
 
 
 def _label(motion: str, right: int, left: int, symmetric: bool) -> str:
-    """Return the label of a motion, marked if it has equally many impacts on both stops and is not symmetric."""
-    return motion if symmetric or right != left else f"{motion} asymmetric"
+    """Return the label of a motion, marked if it has as many impacts on both stops and is not symmetric."""
+    return motion if symmetric or right != left or right == -1 else f"{motion} asymmetric"

@@ -38,9 +38,9 @@ from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import explained
 
 Place = tuple[str, ...]
-"""The names and positions that lead to a value."""
+"""The names and positions that lead to a value, such as ("axis", "values", "0")."""
 Places = Mapping[Place, Place]
-"""Where values were written, by their places in the one form of a request."""
+"""Where values were written, by their places in the long form of a request: ("axis", "values") -> ("omega",)."""
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
@@ -61,7 +61,7 @@ class Request(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Give help() the names and defaults of the fields alone; pydantic's signature has all their annotations."""
+        """Show help() only the names and defaults of the fields; pydantic's signature has long annotations, too."""
         fields = [
             Parameter(name, Parameter.KEYWORD_ONLY, default=Parameter.empty if one.is_required() else one.default)
             for name, one in cls.model_fields.items()
@@ -70,7 +70,7 @@ class Request(BaseModel):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Put `_validated` around all other validators; the name in JSON schemas, `ref`, is that of the whole."""
+        """Put `_validated` around all other validators; it takes over the name of the model in JSON schemas, `ref`."""
         model: dict[str, Any] = dict(handler(source))
         return no_info_wrap_validator_function(cls._validated, model, ref=model.pop("ref", None))
 
@@ -95,20 +95,20 @@ class Request(BaseModel):
 
     @classmethod
     def long_form(cls, values: Any) -> tuple[Any, Places]:
-        """Return the fields of a body that may be written in a short form, and where its parts were written."""
+        """Return the long form of a body that may be in a short form, and where values were written that moved."""
         return values, {}
 
     @cached_property
     def written_places(self) -> Places:
-        """Where the parts of this request were written that stand elsewhere in its one form."""
+        """Where the parts of this request were written that stand elsewhere in its long form."""
         return {}
 
     def pointer_as_written(self, pointer: str) -> str:
-        """Return the JSON pointer to where a value was written, from that in the one form of this request."""
+        """Return the JSON pointer to where a value was written, from the pointer in the long form of this request."""
         return "".join(f"/{part}" for part in as_written(tuple(pointer.split("/")[1:]), self.written_places))
 
     def unused(self) -> Collection[str]:
-        """Return the names of fields that other fields leave without meaning; the canonical text lacks them."""
+        """Return the names of fields without effect because of other fields; the canonical text lacks them."""
         return ()
 
     @model_serializer(mode="wrap")
@@ -134,7 +134,7 @@ class Response(BaseModel):
 def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCustomError:
     """Return the error that a validator raises: what is wrong, what is allowed, and in which field below.
 
-    Neither text may contain a value that was sent; `value` is the one that is wrong, which only a client repeats.
+    Neither text may contain a value that was sent. `value` is the wrong value, which only a client shows.
     """
     context = {"detail": message, "allowed": allowed, "at": at, "value": f", {value}" if value else ""}
     return PydanticCustomError("not_allowed", "{detail}{value} (allowed: {allowed})", context)
@@ -153,7 +153,7 @@ def parts_in_long_form(body: Any, parts: Mapping[str, type[Request]]) -> tuple[A
 
 
 def as_written(place: tuple[str | int, ...], places: Places) -> tuple[str | int, ...]:
-    """Return where a value was written, from its place in the one form of a request."""
+    """Return where a value was written, from its place in the long form of a request."""
     for length in range(len(place), 0, -1):
         above = places.get(tuple(map(str, place[:length])))
         if above is not None:
@@ -162,7 +162,7 @@ def as_written(place: tuple[str | int, ...], places: Places) -> tuple[str | int,
 
 
 def plain(value: Any) -> Any:
-    """Return mappings as dicts, sequences and whatever numpy reads as lists or numbers, and the rest as it is."""
+    """Return mappings as dicts, sequences and arrays as lists, numpy's numbers as numbers, and the rest unchanged."""
     if type(value) in _OF_JSON:
         return value
     if isinstance(value, Mapping):
@@ -174,14 +174,14 @@ def plain(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Kind:
-    """Names a type of fields: a client may take further forms of its values, such as a tuple for an interval."""
+    """Names a type of fields, for which a client may take further forms, such as a tuple for an interval."""
 
     name: str
     """The type's name."""
 
 
 def _sized(value: float) -> float:
-    """Return a number unless its powers would overflow or underflow; no quantity is so large or small in any unit."""
+    """Refuse a number whose powers would overflow or underflow. No quantity is so large or small in any unit."""
     if value != 0.0 and not SMALLEST_NUMBER <= abs(value) <= LARGEST_NUMBER:
         raise invalid(
             "the number is too large or too small to compute with", "1e-60 to 1e60 in size, or 0 where that is allowed"
@@ -199,10 +199,11 @@ _OF_ANY_SIGN_SIZED = Field(
 )
 _POSITIVE_SIZED = Field(gt=0, json_schema_extra=_LARGEST | {"minimum": SMALLEST_NUMBER})
 _NON_NEGATIVE_SIZED = Field(ge=0, json_schema_extra=_LARGEST | {"not": _NOT_TINY})
-# Of a field that is left out of a request's text where it is None, False or empty, as before it existed.
+# A field that is left out of a request's text where it is None, False or empty (or 0), so that requests keep the text
+# that they had before the field existed. That value has to be the default.
 LeftOut = Field(exclude_if=lambda value: not value)
-# Takes sequences and arrays for lists, and numpy's numbers for numbers (`plain`). Last in an Annotated: bounds written
-# after it would not get into the JSON schema.
+# Takes sequences and arrays for lists, and numpy's numbers for numbers (`plain`). Written after all bounds: those after
+# it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
@@ -214,9 +215,9 @@ class Interval(Request):
     """An interval of a parameter, both ends included."""
 
     start: Float
-    """The minimum value, included."""
+    """The minimum value."""
     stop: Float
-    """The maximum value, included."""
+    """The maximum value."""
 
     @model_validator(mode="after")
     def _is_ordered(self) -> Self:
@@ -229,25 +230,25 @@ class Range(Interval):
     """Equally spaced values of a parameter, both ends included."""
 
     points: Annotated[int, Field(ge=2), Listable]
-    """Number of values, both ends included."""
+    """Number of values, with both ends."""
 
 
 class PositiveInterval(Interval):
     """An interval of a positive parameter, both ends included."""
 
     start: Positive
-    """The minimum value, included."""
+    """The minimum value."""
     stop: Positive
-    """The maximum value, included."""
+    """The maximum value."""
 
 
 class PositiveRange(Range):
     """Equally spaced values of a positive parameter, both ends included."""
 
     start: Positive
-    """The minimum value, included."""
+    """The minimum value."""
     stop: Positive
-    """The maximum value, included."""
+    """The maximum value."""
 
 
 def _increases(values: list[float]) -> list[float]:
@@ -257,12 +258,12 @@ def _increases(values: list[float]) -> list[float]:
 
 
 def is_range_or_list(value: Any) -> bool:
-    """Return whether a value is written as a range, an interval or a list."""
+    """Return whether a value is written as a range, an interval or a list; a mapping always is."""
     return isinstance(value, Interval) or grid_tag(value) is not None
 
 
 def grid_tag(value: Any) -> str | None:
-    """Return the tag of a range or of a list, None for anything else."""
+    """Return the tag of a range (a mapping) or of a list (also a tuple or an array), None for anything else."""
     if isinstance(value, dict | Range):
         return "[range]"
     several = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)

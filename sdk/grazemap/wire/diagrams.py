@@ -16,8 +16,7 @@ from grazemap.wire.states import Count, MaxPeriod
 class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
     """Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
 
-    `axis` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
-    start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
+    `axis` has the values of the parameter that varies; omega and clearance are given unless they vary.
     """
 
     operation = Operation(
@@ -39,9 +38,10 @@ class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
     )
 
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
-    """Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value."""
+    """Where trajectories start: at rest; or at the final state of the next smaller value (sweep-up) or larger value
+    (sweep-down), the first one at rest."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
-    """Forcing periods of the transient at each value, before those that are shown."""
+    """Forcing periods at each value that are computed first and not shown."""
     periods: Count = 64
     """Forcing periods that are shown at each value."""
     max_period: MaxPeriod = 32

@@ -45,14 +45,14 @@ from grazemap.wire.structure import (
 AXES = ("horizontal", "vertical")
 """The fields of a request that have the two parameters of a plane."""
 
-_OF_ONE = ("omega", "bias", "forcing", "damping")
+_PLAIN_NAMES = ("omega", "bias", "forcing", "damping")
 _OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
 SCALARS = (*_OF_STOPS, "bias", "forcing")
-"""The parameters that are neither the frequency nor one of the structure."""
-_OF_LISTS = ("masses", "stiffnesses", "dampings")
-_INDEXED = re.compile(rf"({'|'.join(_OF_LISTS)})\[([1-9][0-9]*)\]")
-_PATTERN = rf"^({'|'.join((*_OF_ONE, *_OF_STOPS))}|({'|'.join(_OF_LISTS)})\[[1-9][0-9]*\])$"
-ALLOWED = f"one of {', '.join((*_OF_ONE, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
+"""The parameters that change neither the frequency nor the structure, so that trajectories share its tables."""
+_LISTS = ("masses", "stiffnesses", "dampings")
+_INDEXED = re.compile(rf"({'|'.join(_LISTS)})\[([1-9][0-9]*)\]")
+_PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *_OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
+ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
 
@@ -69,7 +69,8 @@ Varied = Annotated[str, AfterValidator(_known), Field(json_schema_extra={"patter
 
 class _Varying(Request):
     vary: Varied
-    """omega, clearance or restitution (_right, _left: of one stop); a factor bias, forcing, damping; masses[i], .."""
+    """omega; clearance or restitution (_right, _left: of one stop); bias, forcing or damping, as a factor on the
+    oscillator's own; masses[i], stiffnesses[i] or dampings[i], with i from 1."""
 
 
 class Axis(_Varying):
@@ -130,14 +131,14 @@ def ends_of(values: Range | Interval | list[float]) -> tuple[float, float]:
 
 
 def require_values(axis: Axis | WindowAxis, *at: str) -> None:
-    """Refuse values that are out of the domain of their parameter; `at` is their place in the request."""
+    """Refuse values that are out of the domain of their parameter; `at` is the path of their field in the request."""
     places = ("0", str(len(axis.values) - 1)) if isinstance(axis.values, list) else ("start", "stop")
     for end, place in zip(axis.ends, places, strict=True):
         require_domain(axis.vary, end, *at, place)
 
 
 def require_domain(name: str, value: float, *at: str) -> None:
-    """Refuse a value that is out of the domain of a parameter; `at` is its place."""
+    """Refuse a value that is out of the domain of a parameter; `at` is the path of its field in the request."""
     kind = name.partition("[")[0]
     if kind.startswith("restitution") and not 0.0 <= value <= 1.0:
         raise invalid(f"{name} is between 0 and 1", "0 to 1", *at)
@@ -198,7 +199,7 @@ class Parameters:
         return omega, ClearancePair.model_construct(right=right, left=left)
 
     def require(self, name: str, *at: str) -> None:
-        """Refuse a parameter that the oscillator does not have; `at` is the place of the name in the request."""
+        """Refuse a parameter that the oscillator does not have; `at` is the path of the name in the request."""
         oscillator, indexed = self.oscillator, _INDEXED.fullmatch(name)
         if name == "bias" and not any(oscillator.bias or ()):
             raise invalid("the bias varies, and the oscillator has none", "another parameter, or a bias", *at)
@@ -216,28 +217,28 @@ class Parameters:
 
 
 def is_scalar(name: str) -> bool:
-    """Return whether trajectories that differ in a parameter share the tables of their structure."""
+    """Return whether a parameter is one of SCALARS, so that trajectories that differ in it share tables."""
     return name in SCALARS
 
 
 def is_of_gaps(name: str) -> bool:
-    """Return whether a parameter moves the stops relative to the motion, so that curves over it are explicit."""
+    """Return whether a parameter changes only how far the stops are from the motion: curves over it are explicit."""
     return name in ("bias", "forcing") or name.startswith("clearance")
 
 
 def is_structural(name: str) -> bool:
-    """Return whether a parameter is one of the linear structure."""
+    """Return whether a parameter is a mass, a stiffness or a damping."""
     return name == "damping" or _INDEXED.fullmatch(name) is not None
 
 
 def structure_value(oscillator: Oscillator, name: str) -> float:
-    """Return the value of a parameter of the structure; 1 of the damping, which is a factor."""
+    """Return the value of a parameter of the structure; 1 for `damping`, which is a factor."""
     indexed = _INDEXED.fullmatch(name)
     return 1.0 if indexed is None else float(getattr(oscillator, _field(indexed))[int(indexed[2]) - 1])
 
 
 def is_place(name: str) -> bool:
-    """Return whether a parameter is the frequency or a clearance, not one of the oscillator."""
+    """Return whether a parameter is the frequency or a clearance; all others are of the oscillator."""
     return name == "omega" or name.startswith("clearance")
 
 
@@ -247,7 +248,7 @@ class Line:
     """One parameter that varies, and the values of the others."""
 
     parameters: Parameters
-    """The values of the others."""
+    """The values of the parameters that do not vary."""
     axis: Axis | WindowAxis
     """What varies, and its values."""
 
@@ -267,7 +268,7 @@ class Plane:
     """Two parameters that vary, and the values of the others."""
 
     parameters: Parameters
-    """The values of the others."""
+    """The values of the parameters that do not vary."""
     horizontal: Axis | WindowAxis
     """What varies along the rows, and its values."""
     vertical: Axis | WindowAxis
@@ -287,7 +288,8 @@ class Plane:
     def fields(self) -> tuple[str, str]:
         """The names of the fields of a result that have the values of the two parameters.
 
-        They are omega and clearance where the frequency varies across, and a positive clearance up.
+        They are omega and clearance if the frequency is horizontal and a clearance, of both stops or of one, is
+        vertical and positive.
         """
         across, up = self.names
         of_usual = across == "omega" and up.startswith("clearance") and self.vertical.ends[0] > 0.0
@@ -295,12 +297,15 @@ class Plane:
 
     @property
     def mirrors(self) -> bool:
-        """Whether mirror images of motions are motions too at all points: both stops, and the forces, are alike."""
-        oscillator, parameters = self.parameters.oscillator, self.parameters
-        alike = "clearance" in self.names or parameters.right == parameters.left is not None
-        broken = any(name == "bias" or name.endswith(("_right", "_left")) for name in self.names)
-        same = oscillator.has_equal_restitution or "restitution" in self.names
-        return alike and not broken and oscillator.is_symmetric and same
+        """Whether mirror images of motions are motions too at all points.
+
+        The stops are equal, there is no bias, and the forces change their sign after half of their period.
+        """
+        oscillator, right, left = self.parameters.oscillator, self.parameters.right, self.parameters.left
+        equal_gaps = "clearance" in self.names or (right is not None and right == left)
+        one_sided = any(name == "bias" or name.endswith(("_right", "_left")) for name in self.names)
+        equal_restitution = oscillator.has_equal_restitution or "restitution" in self.names
+        return equal_gaps and not one_sided and oscillator.is_symmetric and equal_restitution
 
     def corners(self) -> list[PlanePoint]:
         """Return the points at the corners."""
@@ -309,7 +314,7 @@ class Plane:
 
 
 def with_parameter(oscillator: Oscillator, name: str, value: float) -> Oscillator:
-    """Return the oscillator with a value of a parameter that it has; of bias, forcing and damping with a factor."""
+    """Return the oscillator with a parameter that it has set to a value; bias, forcing and damping are multiplied."""
     indexed = _INDEXED.fullmatch(name)
     changes: dict[str, Any]
     if indexed is not None:
@@ -392,7 +397,7 @@ def plane_of(
 def line_of(
     oscillator: Oscillator, omega: float | None, clearance: float | ClearancePair | None, axis: Axis | WindowAxis
 ) -> Line:
-    """Return the line of an axis; refuse as `plane_of`."""
+    """Return the line of an axis; refuse what `plane_of` refuses."""
     line = Line(_others(oscillator, omega, clearance, (axis.vary,)), axis)
     line.parameters.require(axis.vary, "axis", "vary")
     require_values(axis, "axis", "values")
@@ -447,7 +452,7 @@ def _fixed_stops(clearance: float | ClearancePair | None, varied: tuple[str, ...
 
 
 def fixed_clearance(parameters: Parameters, *varied: str) -> float | ClearancePair | None:
-    """Return the clearances that do not vary in their simplest form: one number for two equal ones."""
+    """Return the clearances that do not vary: one number for two equal positive ones, else a pair; None if all vary."""
     if "clearance" in varied:
         return None
     fixed: dict[str, float | None] = {
@@ -463,7 +468,8 @@ class _VariedRequest(ProcessRequest):
     omega: Annotated[Positive | None, LeftOut] = None
     """Forcing frequency, where it does not vary."""
     clearance: Annotated[FixedClearance | None, LeftOut] = None
-    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null: none."""
+    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for an
+    absent stop."""
 
     @model_validator(mode="after")
     def _clearance_is_simplest(self) -> Self:
@@ -475,7 +481,7 @@ class _VariedRequest(ProcessRequest):
 
     @property
     def varied(self) -> Line | Plane:
-        """What varies, and the others."""
+        """What varies, and the parameters that do not."""
         raise NotImplementedError
 
 

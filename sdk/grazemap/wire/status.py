@@ -6,7 +6,7 @@ from grazemap.wire.base import Response
 
 
 class Computing(Response):
-    """A tile that is computed, since how many seconds; tile -1 joins the finished tiles of a map."""
+    """A tile that a worker computes, and for how many seconds so far; tile -1 joins the finished tiles of a map."""
 
     job: str
     process: str | None = None
@@ -15,7 +15,7 @@ class Computing(Response):
 
 
 class WorkerState(Response):
-    """A live worker, and what it computes; `small`: it computes small jobs only."""
+    """A live worker; `small`: it computes small jobs only. `computes` is None while it computes nothing."""
 
     small: bool = False
     core_version: str = ""
@@ -23,20 +23,21 @@ class WorkerState(Response):
 
 
 class Waiting(Response):
-    """Jobs that have tiles to compute, and the longest time for which one of them has had none taken."""
+    """Number of jobs that have tiles to compute, and the longest time that one of them has waited for a worker."""
 
     jobs: int
     seconds: float
 
 
 class ServiceStatus(Response):
-    """What a service does, and what has failed since its store began.
+    """What a service does, and what has failed since its store was created.
 
-    `jobs` are counted by status, `stored_bytes` by kind, and `events` by kind: failed attempts at tiles, unreadable
-    records and entries, processes that ended. `waiting` has small, short and long jobs. `claimed_seconds` is the
-    longest time for which a tile has been held. `budget_bytes` is the limit of results and tiles together, None if no
-    worker has said it. `ready` is false while Redis refuses writes; `detail` then says why, or what the
-    workers do while none is there.
+    `ready` is false while Redis refuses writes; `detail` then says why. While the service is ready and has no worker,
+    `detail` says so, or what the workers that are starting do. `jobs` are counted by status, `pending_tiles` are the
+    tiles that are not finished, and `waiting` has the keys "small", "short" and "long". `claimed_seconds` is the
+    longest time that a worker has held a tile. `stored_bytes` are counted by kind; `budget_bytes` is the limit of
+    results and tiles together, None if no worker has reported it yet. `events` are counted by kind: failed attempts at
+    tiles, unreadable records and entries, processes that ended.
     """
 
     version: str

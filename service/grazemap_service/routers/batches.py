@@ -133,7 +133,7 @@ async def _answers(
 ) -> AsyncIterator[bytes]:
     """Yield the lines of the response, one for each request."""
     waiting: dict[str, list[int]] = {}
-    with context.hub.ends() as ended:
+    with context.hub.listen_to_ends() as ended:
         for first in range(0, len(submissions), _AT_A_TIME):
             part = range(first, min(first + _AT_A_TIME, len(submissions)))
             some = [submissions[index] for index in part]

@@ -1,4 +1,6 @@
-"""POST to a process, or to its estimate: two routes for each process, described by the `operation` of its request.
+"""POST to a process, or to its estimate: two routes for each process.
+
+The texts of both routes are in the class attribute `operation` of the request model.
 
 >>> answer = http.post("/v1/unfolding-maps", json={"omega": [0.28, 0.29], "clearance": [1.5, 1.6]})
 >>> answer.status_code, answer.json()["status"]
@@ -51,7 +53,8 @@ def preferences(
         str | None,
         Header(
             description="`wait=5`: the answer comes when the job has ended, or after 5 seconds; the server limits this "
-            "time. `return=representation`: if the job was successful, the answer is its result (200), by Accept."
+            "time. `return=representation`: if the job was successful, the answer is its result (status 200), in "
+            "the form that Accept selects."
         ),
     ] = None,
 ) -> Preferences:
@@ -64,18 +67,19 @@ def preferences(
 
 
 async def _status_after_waiting(context: Context, job: Job, began: float, seconds: float) -> Status:
-    """Wait until a job ends, at most so many seconds; return its last known status.
+    """Wait until a job ends, at most `seconds`; return its last known status.
 
     `began` is a time before the submission of the job.
     """
     status: Status | None = job.status
     deadline = time.monotonic() + seconds
     with context.hub.listen(job.id) as listener:
-        complete, ended = await context.hub.ended_since(job.id, began)
+        complete, ended = await context.hub.ended_since(job.id, began, seconds)
         if ended is not None:
             return ended
         while True:
-            if not complete:  # events may be missed; only the status is read, because a record may have a megabyte
+            if not complete:
+                # Events may have been missed, so the status is read. The whole record may have a megabyte.
                 status = await run_sync(context.store.jobs.status, job.id, limiter=context.threads)
             left = deadline - time.monotonic()
             if status is None or status in FINISHED or left <= 0:
@@ -90,7 +94,7 @@ async def _status_after_waiting(context: Context, job: Job, began: float, second
             complete = None not in events
 
 
-def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
+def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
     """Return the route of a process.
 
     FastAPI reads the annotations that are set below. Those in the signature are for readers and type checkers.
@@ -136,12 +140,13 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     return post
 
 
-def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
+def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
+    """Return the route of the estimate of a process."""
     operation = model.operation
 
     def estimate(context: Context, request: ProcessRequest) -> Forecast:
         plan = checked_plan(operation.process, request, context.settings)
-        notes = [*notes_on(request), *unstated(request), *_compiled_first(context, operation.process, request)]
+        notes = [*notes_on(request), *unstated(request), *_compiling_notes(context, operation.process, request)]
         return Forecast(**plan.estimate.model_dump(), notes=notes)
 
     async def post(body: ProcessRequest, context: Context) -> Forecast:
@@ -152,8 +157,8 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     return post
 
 
-def _compiled_first(context: Context, process: str, request: ProcessRequest) -> list[Note]:
-    """Return a note if kernels must be compiled before the job is computed (blocking)."""
+def _compiling_notes(context: Context, process: str, request: ProcessRequest) -> list[Note]:
+    """Return a list with a note if kernels must be compiled before the job is computed, else an empty list (blocks)."""
     kernels = kernels_of(process, request)
     if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
@@ -173,21 +178,30 @@ router = APIRouter(route_class=JsonRoute, tags=["processes"])
 for _process, _model in PROCESSES.items():
     router.add_api_route(
         f"{PREFIX}/{_process}",
-        _endpoint(_model),
+        _submit_endpoint(_model),
         methods=["POST"],
         operation_id=_model.operation.operation_id,
         summary=_model.operation.summary,
         status_code=201,
         response_description="A new job.",
         responses={
-            200: {"model": Job, "description": "The job that computes, or has computed, the same request."},
+            200: {
+                "model": Job,
+                "description": "The job that computes, or has computed, the same request. With `Prefer: "
+                "return=representation`, if the job was successful: its result.",
+            },
             201: {"model": Job, "description": "A new job; Location is its address."},
+            202: {
+                "model": Job,
+                "description": "With `Prefer: return=representation`, if the result was evicted: the job that computes "
+                "it again.",
+            },
             **problem_responses(*SUBMISSION_KINDS),
         },
     )
     router.add_api_route(
         f"{PREFIX}/{_process}/estimate",
-        _forecast(_model),
+        _estimate_endpoint(_model),
         methods=["POST"],
         operation_id=_model.operation.operation_id.replace("submit_", "estimate_"),
         summary=f"{_model.operation.summary}: estimate",

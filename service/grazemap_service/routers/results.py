@@ -1,7 +1,8 @@
-"""Results: whole results, and finished tiles of a map that is still being computed.
+"""Results: whole results, and finished tiles of a job that is still being computed.
 
-A client that has the result already gets 304. A request for a result that was evicted, or is of another version of the
-core, starts a job, and gets 202 and this job. A result that other numerics have computed again has another ETag.
+A client that has the result already gets 304. If the result was evicted, or if another version of the core computed it,
+a GET starts a job, and is answered with 202 and that job. If the result is computed again with other numerics, for
+example with another numpy, its ETag changes.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ _RESULT_DOCS: dict[str, Any] = {
     "responses": {
         200: {"description": "The result.", "content": _content(RESULT)},
         202: {"model": Job, "description": "The result was evicted, or is of another version: this job computes it."},
-        304: {"description": "The client has it already."},
+        304: {"description": "The client already has this result (If-None-Match)."},
         **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job", "outdated-job"),
     },
 }
@@ -124,7 +125,7 @@ async def result_response(
     if finished and job.core_version != context.core_version:
         return await _recompute(request, context, job, requester)
     info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
-    # a job keeps the digest of an evicted result, so a client with a copy of it gets 304
+    # The digest of an evicted result is kept with its job, so a client that has a copy of the result still gets 304.
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", form)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
@@ -154,7 +155,11 @@ async def result_response(
 )
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
-    """List the finished tiles; a job of one tile has none, and the tiles of an assembled map are soon removed."""
+    """List the finished tiles.
+
+    The list is empty for a job with one tile. Soon after all tiles were joined, they are removed, and the list is empty
+    too.
+    """
     finished = await run_sync(context.store.tiles.finished, job.id, limiter=context.threads)
     plan = await run_sync(context.store.jobs.plan_of, job.id, limiter=context.threads)
     if plan is None:
@@ -162,7 +167,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     path = f"{job_path(job.id)}/result/tiles"
     tiles = [TileLink(**plan.place(index), href=f"{path}/{index}") for index in finished]
     links = [Link(href=path, rel="self"), Link(href=job_path(job.id), rel="up")]
-    return TileIndex(total=plan.count, tiles=tiles, links=links)
+    return TileIndex(total=plan.tile_count, tiles=tiles, links=links)
 
 
 @router.get(

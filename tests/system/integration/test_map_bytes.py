@@ -36,7 +36,7 @@ def computed(store: Store, *tile: int) -> tuple[bytes, int]:
     until(lambda: store.results.data(job.id) is not None, 300)
     data = store.results.data(job.id)
     assert data is not None
-    return data, plan.count
+    return data, plan.tile_count
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 from typing import Any
 
@@ -12,7 +13,7 @@ from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import Problem, parse_request
-from grazemap_service.representations import RepresentationCache
+from grazemap_service.representations import RepresentationCache, ResultResponse
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store, core_version
 from tests.support import submitting
@@ -69,6 +70,10 @@ def test_json_is_the_same_result(client: TestClient, finished: tuple[str, bytes]
         (f"{NPZ}, */*", None, NPZ),
         (f"application/octet-stream;q=0.1, {NPZ}, {JSON};q=0.5", None, NPZ),
         ("APPLICATION/JSON", None, JSON),
+        (f"{JSON};q=0.0001, {NPZ};q=0.9", None, NPZ),
+        (f"{JSON};q=-1, {NPZ};q=0.1", None, NPZ),
+        (f"{NPZ};q=0.9, {JSON}; q = 2", None, JSON),
+        (f"{JSON};q=much", None, None),
         (JSON, "npz", NPZ),
         ("image/png", "json", JSON),
         ("image/png", None, None),
@@ -236,6 +241,20 @@ def test_hot_results_stay_under_their_budget() -> None:
         assert made == list("abcdefgd")
         await ask(hot, "ll", size=26)
         assert made == list("abcdefgdll")
+
+    anyio.run(use)
+
+
+def test_a_response_that_is_dropped_before_it_is_sent_does_not_count_as_sent() -> None:
+    async def use() -> None:
+        cache = RepresentationCache(cache_bytes=100, sent_bytes=0)
+        entry = await cache.acquire("a", "npz", 25, lambda: bytes(25))
+        assert entry is not None
+        response = ResultResponse(entry, cache, "npz", {})
+        assert cache.bytes_in_use == 25
+        del response
+        gc.collect()
+        assert (cache.bytes_in_use, entry.users) == (0, 0)
 
     anyio.run(use)
 

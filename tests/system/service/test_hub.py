@@ -7,9 +7,12 @@ import time
 from types import TracebackType
 from typing import Any, cast
 
+import pytest
 import redis.exceptions
 
+from grazemap_service.app import create_app
 from grazemap_service.hub import EventListener, Hub
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store.records import JobEvent
 
 
@@ -63,15 +66,66 @@ def test_an_answer_of_the_store_is_shared_unless_it_is_too_old_or_events_were_mi
     async def run() -> None:
         client: Any = None
         hub = Hub(lambda: client)
-        hub._since = began = time.monotonic()
+        hub._subscribed_at = began = time.monotonic()
         assert await asyncio.gather(*(hub.shared("job", began, look) for _ in range(3))) == [1, 1, 1]
         assert await hub.shared("job", began, look) == 1
         assert await hub.shared("other", began, look) == 2
         assert await hub.shared("job", time.monotonic(), look) == 3
-        hub._since = time.monotonic()
+        hub._subscribed_at = time.monotonic()
         assert await hub.shared("job", began, look) == 4
 
     asyncio.run(run())
+
+
+def test_an_answer_that_was_cancelled_is_asked_for_again() -> None:
+    async def hang() -> int:
+        await asyncio.sleep(60)
+        return 0
+
+    async def look() -> int:
+        return 1
+
+    async def run() -> None:
+        client: Any = None
+        hub = Hub(lambda: client)
+        hub._subscribed_at = began = time.monotonic()
+        first = asyncio.ensure_future(hub.shared("job", began, hang))
+        await asyncio.sleep(0.01)
+        hub._shared_answers["job"][1].cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await first
+        assert await hub.shared("job", began, look) == 1
+
+    asyncio.run(run())
+
+
+def test_a_subscription_is_not_waited_for_longer_than_asked() -> None:
+    async def run() -> None:
+        hub = Hub(lambda: cast(Any, LosesACancellation()))
+        with hub.listen("job"):
+            began = time.monotonic()
+            assert await hub.ended_since("job", began, 0.05) == (False, None)
+            assert time.monotonic() - began < 1.5
+        await hub.close()
+
+    asyncio.run(run())
+
+
+def test_a_lifespan_that_is_left_by_an_error_closes_the_hub(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[Hub] = []
+
+    async def close(self: Hub) -> None:
+        closed.append(self)
+
+    async def run() -> None:
+        app = create_app(ServiceSettings(redis_url="redis://127.0.0.1:9"))
+        async with app.router.lifespan_context(app):
+            raise ZeroDivisionError
+
+    monkeypatch.setattr(Hub, "close", close)
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(run())
+    assert len(closed) == 1
 
 
 def test_a_listener_gets_all_that_waits_at_once_and_is_told_what_it_missed() -> None:
@@ -93,7 +147,7 @@ def test_the_ends_that_nobody_takes_are_not_kept_without_end() -> None:
 
     async def run() -> int:
         hub = Hub(lambda: cast(Any, LosesACancellation()))
-        with hub.ends() as ended:
+        with hub.listen_to_ends() as ended:
             for number in range(25_000):
                 hub._pass_on(f'{number}\n1-0\ndone\n{{"status": "successful"}}'.encode())
             most, items = ended.qsize(), [ended.get_nowait() for _ in range(ended.qsize())]

@@ -369,6 +369,22 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
     assert 50_000 < (tmp_path / "child.log.1").stat().st_size < 150_000
 
 
+def test_a_log_that_cannot_be_emptied_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def truncate(path: Path, length: int) -> None:
+        raise OSError
+
+    log = tmp_path / "child"
+    log.write_bytes(b"said\n")
+    monkeypatch.setattr(children, "MAX_LOG_BYTES", 1)
+    with monkeypatch.context() as broken:
+        broken.setattr(children.os, "truncate", truncate)
+        children.rotate_log(log)
+    assert log.read_bytes() == b"said\n"
+    children.rotate_log(log)
+    assert (log.read_bytes(), (tmp_path / "child.1").read_bytes()) == (b"", b"said\n")
+    children.rotate_log(tmp_path / "none")
+
+
 def test_the_log_of_redis_is_bounded_while_it_runs(
     own_redis_server: RedisServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:

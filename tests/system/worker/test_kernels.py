@@ -131,6 +131,32 @@ def test_a_process_that_is_killed_compiles_again_and_keeps_what_it_had(loaded: l
     kill(kernels, "trajectories")
     assert kernels.advance()  # left to the tiles
     assert kernels.ready == {"curves", "trajectories"}
+    assert loaded == ["curves"]  # this process does not compile what was killed again and again
+    end(kernels)
+
+
+def test_what_failed_without_being_killed_is_left_to_loading(loaded: list[str]) -> None:
+    kernels = Kernels(["curves"])
+    kernels.advance()
+    (pid,) = kernels._compilers
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    kernels.ended(pid, 1 << 8)  # as if it had ended with status 1
+    assert kernels.advance()
+    assert loaded == ["curves"]
+
+
+def test_the_time_of_a_step_counts_from_its_first_component(loaded: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(kernels_module.time, "monotonic", lambda: now[0])
+    kernels = Kernels(["maps-3"])
+    monkeypatch.setattr(kernels_module, "available_cores", lambda: 1)
+    kernels.advance()
+    now[0] += 10.0
+    kernel_folder.record("classification")
+    kernels.advance()  # the process goes on with the lanes; nobody has asked for the text yet
+    now[0] += 5.0
+    assert kernels.status_texts()["maps-3"].startswith("kernels for maps of 3 masses, compiling for 15 s")
     end(kernels)
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, linear, parse_request
 from grazemap_core.maps import tolerances
+from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS
 from grazemap_worker.planning import Plan, rates
 from grazemap_worker.planning.costs import contact_force, fastest_exponent, setup_seconds
 from grazemap_worker.planning.rates import (
@@ -56,6 +57,10 @@ def test_the_sample_of_chaotic_motions_is_estimated_as_the_core_takes_it() -> No
     assert tolerances.RUN_ON_PERIODS == rates.RUN_ON_PERIODS
 
 
+def test_motions_of_a_diagram_are_estimated_to_settle_as_late_as_the_core_waits() -> None:
+    assert rates.DIAGRAM_SETTLING_PERIODS == EXPONENT_PERIODS
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2, 200), st.integers(2, 200), st.sampled_from([1, 30, 250, 10**6]))
 def test_tiles_cover_the_grid_exactly_once(columns: int, rows: int, max_periods: int) -> None:
@@ -66,7 +71,7 @@ def test_tiles_cover_the_grid_exactly_once(columns: int, rows: int, max_periods:
         assert column_start < column_stop
         covered[row_start:row_stop, column_start:column_stop] += 1
     assert (covered == 1).all()
-    assert cut.estimate.tiles == cut.count == len(cut.tiles)
+    assert cut.estimate.tiles == cut.tile_count == len(cut.tiles)
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(512, 512), (2000, 3), (3, 2000), (128, 128)])
@@ -93,7 +98,7 @@ def test_a_diagram_is_cut_as_its_map_and_its_borders_take_longer() -> None:
     # steps after the tiles are such as tiles are
     large = plan("unfolding-diagrams", parse_request("unfolding-diagrams", {**body, "borders": True, **SIDES}))
     seconds = plan("unfolding-maps", parse_request("unfolding-maps", {**body, **SIDES})).estimate.seconds
-    assert large.after / large.count == pytest.approx((large.estimate.seconds - seconds) / seconds, rel=0.02)
+    assert large.after / large.tile_count == pytest.approx((large.estimate.seconds - seconds) / seconds, rel=0.02)
 
 
 def test_a_column_of_few_clearances_costs_more_a_point_but_less_than_a_whole_one() -> None:
@@ -159,13 +164,13 @@ def test_an_adaptive_map_is_cut_into_tall_strips_and_costs_less_the_larger_it_is
         full = plan("unfolding-maps", map_request(side, side, 200))
         cut = plan("unfolding-maps", adaptive(side, side, max_periods=200))
         assert (cut.tile_rows, cut.tile_columns) == (side, 64)
-        assert cut.estimate.tiles == cut.count == side // 64
-        assert (cut.after > 0) == (cut.count >= 16)
+        assert cut.estimate.tiles == cut.tile_count == side // 64
+        assert (cut.after > 0) == (cut.tile_count >= 16)
         shares.append(cut.estimate.seconds / full.estimate.seconds)
     assert 1.6 >= shares[0] > shares[1] > shares[2] > 0.05
     assert shares[2] < 0.3
     small, many = plan("unfolding-maps", adaptive(5, 7)), adaptive(512, 512, policy="ensemble", initial_conditions=10)
-    assert (small.count, small.tile_rows, small.tile_columns) == (1, 7, 5)
+    assert (small.tile_count, small.tile_rows, small.tile_columns) == (1, 7, 5)
     base = plan("unfolding-maps", adaptive(512, 512)).estimate
     assert 8 * base.seconds < plan("unfolding-maps", many).estimate.seconds < 10 * base.seconds
     assert plan("unfolding-maps", many).estimate.periods == pytest.approx(10 * base.periods)
@@ -176,7 +181,7 @@ def test_a_preview_is_expected_sooner(kind: dict[str, object]) -> None:
     request = map_request(512, 512).model_copy(update=kind)
     whole, preview = (plan("unfolding-maps", request.model_copy(update={"preview": told})) for told in (False, True))
     assert preview.estimate.seconds < 0.85 * whole.estimate.seconds
-    assert preview.count <= whole.count
+    assert preview.tile_count <= whole.tile_count
 
 
 def test_the_tiles_of_a_map_that_is_resolved_end_in_time() -> None:
@@ -205,14 +210,14 @@ def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
     )
     assert plan("trajectories", trajectory).estimate.periods == 1000
     assert plan("trajectories", trajectory).estimate.seconds >= 1000 / PERIODS_PER_SECOND
-    assert plan("trajectories", trajectory).count == 1
+    assert plan("trajectories", trajectory).tile_count == 1
     many = parse_request(
         "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800, "initial": [{}] * 7}
     )
     assert plan("trajectories", many).estimate.periods == 7000
     one = plan("trajectories", trajectory).estimate.seconds
     assert plan("trajectories", many).estimate.seconds == pytest.approx(7 * one - 6 * setup_seconds(DEFAULT), rel=1e-14)
-    assert plan("trajectories", many).count == 1
+    assert plan("trajectories", many).tile_count == 1
 
 
 @settings(max_examples=100, deadline=None)

@@ -26,6 +26,7 @@ from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Requester, Store, WaitingJob, connect, core_version
 from grazemap_worker.store.keys import job_key
 from grazemap_worker.supervision.kernels import Kernels
+from grazemap_worker.supervision.watched import SharedWorkerState
 from tests.support import submitting
 from tests.support.hostile import hostile_entries
 from tests.support.planted import NUMERICS, supervise
@@ -106,7 +107,7 @@ def status(store: Store, identity: str) -> str:
     return job_of(store, identity).status
 
 
-def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
+def assert_whole(store: Store, identity: str, tiles: int = SIX.tile_count) -> None:
     until(lambda: status(store, identity) not in ("accepted", "running"))
     job = job_of(store, identity)
     assert job.status == "successful", job.problem
@@ -132,7 +133,7 @@ def test_a_tile_that_takes_longer_than_a_lease_is_computed_at_the_first_attempt(
     supervisor = start("long", workers=1, log=str(tmp_path / "log"))
     workers = supervisor.children()
     job = submit(store, ONE)
-    assert_whole(store, job.id, ONE.count)
+    assert_whole(store, job.id, ONE.tile_count)
     assert supervisor.children() == workers
     assert store.counts().events == {}
     records = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
@@ -181,7 +182,7 @@ def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, st
     job = submit(store)
     until(lambda: len(compute_processes(first)) == 2)
     start("fast")
-    until(lambda: len(store.tiles.finished(job.id)) == SIX.count - 2)
+    until(lambda: len(store.tiles.finished(job.id)) == SIX.tile_count - 2)
     everything = descendants(first.pid)
     first.kill()  # and with it, at once, all that it started
     assert len(everything) == 6
@@ -263,7 +264,7 @@ def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_n
     for suspended in pair:
         suspended.suspend()
     until(lambda: store.counts().events == {"failures:lost": 1})
-    until(lambda: len(store.tiles.finished(job.id)) == SIX.count)
+    until(lambda: len(store.tiles.finished(job.id)) == SIX.tile_count)
     for suspended in pair:
         suspended.resume()
     until(lambda: not living([process]))
@@ -392,7 +393,7 @@ def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: 
     until(lambda: not living([supervisor]), 30)
     until(lambda: not living(everything), 10)  # a killed process ends a moment later
     assert store.workers.live() == []
-    assert len(pending(store, "planted")) == SIX.count
+    assert len(pending(store, "planted")) == SIX.tile_count
     assert store.redis.exists(f"{job_key(job.id)}:failures") == 0
 
 
@@ -411,3 +412,13 @@ def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, 
     until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in hostile))
     ids = {entry.id.encode() for entry in hostile}
     until(lambda: ids.isdisjoint(store.redis.lrange(queue.intermediate_queue_key, 0, -1)))
+
+
+def test_signs_of_life_of_the_worker_before_do_not_count() -> None:
+    state = SharedWorkerState.shared()
+    state.beat()
+    state.reset()
+    assert not state.heard()
+    state.beat()
+    assert state.heard()
+    assert not state.heard()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import time
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.queue import compute_process
+from grazemap_worker.queue.compute_process import Activity, ComputeProcess, ProcessEnd, SharedState
 from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from tests.support import parsing, submitting
 from tests.support.planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
@@ -402,14 +404,44 @@ def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, sto
     assert store.redis.exists(f"grazemap:4:job:{job.id}:failures") == 0
 
 
+ACTIVITY = Activity("a" * 64, True, 0.0, 60.0, False)
+
+
+@pytest.mark.parametrize("has_descriptors", [True, False])
+def test_a_process_is_looked_at_at_intervals_whatever_the_system_has(
+    monkeypatch: pytest.MonkeyPatch, has_descriptors: bool
+) -> None:
+    if not has_descriptors:  # as on macOS
+        monkeypatch.delattr(os, "pidfd_open", raising=False)
+    monkeypatch.setattr(compute_process, "_LOOK_SECONDS", 0.2)
+    looks: list[str] = []
+
+    def is_wanted(job_id: str) -> bool:
+        looks.append(job_id)
+        return True
+
+    process = ComputeProcess(lambda: time.sleep(1.0) or 0, 1 << 30, SharedState(ACTIVITY))
+    assert process.watch(is_wanted) == ProcessEnd(0)
+    assert 1 <= len(looks) <= 20
+
+
+def test_a_process_that_ended_before_it_was_killed_is_not_said_to_be_killed() -> None:
+    process = ComputeProcess(lambda: 0, 1 << 30, SharedState(ACTIVITY))
+    assert process.watch(lambda _: True) == ProcessEnd(0)
+    killed, usage = ProcessEnd(-signal.SIGKILL, "hung", "each time for 10 s"), resource.getrusage(resource.RUSAGE_SELF)
+    assert process._outcome(signal.SIGKILL, usage, killed) == killed
+    assert process._outcome(0, usage, killed) == ProcessEnd(0)
+    assert process._outcome(signal.SIGKILL, usage, None) == ProcessEnd(-signal.SIGKILL, "lost")
+
+
 class Here:
     """A `ComputeProcess` in this process, so that what it calls can be counted."""
 
-    def __init__(self, run: Callable[[], int], memory_bytes: int, state: compute_process.SharedState) -> None:
+    def __init__(self, run: Callable[[], int], memory_bytes: int, state: SharedState) -> None:
         run()
 
-    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> compute_process.ProcessEnd:
-        return compute_process.ProcessEnd(0)
+    def watch(self, wanted: Callable[[str], bool], beside: object = None) -> ProcessEnd:
+        return ProcessEnd(0)
 
 
 def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:

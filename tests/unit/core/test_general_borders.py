@@ -11,7 +11,7 @@ import pytest
 
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import MotionGrid, Name
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -100,7 +100,7 @@ def test_curves_of_motions_with_one_impact_are_those_that_are_explicit(case: str
 def test_grazing_curves_of_unlike_stops_are_curves_of_their_own() -> None:
     _, _, arrays, found = borders_of("left stop fixed")
     steady = [curve for curve in found.curves if curve.orbits is None]
-    assert all(curve.name.free for curve in steady)
+    assert all(curve.name.without_impacts for curve in steady)
     (line,) = [curve for curve in steady if np.ptp(curve.horizontal) == 0.0]  # the left stop is grazed at one frequency
     assert np.ptp(line.vertical) > 0.0
     free = (arrays["impacts_right"] == -1) & (arrays["impacts_left"] == -1)
@@ -127,10 +127,10 @@ def test_the_steady_motion_exists_where_it_stays_between_the_stops(case: str) ->
 def test_mirror_images_have_names_of_their_own_between_unlike_stops() -> None:
     impacts = {"impacts_right": 1, "impacts_left": 2, "symmetric": True}
     for oscillator, clearance, expected in (
-        (DEFAULT, CLEARANCE[:4], Name(1, 2, 1, True, False)),
-        (DEFAULT, np.repeat(CLEARANCE[:4, None], 2, axis=1), Name(1, 2, 1, True, False)),
-        (UNLIKE, CLEARANCE[:4], Name(1, 1, 2, False, False)),
-        (DEFAULT, pairs(None, 1.81)[:4], Name(1, 1, 2, False, False)),
+        (DEFAULT, CLEARANCE[:4], MotionName(1, 2, 1, True, False)),
+        (DEFAULT, np.repeat(CLEARANCE[:4, None], 2, axis=1), MotionName(1, 2, 1, True, False)),
+        (UNLIKE, CLEARANCE[:4], MotionName(1, 1, 2, False, False)),
+        (DEFAULT, pairs(None, 1.81)[:4], MotionName(1, 1, 2, False, False)),
     ):
         arrays = unfolding_map_tile(Plane.of(oscillator, OMEGA[:3], clearance), max_periods=20)
         changed = planted(arrays, (1, 1), kind=PERIODIC, period=1, sticking=False, **impacts)

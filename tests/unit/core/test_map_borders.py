@@ -13,7 +13,7 @@ from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
 from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import MotionGrid, Name
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -27,7 +27,7 @@ from tests.support.oscillators import DEFAULT
 
 OMEGA, CLEARANCE = np.linspace(0.275, 0.29, 48), np.linspace(1.8, 2.0, 48)
 """Round the codimension-two point of order 2."""
-IMPACT_ON_ONE_STOP = Name(1, 1, -1, False, False)
+IMPACT_ON_ONE_STOP = MotionName(1, 1, -1, False, False)
 
 
 @functools.cache
@@ -82,7 +82,7 @@ def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
 def test_the_steady_motion_ends_on_the_grazing_curve():
     _, found = near_the_point()
     grazing = next(curve for curve in found.curves if curve.orbits is None)
-    assert grazing.name.free
+    assert grazing.name.without_impacts
     amplitude = np.abs(steady_response(DEFAULT, grazing.horizontal)[:, 0])
     np.testing.assert_allclose(grazing.vertical, amplitude, rtol=1e-14)
     explained = np.flatnonzero(found.curve == found.curves.index(grazing))

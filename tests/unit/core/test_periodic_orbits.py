@@ -252,7 +252,7 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     phases, speeds, many = solve_sequences(problem, orbit.impacts, stops, *guesses, floor=-ORBIT_FLOOR)
     multipliers = many.real + 1j * many.imaginary
     assert np.all(many.status == CONVERGED)
-    assert np.all(many.contact == NO_FURTHER_CONTACT)
+    assert np.all(many.contact_status == NO_FURTHER_CONTACT)
     assert np.all(np.abs(multipliers) < 1.0)
     assert np.max(many.kantorovich) < 0.5
     for i in (0, 7, 19):

@@ -80,7 +80,7 @@ def test_changes_evolve_as_the_difference_of_two_50_digit_runs(seed: int) -> Non
         seen |= set(run.work.events[: run.work.cursor[EVENT_COUNT], KIND].astype(int).tolist())
     # the rounding of an input travels as any other change does
     carried = max(1.0, float(np.max(np.abs(result.matrix))))
-    np.testing.assert_allclose(run.physical, end, rtol=0, atol=1e-13 * carried * (clearance + omega * clearance))
+    np.testing.assert_allclose(run.physical_state, end, rtol=0, atol=1e-13 * carried * (clearance + omega * clearance))
     assert seen == SEEDS[seed]
 
 

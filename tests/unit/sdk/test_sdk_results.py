@@ -255,7 +255,7 @@ def test_a_diagram_without_borders_has_no_fields_of_borders():
     bare = type(whole).from_document({k: v for k, v in whole._document.items() if k != "borders"}, whole.meta)
     assert bare.borders is None
     assert bare.border_list() == []
-    assert "steps" not in bare.summary()
+    assert "pairs" not in bare.summary()
 
 
 def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_requested():

@@ -12,9 +12,12 @@ from grazemap_worker.planning import rates
 Lane = Literal["small", "short", "long"]
 # A job of one tile with an estimate below SMALL_SECONDS is small: workers for small tiles compute many at a time.
 SMALL_SECONDS = 0.05
-# Another job with an estimate below SHORT_SECONDS is short. Short jobs get most of the time of the other workers.
+# A job that is not small and has an estimate below SHORT_SECONDS is short. Workers that do not serve small jobs spend
+# most of their time on short jobs.
 SHORT_SECONDS = 30.0
-# Shares of the lanes.
+# Factors by which the weights of jobs are multiplied. With short and long jobs of one requester and one priority, a
+# worker spends 8/9 of its time on the short jobs and 1/9 on the long ones. Small jobs have workers of their own, so
+# they are not weighed against others.
 LANE_WEIGHTS: dict[Lane, float] = {"small": 1.0, "short": 8.0, "long": 1.0}
 
 
@@ -24,19 +27,19 @@ class Tile(NamedTuple):
     row_start: int
     """First row."""
     row_stop: int
-    """The row after the last one."""
+    """The row after the last row."""
     column_start: int
     """First column."""
     column_stop: int
-    """The column after the last one."""
+    """The column after the last column."""
 
     @property
-    def rows(self) -> slice:
+    def row_slice(self) -> slice:
         """The rows, along the vertical axis."""
         return slice(self.row_start, self.row_stop)
 
     @property
-    def columns(self) -> slice:
+    def column_slice(self) -> slice:
         """The columns, along the horizontal axis."""
         return slice(self.column_start, self.column_stop)
 
@@ -60,24 +63,24 @@ class Plan(BaseModel):
     @property
     def lane(self) -> Lane:
         """The lane in which the tiles wait."""
-        if self.count == 1 and self.after == 0 and self.estimate.seconds < SMALL_SECONDS:
+        if self.tile_count == 1 and self.after == 0 and self.estimate.seconds < SMALL_SECONDS:
             return "small"
         return "short" if self.estimate.seconds < SHORT_SECONDS else "long"
 
     @property
     def tile_seconds(self) -> float:
         """The processor time that a tile is expected to take."""
-        return self.estimate.seconds / self.count
+        return self.estimate.seconds / self.tile_count
 
     @property
-    def across(self) -> int:
+    def tiles_across(self) -> int:
         """Number of tiles along the horizontal axis."""
         return -(-self.columns // self.tile_columns)
 
     @property
-    def count(self) -> int:
+    def tile_count(self) -> int:
         """Number of tiles."""
-        return -(-self.rows // self.tile_rows) * self.across
+        return -(-self.rows // self.tile_rows) * self.tiles_across
 
     def tile(self, index: int) -> Tile:
         """Return a tile.
@@ -87,33 +90,41 @@ class Plan(BaseModel):
         IndexError
             There is no such tile.
         """
-        if not 0 <= index < self.count:
+        if not 0 <= index < self.tile_count:
             raise IndexError(index)
-        row = index // self.across * self.tile_rows
-        column = index % self.across * self.tile_columns
+        row = index // self.tiles_across * self.tile_rows
+        column = index % self.tiles_across * self.tile_columns
         return Tile(row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns))
 
     def place(self, index: int) -> dict[str, Any]:
-        """Return number, rows and columns of a tile, as they stand in events, results and lists of tiles."""
+        """Return number, row range and column range of a tile, in the form of events, results and lists of tiles."""
         row_start, row_stop, column_start, column_stop = self.tile(index)
         return {"index": index, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
 
     @property
     def tiles(self) -> list[Tile]:
         """All tiles, row by row; the index in the list is the number of the tile."""
-        return [self.tile(index) for index in range(self.count)]
+        return [self.tile(index) for index in range(self.tile_count)]
 
 
 def pixels_per_tile(seconds: float, max_seconds: float) -> int:
-    """Return the number of pixels of a tile, from the expected and the maximum seconds of a pixel."""
+    """Return how many pixels a tile may have, from the expected and the maximum seconds of a pixel; at least 1.
+
+    The expected time of a tile is at most TILE_SECONDS, and its maximum time at most WORST_TILE_SECONDS.
+    """
     return max(1, round(min(rates.TILE_SECONDS / seconds, rates.WORST_TILE_SECONDS / max_seconds)))
 
 
-def with_estimate(shape: Plan, periods: float, seconds: float, more_seconds: float) -> Plan:
-    """Return a plan with its estimate, from the forcing periods and seconds of a pixel, and further seconds."""
-    pixels = float(shape.rows * shape.columns)
-    estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds + more_seconds)
-    return shape.model_copy(update={"estimate": estimate})
+def with_estimate(plan: Plan, pixel_periods: float, pixel_seconds: float, extra_seconds: float) -> Plan:
+    """Return a plan with its estimate.
+
+    The estimate is the forcing periods and the seconds of one pixel times the number of pixels, plus `extra_seconds`
+    for the whole job.
+    """
+    pixels = float(plan.rows * plan.columns)
+    seconds = pixels * pixel_seconds + extra_seconds
+    estimate = Estimate(periods=pixels * pixel_periods, tiles=plan.tile_count, seconds=seconds)
+    return plan.model_copy(update={"estimate": estimate})
 
 
 def even_pieces(length: int, max_length: int) -> int:

@@ -54,7 +54,7 @@ def compute_tile(request: BasinFractionsRequest, tile: Tile) -> Document:
     points = _points(request)
     states = random_states(points, _ranges(request, points), request.states, request.seed)
     return fraction_tile(
-        points[tile.rows], states[tile.columns], request.phase, request.max_periods, request.max_period
+        points[tile.row_slice], states[tile.column_slice], request.phase, request.max_periods, request.max_period
     )
 
 

@@ -78,7 +78,7 @@ def plan_of_states(
     tile_columns = even_pieces(grid.columns, pixels)
     tile_rows = even_pieces(grid.rows, max(1, pixels // tile_columns))
     shape = grid.model_copy(update={"tile_rows": tile_rows, "tile_columns": tile_columns})
-    return with_estimate(shape, settles.periods, seconds, shape.count * setup_seconds(oscillator) + chance)
+    return with_estimate(shape, settles.periods, seconds, shape.tile_count * setup_seconds(oscillator) + chance)
 
 
 def _counts(request: BasinsRequest, limits: RequestLimits) -> list[Count]:
@@ -93,7 +93,7 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     """Return the arrays [vertical, horizontal] of the core for a part of the rectangle. Raises CoreError."""
     from grazemap_core.maps.basins import basin_tile
 
-    return basin_tile(*_arguments(request, tile.rows, tile.columns))
+    return basin_tile(*_arguments(request, tile.row_slice, tile.column_slice))
 
 
 def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> ClassDocument:

@@ -1,7 +1,7 @@
 """The process bifurcation-curves: curves on which motions appear or change, in a window of a parameter plane.
 
-Curves of motions with few impacts are computed in closed form, curves of motions that the request names by
-continuation.
+If the request names no motions, and the plane is of omega and a clearance, the forcing or the bias, the curves of
+motions with few impacts are computed in closed form. Otherwise the curves of each motion are computed by continuation.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ def _periods(request: BifurcationCurvesRequest) -> float:
 def expected_seconds(request: BifurcationCurvesRequest) -> float:
     """Return the expected processor time.
 
-    A point of a continued curve needs singular values and differences, so it costs a few times as much as a point of a
-    branch.
+    A point of a continued curve costs CURVE_POINT_BRANCHES times as much as a point of a branch, because it needs
+    singular values and finite differences of matrices.
     """
     if request.is_explicit:
         return request.max_multiple * request.points * _frequency_seconds(request)
@@ -74,17 +74,19 @@ def expected_seconds(request: BifurcationCurvesRequest) -> float:
 
 
 def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
-    """Return the seconds for one frequency and one period of the curves in closed form."""
+    """Return the seconds of curves in closed form, for one frequency and one multiple of the forcing period."""
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     gaps = [gap for gap in (clearance.right, clearance.left) if gap is not None]
-    alike = oscillator.is_symmetric and oscillator.has_equal_restitution and {*request.plane.names} & _SHARED_PARAMETERS
-    if alike and len(gaps) == 2 and gaps[0] == gaps[1] and len(oscillator.orders) == 1:
+    is_symmetric = oscillator.is_symmetric and oscillator.has_equal_restitution
+    stops_stay_equal = is_symmetric and bool({*request.plane.names} & _SHARED_PARAMETERS)
+    if stops_stay_equal and len(gaps) == 2 and gaps[0] == gaps[1] and len(oscillator.orders) == 1:
         return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size
     harmonics = len(oscillator.orders)
     return len(gaps) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
 
 
 def _longest_period_cost(request: BifurcationCurvesRequest) -> float | None:
+    """Return the cost of the longest simulated forcing period; None for curves in closed form."""
     return None if request.is_explicit else longest_period_cost(request.plane)
 
 
@@ -95,15 +97,19 @@ NOTHING_FOUND = (
 
 
 def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
-    """Return the curves, one record for each piece in the window, and the requested motions. Raises CoreError."""
+    """Return the curves and the motions whose curves are continued. Raises CoreError.
+
+    There is one record for each piece of a curve in the window. For each motion there is a record of the orbit from
+    which its curves were started, or of the reason why no orbit was found.
+    """
     if request.is_explicit:
         return document_of(results.BifurcationCurves, curves=_closed_form(request), motions=[])
     plane = core_plane(request.plane)
     curves: list[Document] = []
     motions: list[Document] = []
     followed = request.followed
-    for number, motion in enumerate(followed):
-        report(number, len(followed))
+    for motion_index, motion in enumerate(followed):
+        report(motion_index, len(followed))
         start = _orbit(plane, request, motion)
         fields_of_start: Document
         if isinstance(start, str):
@@ -118,35 +124,37 @@ def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
             label = motion_label(orbit.least_period, *orbit.impacts_per_period)
             fields_of_start = {"label": label, "admissible": orbit.admissible, "reason": None}
             fields_of_start |= zip(request.plane.fields, map(point.value, plane.names), strict=True)
-            curves += _continued(plane, request, number, start)
+            curves += _curves_of_motion(plane, request, motion_index, start)
         motions.append(document_of(results.FollowedMotion, period=motion.period, stops=motion.stops, **fields_of_start))
     return document_of(results.BifurcationCurves, curves=curves, motions=motions)
 
 
 def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
+    """Return the pieces of the curves in closed form. One axis is omega, and it may be either of them."""
     from grazemap_core.orbits.window_curves import window_curves
 
     plane = request.plane
     across, up = plane.horizontal, plane.vertical
-    omega, second = (across, up) if across.vary == "omega" else (up, across)
+    omega_axis, other_axis = (across, up) if across.vary == "omega" else (up, across)
     oscillator = core_oscillator(request.oscillator)
-    varied = _varied(second.vary, plane.parameters)
-    names = request.plane.fields if omega is across else request.plane.fields[::-1]
+    varied = _varied(other_axis.vary, plane.parameters)
+    axis_fields = plane.fields if omega_axis is across else plane.fields[::-1]
+    pieces = window_curves(oscillator, omega_axis.ends, other_axis.ends, request.max_multiple, request.points, varied)
     return [
         document_of(
             results.BifurcationCurve,
             **fields(piece, "type", "period", "impacts_right", "impacts_left", "symmetric", "admissible", "stop"),
-            **dict(zip(names, (piece.omega, piece.value), strict=True)),
+            **dict(zip(axis_fields, (piece.omega, piece.value), strict=True)),
             impact_velocity=piece.impact_velocity,
             motion=motion_label(piece.period, piece.impacts_right, piece.impacts_left),
             ends=list(piece.ends),
         )
-        for piece in window_curves(oscillator, omega.ends, second.ends, request.max_multiple, request.points, varied)
+        for piece in pieces
     ]
 
 
 def _varied(name: str, parameters: Parameters) -> CurveParameter:
-    """Return the curve parameter of the core: the stop, or the factor of the forces, that varies."""
+    """Return the curve parameter of the core: the stop that varies, or the factor of the forces (bias or forcing)."""
     from grazemap_core.grazing.grazing_curve import VariedStop
     from grazemap_core.orbits.curve_parameter import VariedFactor
     from grazemap_core.orbits.window_curves import BOTH_STOPS
@@ -161,7 +169,7 @@ def _varied(name: str, parameters: Parameters) -> CurveParameter:
 
 
 def _orbit(plane: Plane, request: BifurcationCurvesRequest, motion: CurveMotion) -> OrbitPoint | str:
-    """Return an orbit of a motion in the window, or the reason why there is none."""
+    """Return an orbit of a motion in the window, or the reason why no orbit was found."""
     from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.continuation.motion_curves import orbit_in_window
     from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -185,27 +193,33 @@ def _orbit(plane: Plane, request: BifurcationCurvesRequest, motion: CurveMotion)
 
 
 def _ends(axis: Axis) -> tuple[float, float]:
+    """Return the first and the last value of an axis."""
     return float(axis.values[0]), float(axis.values[-1])
 
 
-def _continued(plane: Plane, request: BifurcationCurvesRequest, number: int, start: OrbitPoint) -> Iterator[Document]:
-    """Yield the pieces of the curves of a motion; `number` is the index of the motion in the request."""
+def _curves_of_motion(
+    plane: Plane, request: BifurcationCurvesRequest, motion_index: int, start: OrbitPoint
+) -> Iterator[Document]:
+    """Yield the pieces of the curves of a motion; `motion_index` is the index of the motion in the result."""
     from grazemap_core.continuation.motion_curves import motion_curves
 
     impacts = len(start.orbit.impacts.whole.stops)
     across, up = map(_ends, plane.axes)
     for curve in motion_curves(plane.oscillator, start, across, up, plane=plane.names):
-        further = curve.impact is not None and len(curve.stops) > impacts // (2 if curve.symmetric else 1)
-        yield from _pieces(curve, number, further, request.plane.fields)
+        has_extra_contact = curve.impact is not None and len(curve.stops) > impacts // (2 if curve.symmetric else 1)
+        yield from _pieces(curve, motion_index, has_extra_contact, request.plane.fields)
 
 
-def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str, str]) -> Iterator[Document]:
-    """Yield the pieces of a curve, each of which is admissible as a whole or inadmissible as a whole.
+def _pieces(
+    curve: BifurcationCurve, motion_index: int, has_extra_contact: bool, axis_fields: tuple[str, str]
+) -> Iterator[Document]:
+    """Cut a curve where its admissibility changes, and yield the pieces. A piece of a single point is left out.
 
-    `further` says whether the curve has a contact that the motion does not have. `axes` names the two parameters.
+    `has_extra_contact` says whether the curve has a contact that the motion does not have. `axis_fields` are the names
+    of the result fields with the horizontal and the vertical values.
     """
     keep = np.ones(len(curve.stops), dtype=np.bool_)
-    if further and curve.impact is not None:  # leave out the contact that the motion does not have
+    if has_extra_contact and curve.impact is not None:  # leave out the contact that the motion does not have
         keep[curve.impact] = False
     stops, phases, velocities = whole_period(
         curve.stops[keep],
@@ -215,7 +229,7 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
         curve.symmetric,
     )
     right, left = impacts_on(stops)
-    impact = None if further else curve.impact
+    impact = None if has_extra_contact else curve.impact
     speeds = np.abs(velocities)
     if impact is not None:
         vanishing = [impact, impact + len(curve.stops)] if curve.symmetric else [impact]
@@ -224,12 +238,12 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
     ends = ["window" if end == "range" else end for end in curve.ends]
     # indices of consecutive points with equal admissibility
     runs = np.split(np.arange(len(curve.admissible)), np.flatnonzero(np.diff(curve.admissible)) + 1)
+    # over omega and the clearance of one stop, the result also has the clearances of both stops
+    is_over_one_gap = axis_fields[0] == "omega" and curve.plane[1] != "clearance"
+    gap_names = ("clearance_right", "clearance_left") if is_over_one_gap else ()
     for position, members in enumerate(runs):
         if len(members) < 2:
             continue
-        gap_names = (
-            ("clearance_right", "clearance_left") if axes[0] == "omega" and curve.plane[1] != "clearance" else ()
-        )
         yield document_of(
             results.BifurcationCurve,
             **fields(curve, "type", "period", "symmetric"),
@@ -238,11 +252,11 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool, axes: tuple[str
             impacts_left=left,
             admissible=bool(curve.admissible[members[0]]),
             stop=0 if curve.impact is None else int(curve.stops[curve.impact]),
-            **{axes[0]: curve.horizontal[members], axes[1]: curve.vertical[members]},
+            **{axis_fields[0]: curve.horizontal[members], axis_fields[1]: curve.vertical[members]},
             **{name: finite(curve.values_of(name)[members]) for name in gap_names},
             impact_velocity=min_speeds[members],
             ends=[ends[0] if position == 0 else "admissible", ends[1] if position == len(runs) - 1 else "admissible"],
-            of_motion=number,
+            of_motion=motion_index,
             impact=impact,
             stops=stops.tolist(),
             phases=phases[members],

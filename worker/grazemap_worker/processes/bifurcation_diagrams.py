@@ -31,20 +31,21 @@ def _seconds(request: BifurcationDiagramsRequest) -> float:
     values = grid_values(request.axis.values)
     periods = request.transient_periods + request.periods
     samples = Samples.create(request.line)
-    costs = len(values) * samples.mean_cost(lanes=False)
-    watched = periods + rates.DIAGRAM_SETTLING_PERIODS
-    settling = samples.settling(watched)
-    # a motion that has not settled is classified once more from the end of the recorded periods
-    classified = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
-    seconds = costs * (periods + rates.GROWTH_FACTOR * classified) / rates.PERIODS_PER_SECOND
-    seconds += chance_seconds(settling.unsettled * len(values), watched, costs / len(values))
+    cost = samples.mean_cost(lanes=False)
+    watched_periods = periods + rates.DIAGRAM_SETTLING_PERIODS
+    settling = samples.settling(watched_periods)
+    # periods until the motion is classified; a motion that has not settled is classified a second time, in the periods
+    # after the recorded ones
+    classifying_periods = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
+    seconds = len(values) * cost * (periods + rates.GROWTH_FACTOR * classifying_periods) / rates.PERIODS_PER_SECOND
+    seconds += chance_seconds(settling.unsettled * len(values), watched_periods, cost)
     seconds += len(values) * (setup_seconds(request.oscillator) + settling.orbit_seconds)
-    return seconds + len(values) * samples.observed_seconds(request, costs / len(values), settling.unsettled)
+    return seconds + len(values) * samples.observed_seconds(request, cost, settling.unsettled)
 
 
 def _counts(request: BifurcationDiagramsRequest, limits: RequestLimits) -> list[Count]:
     points, periods = grid_points(request.axis.values), request.transient_periods + request.periods
-    # the error names the larger of the two
+    # the error names the larger of transient_periods and periods
     pointer = "/transient_periods" if request.transient_periods > request.periods else "/periods"
     return [
         Count(points_pointer("axis/values", request.axis.values), "points", points, limits.points),
@@ -53,12 +54,15 @@ def _counts(request: BifurcationDiagramsRequest, limits: RequestLimits) -> list[
     ]
 
 
-# Number of progress reports.
+# Maximum number of progress reports of a diagram.
 REPORTS = 100
 
 
 def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocument:
-    """Return the values of the parameter in increasing order, and a section for each value. Raises CoreError."""
+    """Return the values of the parameter in increasing order, and a section for each value. Raises CoreError.
+
+    A section has the states recorded once per forcing period, the impacts of these periods, and the motion.
+    """
     from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
@@ -75,8 +79,8 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocumen
     )
     swept = list(reporting_progress(computed, len(values), report, REPORTS))
     increasing = swept[::-1] if request.policy == "sweep-down" else swept
-    watched = request.transient_periods + request.periods + EXPONENT_PERIODS
-    chance = chance_in_diagram(line, increasing, watched, request.max_period)
+    watched_periods = request.transient_periods + request.periods + EXPONENT_PERIODS
+    chance = chance_in_diagram(line, increasing, watched_periods, request.max_period)
     return document_of(
         results.BifurcationDiagram,
         parameter=values,

@@ -214,7 +214,7 @@ def join_tiles(plan: Plan, tiles: Sequence[Document], omitted: Container[str] = 
         if name not in omitted:
             whole[name] = np.empty((plan.rows, plan.columns), dtype=tiles[0][name].dtype)
             for tile, part in zip(plan.tiles, tiles, strict=True):
-                whole[name][tile.rows, tile.columns] = part[name]
+                whole[name][tile.row_slice, tile.column_slice] = part[name]
     return whole
 
 

@@ -21,14 +21,17 @@ def _longest_period_cost(request: DiscontinuityMappingsRequest) -> float:
 
 def _seconds(request: DiscontinuityMappingsRequest) -> float:
     cost = _longest_period_cost(request)
-    seconds = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
-    # half periods if both stops are grazed at once, else whole ones
-    returns = request.returns * (1 if request.are_alike else 2)
-    return rates.MAPPING_SECONDS + len(request.overshoot) * (seconds + returns * cost / rates.PERIODS_PER_SECOND)
+    # A return takes half a forcing period if both stops are grazed at once, and otherwise a whole period. Each half
+    # period is estimated at the cost of a whole one.
+    half_periods = request.returns * (1 if request.are_alike else 2)
+    overshoot_seconds = rates.OVERSHOOT_SECONDS + rates.OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    overshoot_seconds += half_periods * cost / rates.PERIODS_PER_SECOND
+    return rates.MAPPING_SECONDS + len(request.overshoot) * overshoot_seconds
 
 
 def _counts(request: DiscontinuityMappingsRequest, limits: RequestLimits) -> list[Count]:
-    # at every return, the state of the map and the state of the simulated motion
+    # At every return, the state of the map and the state of the simulated motion. A return counts as a whole period,
+    # also if it takes half of one.
     numbers = 2 * (2 * request.oscillator.size + 1) * (request.returns + 1) * len(request.overshoot)
     return [
         Count("/returns", "bytes", numbers * BYTES_PER_NUMBER, limits.result_bytes),
@@ -39,7 +42,7 @@ def _counts(request: DiscontinuityMappingsRequest, limits: RequestLimits) -> lis
 def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocument:
     """Return the grazing point, the mapped states and their errors, Jacobians, the sequence xi, and later returns.
 
-    Raises CoreError.
+    The sequence xi, of `recurrence_sequence`, tells at which return an impact recurs. Raises CoreError.
     """
     from grazemap_core.errors import ParameterError
     from grazemap_core.grazing.discontinuity_mapping import (
@@ -67,14 +70,17 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
     contact = next_contact(oscillator, omegas, relative_overshoot, request.returns, stop, varied_stop)
     errors = mapping_error(point, overshoot)
 
-    size = len(point.state)
-    start_offsets, change, comparisons = np.empty((len(overshoot), size)), np.empty((len(overshoot), size)), []
+    state_size = len(point.state)
+    start_offsets, displacement = np.empty((len(overshoot), state_size)), np.empty((len(overshoot), state_size))
+    comparisons = []
+    # the returns of the grazing motion itself, which has no deviation, when the stop is nearer by the overshoot
+    no_deviation = np.zeros(state_size)
     for k, depth in enumerate(overshoot.tolist()):
         report(k, len(overshoot))
         start_offsets[k] = start = beyond_stop(point, depth)
         exact = request.order == "exact"
-        change[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
-        comparisons.append(compare_returns(point, np.zeros(size), request.returns, depth, request.order))
+        displacement[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
+        comparisons.append(compare_returns(point, no_deviation, request.returns, depth, request.order))
     state = point.state + start_offsets
     return document_of(
         results.DiscontinuityMapping,
@@ -86,15 +92,16 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
         overshoot=overshoot,
         largest_overshoot=largest,
         state=state,
-        mapped=state + change,
-        displacement=change,
+        mapped=state + displacement,
+        displacement=displacement,
         size=errors.displacement,
         error=errors.leading,
         error_of_second_order=errors.second,
         fitted_order=errors.leading_order,
         fitted_order_of_second=errors.second_order,
         jacobian=return_jacobian(point),
-        jacobian_opposite=return_jacobian(point.next()),  # of the next return, which is at the other stop
+        # the next return is at the other stop if both stops are grazed at once, and otherwise at the same stop
+        jacobian_opposite=return_jacobian(point.next()),
         next_contact=contact,
         **without_none({"margin": point.margin if np.isfinite(point.margin) else None}),
         returns=document_of(

@@ -32,7 +32,7 @@ def _tiling(request: UnfoldingDiagramsRequest) -> Plan:
     """Return the plan of the map with steps after its tiles; such a step takes about the time of a tile."""
     shape = unfolding_maps.tiling(request.unfolding_map)
     seconds = _curves_seconds(request) + _borders_seconds(request)
-    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MAX_STEPS_AFTER))
+    after = math.ceil(min(seconds * shape.tile_count / shape.estimate.seconds, MAX_STEPS_AFTER))
     estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
     return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
 

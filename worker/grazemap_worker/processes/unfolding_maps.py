@@ -1,7 +1,7 @@
 """The process unfolding-maps: the motion to which every point of a grid settles, in tiles of the grid.
 
 >>> plan = tiling(request)
->>> plan.count, plan.tile(0)
+>>> plan.tile_count, plan.tile(0)
 (1, Tile(row_start=0, row_stop=2, column_start=0, column_stop=2))
 >>> compute_tile(request, plan.tile(0))["impacts_right"]
 array([[2, 3], [2, 2]], dtype=int32)
@@ -115,7 +115,7 @@ def _adaptive_plan(
         tile_columns=min(columns, rates.ADAPTIVE_COLUMNS),
     )
     # the steps after the tiles close the seams between the strips, and join them
-    shape = shape.model_copy(update={"after": shape.count // rates.ADAPTIVE_STRIPS_CLOSED})
+    shape = shape.model_copy(update={"after": shape.tile_count // rates.ADAPTIVE_STRIPS_CLOSED})
     return with_estimate(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
 
 
@@ -163,7 +163,7 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.motion import KINDS, SENSITIVE_REASON
 
-    plane, settings = core_plane(request.plane).part(tile.rows, tile.columns), fields(request, *_SETTINGS)
+    plane, settings = core_plane(request.plane).part(tile.row_slice, tile.column_slice), fields(request, *_SETTINGS)
     texts = reasons()
     texts[ROUNDING_DECIDES] = f"{SENSITIVE_REASON} {_remedy_of_sensitive(request)}"
     arrays: Document
@@ -285,7 +285,7 @@ def _dense_array(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:
     """Return an array of the grid from the values at computed points of its tiles; elsewhere it is 0 or False."""
     array = np.zeros((plan.rows, plan.columns), dtype=tiles[0][_AT_COMPUTED][name].dtype)
     for place, tile in zip(plan.tiles, tiles, strict=True):
-        array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]
+        array[place.row_slice, place.column_slice][tile["computed"]] = tile[_AT_COMPUTED][name]
     return array
 
 

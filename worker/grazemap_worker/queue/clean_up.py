@@ -8,7 +8,7 @@ from typing import Any
 from redis import Redis
 
 from grazemap_worker.queue import rq_keys
-from grazemap_worker.queue.wake_ups import SMALL_SUFFIX, drop, named_queue, queue
+from grazemap_worker.queue.wake_ups import SMALL_SUFFIX, named_queue, queue, remove_taken
 from grazemap_worker.store.keys import PREFIX, QUEUE_PREFIX, queue_name
 
 # A worker drops an entry soon after it has taken the entry. One that stays taken for longer than this, in seconds, was
@@ -34,7 +34,7 @@ class QueueCleanUp:
             for entry in redis.lrange(rq_keys.taken_key(target), 0, _MAX_TAKEN - 1):
                 taken[entry] = self._taken.get(entry, now)
                 if now - taken[entry] > TAKEN_SECONDS:
-                    drop(connection, target, entry)
+                    remove_taken(connection, target, entry)
             redis.zremrangebyscore(rq_keys.started_key(target), 0, time.time())
         self._taken = taken
         _sweep_queues(redis, self._fingerprint)
@@ -56,7 +56,7 @@ def _sweep_queues(redis: Any, fingerprint: str) -> None:
 
 def _queue_names(redis: Any, prefix: str) -> list[str]:
     """Return the names of RQ's queues that begin with a prefix; names of other queues may be any bytes."""
-    names = (rq_keys.queue_of(key.decode("utf-8", "replace")) for key in redis.smembers(rq_keys.ALL_QUEUES))
+    names = (rq_keys.queue_name_of(key.decode("utf-8", "replace")) for key in redis.smembers(rq_keys.ALL_QUEUES))
     return sorted(name for name in names if name.startswith(prefix))
 
 

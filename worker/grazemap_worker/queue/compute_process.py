@@ -26,20 +26,23 @@ from grazemap_worker.liveness import HUNG_SECONDS, Liveness
 from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.store.records import FailureKind
 
-# A lower priority than that of other processes, so that small jobs are computed while maps are.
+# A lower priority than that of other processes, so that small jobs get processor time while maps are being computed.
 NICENESS = 10
 # Seconds between two looks at the process.
 _LOOK_SECONDS = 0.5
-# A process that aborted counts as out of memory if its peak was over this share of its limit.
+# Seconds after which the end of the process is noticed on a system without descriptors of processes (pidfd_open).
+_POLL_SECONDS = 0.01
+# A process that aborted counts as out of memory if its peak of resident memory was over this share of its memory limit.
+# The peak includes what the process inherited when it was forked.
 _NEAR_LIMIT = 0.7
-# Bytes in the unit of ru_maxrss: kilobytes, on macOS bytes.
+# Factor from ru_maxrss to bytes: ru_maxrss is in kilobytes, on macOS in bytes.
 _PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
 _KILLED = -signal.SIGKILL  # exit status of a process that its worker killed
 STORE_FULL_STATUS = 3  # exit status of a process that found the store full
 
 
-def _never_interrupt(_activity: object) -> None:
-    """Return None: nothing is to be done first."""
+def _no_interruption(_activity: object) -> None:
+    """Return None: there is no more urgent work."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,9 @@ class ProcessEnd:
     kind: FailureKind | None = None
     """Why its attempt counts as failed; None if it does not."""
     limit: str = ""
-    """A phrase about the limit that it exceeded, for `failure_problem`; empty for none."""
+    """A phrase about the limit that it exceeded, such as "each time for 10 s"; empty if it exceeded none.
+    `failure_problem` makes a sentence of it: "The computation made no progress in 3 attempts, each time for 10 s; ..."
+    """
 
 
 class Activity(NamedTuple):
@@ -61,12 +66,12 @@ class Activity(NamedTuple):
     """The job of the tile."""
     computing: bool
     """Whether the process computes the tile; otherwise it stores it."""
-    began: float
+    processor_time_at_begin: float
     """Processor time of the process, in seconds, when it began to compute the tile."""
-    seconds: float
+    max_seconds: float
     """Maximum processor time for the tile."""
     limited_by_job: bool
-    """Whether `seconds` is the time that the job has left, because that is less than the limit of a tile."""
+    """Whether `max_seconds` is the time that the job has left, because that is less than the limit of a tile."""
 
 
 class SharedState:
@@ -83,7 +88,7 @@ class SharedState:
         self._FORM.pack_into(self._memory, 0, activity.job_id.encode(), *activity[1:])
 
     def read(self) -> Activity:
-        """Return the activity. While the process writes, some fields may still be those of the previous activity."""
+        """Return the activity. During a write, the fields may be partly those of the previous activity."""
         job_id, *numbers = self._FORM.unpack_from(self._memory)
         return Activity(job_id.rstrip(b"\0").decode(), *numbers)
 
@@ -119,58 +124,63 @@ class ComputeProcess:
                 structlog.get_logger("grazemap_worker").exception("a compute process failed")
             finally:
                 os._exit(status)  # never return into the worker's code
-        # parent and child both set the group, because either may run first; a pause signals the group with its children
+        # The parent and the child both set the group, because either may run first. A pause signals the group, so it
+        # reaches children of the process too.
         with suppress(OSError):
             os.setpgid(self._pid, self._pid)
 
     def watch(
         self,
         is_wanted: Callable[[str], bool],
-        interruption: Callable[[Activity], Callable[[], None] | None] = _never_interrupt,
+        interruption: Callable[[Activity], Callable[[], None] | None] = _no_interruption,
     ) -> ProcessEnd:
         """Wait for the end of the process; kill it when it exceeds a limit, hangs, or computes for an unwanted job.
 
-        If an exception leaves this method, for example because the worker is asked to stop, the process is killed too.
+        If this method is left by an exception, for example because the worker is asked to stop, the process is killed
+        too.
 
         Parameters
         ----------
         is_wanted : callable
-            Returns whether a job is wanted. While the process stores a tile, the id is empty: it may then finish.
+            Called with the id of the job; returns whether the job is wanted. While the process stores a tile, it is
+            called with an empty id, and returns True: the process may finish storing.
         interruption : callable
-            Called with the activity of a process that computes. Returns more urgent work for the worker, or None. The
+            Called with the activity while the process computes. Returns more urgent work for the worker, or None. The
             process is paused while the worker does it.
         """
         descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
         liveness = Liveness(self._pid, with_children=True)
         killed: ProcessEnd | None = None
-        ended = False
+        ended, next_look = False, 0.0
         try:
             while True:
                 if descriptor is None:
-                    time.sleep(0.01)
+                    time.sleep(_POLL_SECONDS)
                 else:
                     select.select([descriptor], [], [], _LOOK_SECONDS)
                 pid, status, usage = os.wait4(self._pid, os.WNOHANG)
                 if pid:
                     ended = True
-                    return self._ended(status, usage, killed)
-                if killed is not None:
+                    return self._outcome(status, usage, killed)
+                if killed is not None or (descriptor is None and time.monotonic() < next_look):
                     continue
+                next_look = time.monotonic() + _LOOK_SECONDS
                 activity = self._state.read()
-                hangs = liveness.hangs(computing=activity.computing)
-                if liveness.cpu_seconds > activity.began + activity.seconds:
-                    end = ProcessEnd(_KILLED, "timeout", f"its limit is {activity.seconds:.0f} s of processor time")
+                hangs = liveness.hangs(computing=activity.computing)  # also updates cpu_seconds
+                if liveness.cpu_seconds > activity.processor_time_at_begin + activity.max_seconds:
+                    limit = f"its limit is {activity.max_seconds:.0f} s of processor time"
+                    outcome = ProcessEnd(_KILLED, "timeout", limit)
                 elif hangs:
-                    end = ProcessEnd(_KILLED, "hung", f"each time for {HUNG_SECONDS:.0f} s")
+                    outcome = ProcessEnd(_KILLED, "hung", f"each time for {HUNG_SECONDS:.0f} s")
                 elif not is_wanted(activity.job_id if activity.computing else ""):
-                    end = ProcessEnd(_KILLED)
+                    outcome = ProcessEnd(_KILLED)
                 else:
                     if activity.computing and (action := interruption(activity)) is not None:
                         self._pause_during(action)
                     continue
                 if self._state.read() == activity:  # otherwise the process has begun something else
                     os.kill(self._pid, signal.SIGKILL)
-                    killed = end
+                    killed = outcome
         finally:
             if descriptor is not None:
                 os.close(descriptor)
@@ -185,10 +195,11 @@ class ComputeProcess:
         finally:
             os.killpg(self._pid, signal.SIGCONT)
 
-    def _ended(self, status: int, usage: resource.struct_rusage, killed: ProcessEnd | None) -> ProcessEnd:
-        if killed is not None:
-            return killed
+    def _outcome(self, status: int, usage: resource.struct_rusage, killed: ProcessEnd | None) -> ProcessEnd:
+        """Return how the process ended; `killed` says why its worker has killed it, if it has."""
         code = os.waitstatus_to_exitcode(status)
+        if killed is not None and code == _KILLED:  # otherwise the process had ended before it was killed
+            return killed
         # LLVM and other libraries abort when they get no memory
         if code in (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS) and (
             usage.ru_maxrss * _PEAK_UNIT > _NEAR_LIMIT * self._memory_bytes

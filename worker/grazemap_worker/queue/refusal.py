@@ -16,7 +16,7 @@ from rq.job import Job
 from grazemap_worker.queue.wake_ups import WAKE_UP_FUNCTION
 from grazemap_worker.store.records import WaitingJob
 
-_FIELDS = {
+_WAKE_UP_FIELDS = {
     "created_at",
     "data",
     "description",
@@ -29,7 +29,11 @@ _FIELDS = {
 
 
 class Entry(Job):
-    """An entry as a worker reads it. A field that RQ cannot read makes the entry unreadable; the worker goes on."""
+    """An entry that a worker has read.
+
+    If RQ cannot parse a field, the data of the entry is emptied, so that `refusal` returns "unreadable" and the worker
+    goes on.
+    """
 
     def restore(self, raw_data: Any) -> None:
         """Set the fields of this entry from those in Redis."""
@@ -52,10 +56,10 @@ def refusal(job: Job) -> str | None:
     texts = isinstance(arguments, list | tuple) and all(isinstance(text, str) for text in arguments)
     if keywords or not texts or len(arguments) != len(WaitingJob._fields):
         return "not the arguments of a wake-up"
-    if unknown := sorted(field for field, value in job.to_dict().items() if value and field not in _FIELDS):
+    if unknown := sorted(field for field, value in job.to_dict().items() if value and field not in _WAKE_UP_FIELDS):
         return f"carries {', '.join(unknown)}"
-    if job.result_ttl:
+    if job.result_ttl != 0:  # an entry without one is kept for a default time of RQ
         return "is kept after its end"
     if job.timeout != -1:
-        return "has another time limit"
+        return "has a time limit"
     return None

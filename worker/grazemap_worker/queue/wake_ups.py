@@ -5,9 +5,9 @@
 ('grazemap_worker.tasks.compute_waiting_tiles', True)
 
 A worker that takes a wake-up claims tiles of any job until the ledger has none left for it. The entry names a job that
-waits, for dashboards only: the ledger decides, by priority and fairness, which tile the worker gets. A duplicate or a
-lost entry does no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint of workers has two
-queues, one for small jobs and one for all others.
+waits, but only for `rq info` and dashboards: the ledger decides, by priority and fairness, which tile the worker gets.
+A duplicate or a lost entry does no harm: while tiles wait, the reconciler sends further wake-ups. Each fingerprint of
+workers (of their core and their processor) has two queues, one for small jobs and one for all others.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from grazemap_worker.store.records import WaitingJob
 
 # The function that a worker calls for a wake-up. The name in an entry is compared as a text; RQ never imports it.
 WAKE_UP_FUNCTION = "grazemap_worker.tasks.compute_waiting_tiles"
-# Wake-ups that wait in a queue, about: other senders may add one after the check. A worker that leaves tiles to others
-# sends the next wake-up itself.
+# About the maximum number of wake-ups that wait in a queue: several senders may add one after the check. A worker that
+# leaves tiles to other workers sends the next wake-up.
 MAX_WAITING = 2
 SMALL_SUFFIX = ":small"
 
@@ -64,6 +64,6 @@ def remove_taken(redis: Redis, target: Queue, entry: str | bytes) -> None:
     """Remove an entry from the list of those that workers have taken, and delete its fields."""
     pipeline = redis.pipeline(transaction=False)
     pipeline.lrem(rq_keys.taken_key(target), 1, entry)  # type: ignore[arg-type]  # the bytes may not be text
-    if isinstance(entry, str) or entry.isascii():
+    if isinstance(entry, str) or entry.isascii():  # all ids of wake-ups are; another entry leaves the list only
         pipeline.delete(rq_keys.entry_key(entry if isinstance(entry, str) else entry.decode()))
     pipeline.execute()

@@ -110,7 +110,7 @@ class Jobs:
                 "id": canonical_id(process, values, core_version),
                 "process": process,
                 "estimate": estimate.model_dump_json(),
-                "tiles": plan.count,
+                "tiles": plan.tile_count,
                 "after": plan.after,
                 "lane": plan.lane,
                 "long_tiles": plan.tile_seconds > SHORT_SECONDS,
@@ -128,7 +128,7 @@ class Jobs:
                 outcomes.append(answer)
             elif answer[0] in (b"full", b"quota"):
                 max_tiles = (requester.max_tiles or 0) if answer[0] == b"quota" else max_pending_tiles
-                wait = math.ceil((answer[1] + submission.plan.count - max_tiles) * TILE_SECONDS / workers())
+                wait = math.ceil((answer[1] + submission.plan.tile_count - max_tiles) * TILE_SECONDS / workers())
                 error = QuotaExceeded if answer[0] == b"quota" else BacklogFull
                 outcomes.append(error(retry_after=min(120, max(1, wait))))
             elif (job := self._job_from_answer(str(arguments["id"]), answer[1])) is None:

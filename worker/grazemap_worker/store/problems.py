@@ -25,7 +25,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -
     """Return the problem of a job with a tile that failed too often; it names the part of the grid and the limit."""
     if tile == ASSEMBLY:
         where = "joining the finished tiles"
-    elif plan.count == 1:
+    elif plan.tile_count == 1:
         where = "the computation"
     else:
         row_start, row_stop, column_start, column_stop = plan.tile(tile)

@@ -1,10 +1,11 @@
-"""Compiles and loads the kernels of this machine's workers: those of a first start, and those that jobs need.
+"""Compiles and loads kernels for the workers of this machine: some at the first start, others when jobs need them.
 
 Kernels are compiled in steps, and a step has components (`grazemap_core.warmup`). Child processes compile the
 components into the cache folder. When all components of a step are there, this process loads the step; workers that are
-forked afterwards have it. With two cores or more, two processes compile at a first start: one compiles the component
-with the lanes of maps, which takes as long as all other components together that a map needs. Two stacks that start at
-the same time do not wait for each other. Each compiles what is missing, and loads what the other has compiled.
+forked afterwards have it. With two cores or more, two processes compile at a first start. One process compiles the
+vectorized kernels of maps (the component `lockstep`). That takes as long as compiling all other components that a map
+needs. The other process compiles these. Two stacks that start at the same time do not wait for each other. Each
+compiles what is missing, and loads what the other has compiled.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ from grazemap_worker.parent_death import tied
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.settings import available_cores
 
-# A compiling process may be killed, for example when memory is short. A component that was not compiled in so many
-# attempts is compiled when a tile needs it.
+# A compiling process may be killed, for example when memory is short. After so many killed attempts, a component is
+# given up here, and is compiled when a tile needs it.
 _MAX_TRIES = 3
 _MAX_PROCESSES = 2
 
@@ -46,18 +47,20 @@ class _Compiler:
     """Tells whether the process hangs."""
     components: list[str]
     """The components that are not compiled yet; the process compiles the first of them now."""
-    began: float
-    """When it began with the first component, in monotonic seconds."""
 
 
 class Kernels:
-    """The steps of kernels that this process has loaded (`ready`), and those that are being compiled."""
+    """The steps of kernels that are being compiled, and those for which nothing more is done here (`ready`).
+
+    A step is ready when it is loaded, could not be loaded, or has a component that was given up.
+    """
 
     def __init__(self, steps: Iterable[str] = warmup.STEPS) -> None:
         self.ready: set[str] = set()
         self._wanted: list[str] = []
-        self._done: set[str] = set()
-        self._since: dict[str, float] = {}
+        self._settled: set[str] = set()
+        self._given_up: set[str] = set()
+        self._step_began: dict[str, float] = {}
         self._compilers: dict[int, _Compiler] = {}
         self._tries: Counter[str] = Counter()
         self._reported_ready = 0
@@ -71,16 +74,16 @@ class Kernels:
                 self._wanted.append(name)
 
     def advance(self) -> bool:
-        """Load compiled steps and start compiling others; return whether more are ready than after the last call."""
+        """Load compiled steps and start compiling others; return whether a step became ready since the last call."""
         for compiler in self._compilers.values():
-            while compiler.components and self._has(compiler.components[0]):
+            while compiler.components and self._is_settled(compiler.components[0]):
                 compiler.components.pop(0)
-                compiler.began = time.monotonic()
-        for name in [name for name in self._wanted if all(map(self._has, warmup.components_of(name)))]:
+            self._note_begin(compiler)
+        for name in [name for name in self._wanted if all(map(self._is_settled, warmup.components_of(name)))]:
             self._load(name)
         for compiler in self._compilers.values():
             if compiler.liveness.hangs(computing=True):
-                self._log.warning("compiling hangs and is begun again", kernels=compiler.components[:1])
+                self._log.warning("compiling hangs, its process is killed", kernels=compiler.components[:1])
                 os.kill(compiler.process.pid, signal.SIGKILL)  # Popen.kill may reap it, and `ended` would miss it
         self._compile()
         before, self._reported_ready = self._reported_ready, len(self.ready)
@@ -92,21 +95,24 @@ class Kernels:
         if compiler is None:
             return
         code = compiler.process.returncode = os.waitstatus_to_exitcode(status)
-        for component in [component for component in compiler.components if not self._has(component)][:1]:
+        for component in [component for component in compiler.components if not self._is_settled(component)][:1]:
             self._tries[component] += 1
             self._log.warning("kernels not compiled", kernels=component, status=code, tries=self._tries[component])
-            # an error in the kernels, or a full disk: the tile that needs them reports the error, or compiles them
-            if code >= 0 or self._tries[component] >= _MAX_TRIES:
-                self._done.add(component)
+            if code >= 0:
+                # an error in the kernels, or a full disk: `_load` reports the error, or compiles them
+                self._settled.add(component)
+            elif self._tries[component] >= _MAX_TRIES:
+                self._settled.add(component)
+                self._given_up.add(component)
 
     def status_texts(self) -> dict[str, str]:
         """Return a text for each step that is not ready: what is being compiled, and for how long."""
         texts = {name: f"{_label(name)}, after others" for name in self._wanted}
         for compiler in self._compilers.values():
-            for name in [name for name in self._wanted if {*compiler.components[:1]} & {*warmup.components_of(name)}][
-                :1
-            ]:
-                took, usual = time.monotonic() - self._since.setdefault(name, compiler.began), compiling_seconds(name)
+            name = self._step_of(compiler)
+            if name is not None:
+                now, usual = time.monotonic(), compiling_seconds(name)
+                took = now - self._step_began.get(name, now)
                 texts[name] = f"{_label(name)}, compiling for {took:.0f} s (about {usual:.0f} s usually)"
         return texts
 
@@ -115,35 +121,52 @@ class Kernels:
         for compiler in self._compilers.values():
             compiler.process.kill()
 
-    def _has(self, component: str) -> bool:
-        """Return whether a component is in the cache or was given up. A positive answer is remembered."""
-        if component not in self._done and kernel_folder.holds(component):
-            self._done.add(component)
-        return component in self._done
+    def _step_of(self, compiler: _Compiler) -> str | None:
+        """Return the first wanted step that needs the component which a process compiles now; None if there is none."""
+        component = next(iter(compiler.components), None)
+        return next((name for name in self._wanted if component in warmup.components_of(name)), None)
+
+    def _note_begin(self, compiler: _Compiler) -> None:
+        """Note that the step of the component which a process compiles now has begun, unless that is noted already."""
+        name = self._step_of(compiler)
+        if name is not None:
+            self._step_began.setdefault(name, time.monotonic())
+
+    def _is_settled(self, component: str) -> bool:
+        """Return whether a component is not to be compiled any more: it is in the cache, or its compilation has failed.
+
+        A positive answer is remembered.
+        """
+        if component not in self._settled and kernel_folder.holds(component):
+            self._settled.add(component)
+        return component in self._settled
 
     def _compile(self) -> None:
         """Start processes for the wanted components that no process compiles yet."""
         max_processes = min(_MAX_PROCESSES, available_cores())
-        taken = {component for compiler in self._compilers.values() for component in compiler.components}
+        being_compiled = {component for compiler in self._compilers.values() for component in compiler.components}
         wanted = dict.fromkeys(component for name in self._wanted for component in warmup.components_of(name))
-        free = [component for component in wanted if component not in taken and not self._has(component)]
-        lanes = [component for component in free if warmup.masses_of(component)]
-        rest = [component for component in free if component not in lanes]
-        for components in (rest, lanes) if max_processes - len(self._compilers) > 1 else (free,):
+        missing = [name for name in wanted if name not in being_compiled and not self._is_settled(name)]
+        # only vectorized components are compiled for each number of masses
+        vectorized = [component for component in missing if warmup.masses_of(component)]
+        scalar = [component for component in missing if component not in vectorized]
+        for components in (scalar, vectorized) if max_processes - len(self._compilers) > 1 else (missing,):
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
-                self._compilers[process.pid] = _Compiler(
-                    process, Liveness(process.pid), list(components), time.monotonic()
-                )
+                compiler = _Compiler(process, Liveness(process.pid), list(components))
+                self._compilers[process.pid] = compiler
+                self._note_begin(compiler)
 
     def _load(self, name: str) -> None:
-        try:
-            with watchdog.beating():
-                warmup.load(name)
-        except Exception:
-            # a tile that needs the kernels will report the error
-            self._log.exception("kernels cannot be loaded", kernels=name)
+        """Load a step, unless one of its components was given up: this process would compile the component."""
+        if self._given_up.isdisjoint(warmup.components_of(name)):
+            try:
+                with watchdog.beating():
+                    warmup.load(name)
+            except Exception:
+                # a tile that needs the kernels will report the error
+                self._log.exception("kernels cannot be loaded", kernels=name)
         self._wanted.remove(name)
         self.ready.add(name)
         if not self._wanted:

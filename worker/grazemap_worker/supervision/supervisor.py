@@ -32,7 +32,7 @@ from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
-from grazemap_worker.supervision.watched import Watched
+from grazemap_worker.supervision.watched import SharedWorkerState
 
 _POLL_SECONDS = 0.1
 # Maximum number of workers for small tiles. The service is one process: more workers would only wait for its requests.
@@ -55,7 +55,7 @@ class _Slot:
 
     small: bool
     """Whether the worker computes small tiles only."""
-    watched: Watched = field(default_factory=Watched.shared)
+    watched: SharedWorkerState = field(default_factory=SharedWorkerState.shared)
     """What the worker shares with the supervisor."""
     restarts: Restarts = field(default_factory=Restarts)
     """When the worker may be started again."""
@@ -156,7 +156,7 @@ class Supervisor:
     @staticmethod
     def _small_tile_seconds(slot: _Slot) -> float:
         """Return the processor time that a worker has spent on its small tile."""
-        return slot.liveness.cpu_seconds - slot.watched.processor_began if slot.liveness is not None else 0.0
+        return slot.liveness.cpu_seconds - slot.watched.processor_time_at_begin if slot.liveness is not None else 0.0
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
@@ -267,7 +267,9 @@ def _ended_child() -> tuple[int, int] | None:
     return (pid, status) if pid else None
 
 
-def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo, watched: Watched, parent: int) -> None:
+def _be_a_worker(
+    settings: WorkerSettings, numerics: Numerics, info: WorkerInfo, watched: SharedWorkerState, parent: int
+) -> None:
     """Turn this forked process into a worker, and work until asked to stop."""
     from grazemap_worker import tasks
     from grazemap_worker.queue.tile_worker import TileWorker

@@ -28,7 +28,7 @@ from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps import tolerances
 from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
-from grazemap_core.maps.borders.motion_grid import NO_NAME, MotionGrid, Name, Point
+from grazemap_core.maps.borders.motion_grid import NO_NAME, MotionGrid, MotionName, Point
 from grazemap_core.maps.borders.progress import ACROSS, COEXISTING, CURVES, BorderProgress, Report
 from grazemap_core.maps.borders.region import Region
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
@@ -78,7 +78,7 @@ class BorderCurve:
 
     type: str
     """One of "SN", "PD", "SB", "NS" or "GR"."""
-    name: Name
+    name: MotionName
     """Name of the motion that ends there."""
     plane: tuple[str, str]
     """The two parameters of the map."""
@@ -164,7 +164,7 @@ class _Explanation:
         self.distance = np.full(count, np.nan)
         self.curves: list[BorderCurve] = []
         self.spent = 0
-        self.number = np.array([[grid.name[point] for point in pair] for pair in self.pairs], dtype=np.int64)
+        self.number = np.array([[grid.name_index[point] for point in pair] for pair in self.pairs], dtype=np.int64)
         self.number = self.number.reshape(-1, 2)
         self.regular = np.all(self.number != NO_NAME, axis=1)
         same = self._solve_across()
@@ -176,7 +176,7 @@ class _Explanation:
     def _pairs(self) -> list[tuple[Point, Point]]:
         """Return neighbours with different names or regions, of which one at least is periodic."""
         pairs: list[tuple[Point, Point]] = []
-        name, number = self.grid.name, self.regions.number
+        name, number = self.grid.name_index, self.regions.number
         for down, right in ((1, 0), (0, 1)):
             here = (slice(0, len(name) - down), slice(0, name.shape[1] - right))
             there = (slice(down, None), slice(right, None))
@@ -195,7 +195,7 @@ class _Explanation:
                 number = int(self.regions.number[point])
                 if name is None:
                     continue
-                if name.free:
+                if name.without_impacts:
                     self.known[i, side] = True
                     self.ends[i, side] = not self.is_free[other]
                 elif number == NO_REGION:
@@ -262,7 +262,7 @@ class _Explanation:
         return weight
 
     def _take_grazing_curve(self) -> None:
-        free = [number for number, name in enumerate(self.grid.names) if name.free]
+        free = [number for number, name in enumerate(self.grid.names) if name.without_impacts]
         if not free:
             return
         name = self.grid.names[free[0]]
@@ -334,13 +334,13 @@ class _Explanation:
         Returns that point, whether the branch arrives, and whether it was abandoned because of its length.
         """
         point, other = self.pairs[i][side], self.pairs[i][1 - side]
-        values = self.grid.at(point)
+        values = self.grid.parameters_at(point)
         oscillator = self.grid.plane.oscillator
         orbit = OrbitPoint(
             periodic_orbit(values.applied(oscillator), values.omega, values.clearance, region.sequence(point)), values
         )
         vary = self.grid.plane.names[1 if point[1] == other[1] else 0]
-        here, there = values.value(vary), self.grid.at(other).value(vary)
+        here, there = values.value(vary), self.grid.parameters_at(other).value(vary)
         rises = there > here
         # a step that starts next to a saddle-node may pass over it and return to its start
         for step in (self._longest_step(), _SHORTER * self._longest_step()):
@@ -410,7 +410,7 @@ class _Explanation:
         reason = np.where(explanation == _UNEXPLAINED, np.max(self.reason, axis=1), 0)
         first = np.array([pair[0] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
         second = np.array([pair[1] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
-        irregular = self.grid.name < 0
+        irregular = self.grid.name_index < 0
         apart = 0
         for states, kinds in ((irregular, kind), (irregular.T, kind.T)):
             apart += int(np.count_nonzero(states[1:] & states[:-1] & (kinds[1:] != kinds[:-1])))

@@ -1,4 +1,4 @@
-"""The part of a map on which its borders depend: its grid, and the names of the motions at its points."""
+"""What is needed of a map to explain its borders: the grid, and the name of the motion at every point."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Point = tuple[int, int]
 NO_NAME = -1
 
 
-class Name(NamedTuple):
+class MotionName(NamedTuple):
     """The name of a periodic motion in a map."""
 
     period: int
-    """Code of the period, as in a map."""
+    """Forcing periods, as `period` of a map."""
     right: int
-    """Impacts on the right stop; a code as in a map. Between symmetric stops mirror images have the same name, with
-    more impacts on the right."""
+    """Impacts on the right stop, as `impacts_right` of a map. Between symmetric stops a motion and its mirror image
+    have one name, with more impacts on the right."""
     left: int
     """Impacts on the left stop, likewise."""
     symmetric: bool
@@ -41,34 +41,34 @@ class Name(NamedTuple):
 
     @property
     def impacts(self) -> int:
-        """Number of impacts to solve for: for symmetric motions, those of half the period."""
+        """Number of impacts to solve for. A symmetric motion is solved for over half its period."""
         both = max(self.right, 0) + max(self.left, 0)
         return both // 2 if self.symmetric else both
 
     @property
-    def free(self) -> bool:
-        """Whether the motion is the steady one, without impacts."""
+    def without_impacts(self) -> bool:
+        """Whether the motion is the steady one, which touches no stop."""
         return self.right == self.left == -1
 
     @property
     def solvable(self) -> bool:
         """Whether the motion is a finite sequence of impacts."""
-        return not (self.free or self.sticking or INFINITE in (self.right, self.left))
+        return not (self.without_impacts or self.sticking or INFINITE in (self.right, self.left))
 
 
 class MotionGrid(NamedTuple):
-    """The part of a map on which its borders depend."""
+    """The grid of a map and the name of the motion at every point."""
 
     plane: Plane
     """The plane of the map, with n vertical and m horizontal values."""
-    names: tuple[Name, ...]
+    names: tuple[MotionName, ...]
     """All names of motions in the map."""
-    name: Integers
+    name_index: Integers
     """(n, m) Index in `names`; NO_NAME where the map has no periodic motion."""
-    slowest: Floats
-    """(n, m) Speed of the slowest impact, which distinguishes orbits of one name."""
+    slowest_impact: Floats
+    """(n, m) Speed of the slowest impact, which distinguishes orbits of one name; 0 where the map has NaN."""
     settled_after: Integers
-    """(n, m) Forcing periods after which the motion was known, as in a map."""
+    """(n, m) Forcing periods after which the motion was recognised, as in a map."""
 
     @classmethod
     def of(cls, plane: Plane, arrays: Mapping[str, NDArray[Any]]) -> MotionGrid:
@@ -77,7 +77,8 @@ class MotionGrid(NamedTuple):
         Raises
         ------
         ParameterError
-            The arrays are not of the plane's shape, or it has fewer than two values on a side.
+            An axis has fewer than two values, or values that do not increase. `Plane.check` refuses the plane. The
+            arrays are not of the plane's shape.
         """
         for axis in plane.axes:
             if len(axis.values) < 2 or not np.all(np.diff(axis.values) > 0.0):
@@ -85,17 +86,17 @@ class MotionGrid(NamedTuple):
         plane.check()
         if arrays["kind"].shape != plane.shape:
             raise ParameterError("arrays", "must have a row for every vertical and a column for every horizontal value")
-        names, name = _names(arrays, plane.mirrors)
-        slowest = np.nan_to_num(arrays["least_impact_velocity"])
-        after = arrays["settled_after"].astype(np.int64)
-        return cls(plane, names, name, slowest, after)
+        names, name_index = _names(arrays, plane.mirrors)
+        slowest_impact = np.nan_to_num(arrays["least_impact_velocity"])
+        settled_after = arrays["settled_after"].astype(np.int64)
+        return cls(plane, names, name_index, slowest_impact, settled_after)
 
-    def name_at(self, point: Point) -> Name | None:
+    def name_at(self, point: Point) -> MotionName | None:
         """Return the name of a point's motion; None where it is not periodic."""
-        number = int(self.name[point])
-        return None if number == NO_NAME else self.names[number]
+        index = int(self.name_index[point])
+        return None if index == NO_NAME else self.names[index]
 
-    def at(self, point: Point) -> ParameterPoint:
+    def parameters_at(self, point: Point) -> ParameterPoint:
         """Return the values of all parameters at a point."""
         return self.plane.values_at(*point)
 
@@ -106,20 +107,20 @@ class MotionGrid(NamedTuple):
 
     def oscillator_at(self, point: Point) -> Oscillator:
         """Return the oscillator with its values at a point."""
-        return self.at(point).applied(self.plane.oscillator)
+        return self.parameters_at(point).applied(self.plane.oscillator)
 
-    def name_of(self, code: Integers) -> Name | None:
-        """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
-        if code[lane_state.REASON] != RESOLVED:
+    def name_from_codes(self, codes: Integers) -> MotionName | None:
+        """Return the name of a motion from its row of `TrajectoryResults.codes`; None unless it is periodic."""
+        if codes[lane_state.REASON] != RESOLVED:
             return None
-        impacts = [int(code[lane_state.IMPACTS_RIGHT]), int(code[lane_state.IMPACTS_LEFT])]
+        impacts = [int(codes[lane_state.IMPACTS_RIGHT]), int(codes[lane_state.IMPACTS_LEFT])]
         impacts = sorted(impacts, reverse=True) if self.mirrored else impacts
-        symmetric, sticking = self.mirrored and bool(code[lane_state.SYMMETRIC]), bool(code[lane_state.STICKING])
-        return Name(int(code[lane_state.PERIOD]), impacts[0], impacts[1], symmetric, sticking)
+        symmetric, sticking = self.mirrored and bool(codes[lane_state.SYMMETRIC]), bool(codes[lane_state.STICKING])
+        return MotionName(int(codes[lane_state.PERIOD]), impacts[0], impacts[1], symmetric, sticking)
 
 
-def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[Name, ...], Integers]:
-    """Return the names of a map, and the index of that of every point."""
+def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[MotionName, ...], Integers]:
+    """Return the names of a map, and for every point the index of its name."""
     right, left, symmetric = arrays["impacts_right"], arrays["impacts_left"], arrays["symmetric"]
     if mirrored:
         right, left = np.maximum(right, left), np.minimum(right, left)
@@ -128,9 +129,9 @@ def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[Na
     periodic = arrays["kind"] == KINDS.index("periodic")
     codes = np.stack([arrays["period"], right, left, symmetric, arrays["sticking"]], axis=-1).astype(np.int64)
     rows, places = np.unique(codes[periodic], axis=0, return_inverse=True)
-    name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
-    name[periodic] = places.ravel()
+    name_index = np.full(periodic.shape, NO_NAME, dtype=np.int64)
+    name_index[periodic] = places.ravel()
     names = tuple(
-        Name(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in rows.tolist()
+        MotionName(period, first, second, bool(own), bool(rests)) for period, first, second, own, rests in rows.tolist()
     )
-    return names, name
+    return names, name_index

@@ -14,7 +14,7 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint
-from grazemap_core.maps.borders.motion_grid import MotionGrid, Name, Point
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, Point
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
@@ -46,7 +46,7 @@ class PointEquations:
 
     def stops(self, point: Point) -> Stops:
         """Return the stops at a point."""
-        values = self._grid.at(point)
+        values = self._grid.parameters_at(point)
         if values.structure not in self._equilibria:
             self._equilibria[values.structure] = contact_equilibrium(self._oscillator(values))
         return values.stops(self._equilibria[values.structure], self._odd)
@@ -69,7 +69,7 @@ class PointEquations:
         ParameterError, SteadyMotionError, ConditioningError
             As for `OrbitFamily.of`.
         """
-        values = self._grid.at(point)
+        values = self._grid.parameters_at(point)
         kind = (period, symmetric, values.structure)
         key = (*kind, values.omega, values.forcing)
         if key not in self._problems:
@@ -97,7 +97,7 @@ class SolvedOrbits(NamedTuple):
 class Region:
     """A connected set of points with one family of orbits."""
 
-    name: Name
+    name: MotionName
     """The name of its motion."""
     period: int
     """Forcing periods after which the orbits repeat."""
@@ -150,7 +150,7 @@ class Region:
         stops = [self.equations.stops(point) for point in points]
         solved_phases, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
         solved_velocities = speeds * (problem.omega * problem.length)
-        fine = (results.status == CONVERGED) & (results.contact == NO_FURTHER_CONTACT)
+        fine = (results.status == CONVERGED) & (results.contact_status == NO_FURTHER_CONTACT)
         fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
             sequence = self._sequence(solved_phases[i], solved_velocities[i])

@@ -18,7 +18,7 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.motion_grid import MotionGrid, Name, Point
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, Point
 from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import PointEquations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
@@ -61,16 +61,16 @@ class Regions:
             As for `OrbitFamily.of`.
         """
         self.grid = grid
-        self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)
+        self.number = np.full(grid.name_index.shape, NO_REGION, dtype=np.int64)
         self.found: list[Region] = []
         self._equations = PointEquations(grid)
         self._progress = progress or BorderProgress(None)
         self._searched = 0
         self._last_runner: tuple[ParameterPoint, Runner] | None = None
         solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
-        self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name])))
+        self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name_index])))
         for place in np.flatnonzero(solvable[:-1]).tolist():
-            name, there = grid.names[place], grid.name == place
+            name, there = grid.names[place], grid.name_index == place
             for row, column in np.argwhere(there).tolist():
                 if self.number[row, column] == NO_REGION:
                     self._evaluate_at(1)
@@ -86,14 +86,14 @@ class Regions:
     @property
     def without_orbit(self) -> Booleans:
         """Where the map has a periodic motion with impacts, and no orbit was found, shape (n, m)."""
-        free = np.array([name.free for name in self.grid.names] + [True])  # the last one: NO_NAME
-        return np.asarray((self.number == NO_REGION) & ~free[self.grid.name])
+        free = np.array([name.without_impacts for name in self.grid.names] + [True])  # the last one: NO_NAME
+        return np.asarray((self.number == NO_REGION) & ~free[self.grid.name_index])
 
     def _evaluate_at(self, points: int) -> None:
         self._looked_at += points
         self._progress.stage(REGIONS, self._looked_at / self._all)
 
-    def _begun(self, point: Point, name: Name) -> Region | None:
+    def _begun(self, point: Point, name: MotionName) -> Region | None:
         """Return a region with its first orbit."""
         for guess in self._guesses(point, name):
             region = Region(name, guess.period, guess.stops, guess.symmetric, self.grid, self._equations)
@@ -103,7 +103,7 @@ class Regions:
                 return region
         return None
 
-    def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
+    def _guesses(self, point: Point, name: MotionName) -> Iterator[ImpactSequence]:
         """Yield guesses of a motion's impacts: from rest, from the nearest point of its name, from random states.
 
         After a chaotic transient, a trajectory with other roundings than the map's may lead to another motion.
@@ -115,7 +115,7 @@ class Regions:
         if self._searched >= BORDER_SEARCH_PERIODS:
             return
         self._searched += _RANDOM_STATES * self._longest
-        values = self.grid.at(point)
+        values = self.grid.parameters_at(point)
         forced = forced_oscillator(self.grid.oscillator_at(point), values.omega, values.clearance)
         states = self._starts * np.array([1.0, values.omega])[:, None]
         runner = self._runner(values, forced.oscillator)
@@ -123,14 +123,14 @@ class Regions:
         clearances = np.array([[values.clearance_right, values.clearance_left]])
         middle = _middle(forced)
         codes, _ = runner.run(values.omega, steady, clearances, BetweenStops(middle, states))
-        there = [k for k, code in enumerate(codes[0]) if self.grid.name_of(code) == name]
+        there = [k for k, code in enumerate(codes[0]) if self.grid.name_from_codes(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
             state = middle + forced.stops.unit * states[k]
             yield from self._settled(point, name, state, codes[0, k, SETTLED_AFTER])
 
-    def _settled(self, point: Point, name: Name, state: Floats | None, after: int) -> Iterator[ImpactSequence]:
+    def _settled(self, point: Point, name: MotionName, state: Floats | None, after: int) -> Iterator[ImpactSequence]:
         """Yield impacts of the trajectory from a state (2, N), or from rest, each time after a longer transient."""
-        values = self.grid.at(point)
+        values = self.grid.parameters_at(point)
         for time in range(_RUNS):
             run = trajectory(
                 self.grid.oscillator_at(point),
@@ -163,7 +163,7 @@ class Regions:
         return random_starts(self.grid.plane.oscillator, _RANDOM_STATES, 0)
 
     def _is_that_of_map(self, region: Region, point: Point, velocities: Floats) -> bool:
-        apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest[point]))
+        apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest_impact[point]))
         return apart <= SAME_SPEED * region.speed_unit(point)
 
     def _grow(self, region: Region, first: Point, left: Booleans) -> None:
@@ -243,7 +243,7 @@ def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
         return None
 
 
-def _named(sequence: ImpactSequence | None, name: Name, mirrored: bool) -> Iterator[ImpactSequence]:
+def _named(sequence: ImpactSequence | None, name: MotionName, mirrored: bool) -> Iterator[ImpactSequence]:
     """Yield a sequence if it agrees with a name; half of it where the motion is symmetric.
 
     `mirrored`: mirror images have the same name.

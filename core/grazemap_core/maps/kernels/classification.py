@@ -82,8 +82,8 @@ from grazemap_core.orbits.kernels.verification import (
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
 from grazemap_core.simulation.kernels.period_detection import (
+    compare_windows,
     detect_period,
-    impacts_of_two,
     mean_section,
     orbit_nearby,
     separation,
@@ -257,7 +257,7 @@ def _classify_near_orbit(column: Column, lane: int, k: int) -> bool:
     """Write the orbit that a lane is near at its end, without being captured. Returns whether there is one."""
     counts = column.records.counts[lane]
     length = counts[lane_state.NEAR_ORBIT]
-    if length == 0 or column.group.regime[lane] == RESTING or not impacts_of_two(column.history, lane, k, length)[0]:
+    if length == 0 or column.group.regime[lane] == RESTING or not compare_windows(column.history, lane, k, length)[0]:
         return False
     verified = _verify(column, lane, k, length, APPROACH)
     if verified.reason != RESOLVED:

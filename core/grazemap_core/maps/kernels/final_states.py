@@ -1,4 +1,4 @@
-"""Final states of the trajectories of a column, and the impacts of their verified orbits, where they are wanted."""
+"""Final states of the trajectories of a column, and the impacts of their verified orbits, if observables need them."""
 
 from __future__ import annotations
 
@@ -17,45 +17,46 @@ from grazemap_core.orbits.kernels.verification import Verification, Verification
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
 
-MOST_IMPACTS = 2 * MAX_VERIFIED_IMPACTS
-"""Maximum number of impacts of a verified orbit; of a symmetric one, those of half the period are solved for."""
+MAX_ORBIT_IMPACTS = 2 * MAX_VERIFIED_IMPACTS
+"""Maximum number of impacts in a whole period of a verified orbit. A symmetric orbit is solved for over half its period
+only, so its whole period may have twice MAX_VERIFIED_IMPACTS."""
 
 
 class FinalStates(NamedTuple):
-    """Final states of n trajectories; without trajectories they are not wanted."""
+    """Final states of n trajectories; with n = 0 nothing is kept."""
 
     states: Floats
-    """(n, 2 N) State at phase 0 of the forcing. It is mirrored where the motion is symmetric and the trajectory ended
-    half a period later."""
-    rests: Floats
-    """(n,) The stop on which the contact rests there, or 0."""
+    """(n, 2 N) State at phase 0 of the forcing. If a trajectory of a symmetric motion ended after an odd number of half
+    periods, this is the mirror image of its state."""
+    resting_stop: Floats
+    """(n,) The stop on which the contact rests in this state, or 0."""
     impacts: Floats
-    """(n, 3, MOST_IMPACTS) Stops, phases and signed velocities of the impacts in one period of the last orbit that was
-    verified near the trajectory."""
+    """(n, 3, MAX_ORBIT_IMPACTS) Stops, phases and signed velocities of the impacts in one period of the last orbit that
+    was verified near the trajectory."""
     counts: Floats
     """(n,) Number of these impacts."""
 
 
 def final_states(count: int, blocks: int) -> FinalStates:
-    """Return new arrays for so many trajectories."""
+    """Return new arrays for `count` trajectories of a structure of `blocks` blocks."""
     return FinalStates(
         states=np.zeros((count, 2 * blocks)),
-        rests=np.zeros(count),
-        impacts=np.zeros((count, 3, MOST_IMPACTS)),
+        resting_stop=np.zeros(count),
+        impacts=np.zeros((count, 3, MAX_ORBIT_IMPACTS)),
         counts=np.zeros(count),
     )
 
 
 @kernel
 def keep_state(final: FinalStates, group: Lanes, lane: int, trajectory: int, k: int) -> None:
-    """Keep the state of a lane after k half periods as that in which a trajectory ends."""
-    if trajectory >= final.states.shape[0]:
+    """Keep the state of a lane after k half periods as the final state of a trajectory."""
+    if trajectory >= final.states.shape[0]:  # nothing is kept
         return
     sign = 1.0 if k % 2 == 0 else -1.0
     for c in range(final.states.shape[1]):
         final.states[trajectory, c] = sign * group.even[c * LANES + lane]
     resting = group.regime[lane] == RESTING
-    final.rests[trajectory] = sign * group.cursor[lane, workspace.HELD] if resting else 0.0
+    final.resting_stop[trajectory] = sign * group.cursor[lane, workspace.HELD] if resting else 0.0
 
 
 @kernel
@@ -68,15 +69,15 @@ def keep_orbit(
     trajectory: int,
 ) -> None:
     """Keep the impacts of the orbit that was just verified near a trajectory."""
-    if trajectory >= final.states.shape[0]:
+    if trajectory >= final.states.shape[0]:  # nothing is kept
         return
     count, unit = verified.right + verified.left, problem.omega * unit_of_speeds(problem, stops)
-    parts = 1 + verified.length % 2  # an orbit that is mirrored after half its period
+    halves = 1 + verified.length % 2  # 2 for a symmetric orbit: half the period, and its mirror image after it
     impacts = final.impacts[trajectory]
-    final.counts[trajectory] = parts * count
-    for part in range(parts):
-        sign, shift = 1.0 - 2.0 * part, part * verified.length * math.pi
+    final.counts[trajectory] = halves * count
+    for half in range(halves):
+        sign, shift = 1.0 - 2.0 * half, half * verified.length * math.pi
         for i in range(count):
-            impacts[0, part * count + i] = sign * scratch.sides[i]
-            impacts[1, part * count + i] = scratch.solution[0, i] + shift
-            impacts[2, part * count + i] = sign * scratch.solution[1, i] * unit
+            impacts[0, half * count + i] = sign * scratch.sides[i]
+            impacts[1, half * count + i] = scratch.solution[0, i] + shift
+            impacts[2, half * count + i] = sign * scratch.solution[1, i] * unit

@@ -243,10 +243,10 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
 def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) -> None:
     """Find the minimum number of half periods after which every lane has returned, in column.returns."""
     counts, sizes, unit = column.records.counts, column.records.sizes, column.group.unit
-    bound, relevant, known, mirrored = (
+    bound, relevant, entered, mirrored = (
         column.returns.bound,
         column.returns.relevant,
-        column.returns.known,
+        column.returns.entered,
         column.returns.mirrored,
     )
     for lane in range(used):
@@ -254,7 +254,7 @@ def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) ->
         bound[lane] = sizes[lane, lane_state.RETURN_GOAL] * unit[lane] if wanted else -1.0
         relevant[lane] = CLOSING_GOAL * unit[lane]
         mirrored[lane] = column.group.symmetric[lane]
-        known[lane] = k - counts[lane, lane_state.STARTED]
+        entered[lane] = k - counts[lane, lane_state.STARTED]
     scale = table_of(separate, OF_GROUP, column.models).displacement_scale
     nearest_returns(scale, column.history, k, 2 * column.task.max_period, column.returns, used)
 

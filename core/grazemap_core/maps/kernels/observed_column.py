@@ -54,7 +54,7 @@ class ObservedColumn(NamedTuple):
     scratch: OutputScratch
     """Scratch for its outputs."""
     rows: Floats
-    """(MOST_IMPACTS, EVENT_COLUMNS + 2 N) Scratch for its events."""
+    """(MAX_ORBIT_IMPACTS, EVENT_COLUMNS + 2 N) Scratch for its events."""
     u: Floats
     """(N, 2) Scratch."""
     before: Floats
@@ -131,7 +131,7 @@ def _simulate(
     u, final = column.u, column.final
     for j in range(u.shape[0]):
         u[j, 0], u[j, 1] = final.states[i, 2 * j], final.states[i, 2 * j + 1]
-    status = _begin(problem, held, stops, u, int(final.rests[i]), work)
+    status = _begin(problem, held, stops, u, int(final.resting_stop[i]), work)
     if status == workspace.OK and column.kinds[i] == CLOSING:
         period = column.periods[i]
         status = close_motion(problem, held, stops, u, period, CLOSING_RETURNS, work, column.before)

@@ -1,14 +1,14 @@
-"""Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
+"""Propagation of small changes of the state, for many lanes side by side, along half periods without rests on a stop.
 
 As in `second_pass`, up to BATCH lanes are side by side in a batch, and every loop over them is straight-line
-arithmetic over whole vectors. The number of lanes is not a constant to the compiler: it would unroll short loops
-instead of vectorising them. In each step all lanes advance to their next impact; a lane without a further one stays at
-its last, and a lane without any advances to the end of the half period. A lane has one change, or two.
+arithmetic over whole vectors. The compiler does not know the number of lanes: if it did, it would unroll a short loop
+instead of vectorising it. In each step all lanes advance to their next impact. A lane without a further impact stays at
+its last one; a lane without any impact advances to the end of the half period. A lane has one change, or two.
 
-The flow between impacts is a flow over whole parts of a cell, from a table, followed by one over at most half a part
-forward or backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that
-of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the
-energy norm.
+The time between two impacts is a whole number of parts of a cell, and a short time of at most half a part, forward or
+backward. The flow over the parts is from a table, the flow over the short time from a series. The flow of a block
+follows from the block's response to a unit velocity. The arithmetic is that of `tangent.flow_tangent` and
+`tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the energy norm.
 """
 
 from __future__ import annotations
@@ -32,21 +32,23 @@ BATCH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
 
 # rows of `TangentBatch.rows`
-SHORT, PASSED, TARGET, PART = 0, 1, 2, 3
-"""The short time of a flow; times of the last impact and of the next one; whole parts of a cell between them."""
+SHORT_TIME, PASSED, TARGET, PARTS = 0, 1, 2, 3
+"""The short time of a flow; times of the last impact and of the next one; number of parts of a cell between them."""
 FACTOR, RATIO = 4, 5
-"""1 + R, or 0 without an impact; ratio of acceleration and velocity at the impact, without the viscous term."""
+"""1 + R, or 0 without an impact; acceleration over velocity before the impact, both toward the stop."""
 STEEPNESS, STEEPEST, SHARPEST = 6, 7, 8
-"""2 |a|/v^2 at an impact, largest one of the half period, and largest product with the position in the first change."""
-SQUARE, OVERLAP, WHOLE, REMAINDER = 9, 10, 11, 12
-"""Scalar products of the changes at the end: of the first with itself and with the second, of the second with itself,
-and the same after the first has been subtracted; 0 if nothing was left."""
+"""2 |a|/v^2 at an impact; its maximum in the half period; the maximum of its product with |q| in the first change."""
+SQUARE, OVERLAP, SECOND_SQUARE, REMAINDER = 9, 10, 11, 12
+"""Scalar products of the changes at the end: of the first with itself and with the second, and of the second with
+itself. REMAINDER is that of the second with itself after its share of the first was subtracted, 0 if only round-off was
+left. SQUARE and REMAINDER are -1 where products have lost digits."""
 SCALE = 13
 """Factor on a change."""
 CONTACT_POSITION, CONTACT_VELOCITY = 14, 16
-"""Position and velocity of the contact in both changes; then their jumps at the impact."""
+"""Position and velocity of the contact in both changes; at an impact then their jumps, the factors of T k and of k in
+`tangent`."""
 VELOCITY_AT, ACCELERATION_AT = 18, 19
-"""Velocity and acceleration at the impact; 1 and 0 without one."""
+"""Velocity before the impact, and acceleration toward the stop after it; 1 and 0 without an impact."""
 DRAG = 20
 """The viscous term times FACTOR."""
 END = 21
@@ -60,7 +62,7 @@ Numbers = tuple[float, float, float, float]
 
 
 class TangentBatch(NamedTuple):
-    """BATCH lanes."""
+    """Working arrays for up to BATCH lanes."""
 
     lanes: Integers
     """(BATCH,) Index of a lane."""
@@ -69,28 +71,28 @@ class TangentBatch(NamedTuple):
     impacts: Integers
     """(BATCH,) Number of impacts."""
     changes: Floats
-    """(4 N * BATCH,) For every block, u of every change, then u' of every change."""
+    """(4 N * BATCH,) For every block, u of every change, then u' of every change; side by side for the lanes."""
     flow: Floats
-    """(2 N * BATCH,) Of every block, u and u' after whole parts of a cell from a unit velocity."""
+    """(2 N * BATCH,) Of every block, u and u' after the parts of a cell, from a unit velocity."""
     rows: Floats
     """(CHANGE_ROWS * BATCH,) Scratch, by the rows above."""
 
 
-def tangent_batch(masses: int) -> TangentBatch:
-    """Return an empty batch for an oscillator."""
+def tangent_batch(blocks: int) -> TangentBatch:
+    """Return an empty batch for an oscillator of `blocks` blocks."""
     return TangentBatch(
         lanes=np.zeros(BATCH, dtype=np.int64),
         first=np.zeros(BATCH, dtype=np.int64),
         impacts=np.zeros(BATCH, dtype=np.int64),
-        changes=aligned(np.zeros(4 * masses * BATCH)),
-        flow=aligned(np.zeros(2 * masses * BATCH)),
+        changes=aligned(np.zeros(4 * blocks * BATCH)),
+        flow=aligned(np.zeros(2 * blocks * BATCH)),
         rows=aligned(np.zeros(CHANGE_ROWS * BATCH)),
     )
 
 
 @fused_inlined
 def _series(s: Floats, row: int, k: int, t: float) -> float:
-    """Return the polynomial of degree 6 with the coefficients in a row of `LaneTables.change_series`."""
+    """Return at t the polynomial whose FLOW_DEGREE coefficients a lane k has in a row of `LaneTables.change_series`."""
     n = FLOW_DEGREE * row
     value: float = lane_value(lane_row(s, n + 6, BATCH), k)
     value = value * t + lane_value(lane_row(s, n + 5, BATCH), k)
@@ -113,20 +115,20 @@ def _set_targets(
     models: LaneModels,
     scalars: Floats,
 ) -> None:
-    """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
+    """For every lane, write the flow from where it is to its impact number `index`, and the factors of the impact."""
     rows, flow = batch.rows, batch.flow
     steps, viscous = lane_row(scalars, lane_tables.STEP, BATCH), lane_row(scalars, lane_tables.VISCOUS_TERM, BATCH)
     for k in range(filled):
-        time, jump, velocity, acceleration = rows[PASSED * BATCH + k], 0.0, 1.0, 0.0
+        time, factor, velocity, acceleration = rows[PASSED * BATCH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
             event = events[batch.lanes[k], batch.first[k] + index]
             time, velocity, acceleration = event[TIME], event[VELOCITY], event[EVENT_ACCELERATION]
-            jump = 1.0 + restitution[batch.lanes[k] + (0 if event[STOP] > 0.0 else LANES)]
+            factor = 1.0 + restitution[batch.lanes[k] + (0 if event[STOP] > 0.0 else LANES)]
         elif batch.impacts[k] == 0:
             time = rows[END * BATCH + k]
         rows[TARGET * BATCH + k] = time
-        rows[FACTOR * BATCH + k] = jump
-        rows[DRAG * BATCH + k] = lane_value(viscous, k) * jump
+        rows[FACTOR * BATCH + k] = factor
+        rows[DRAG * BATCH + k] = lane_value(viscous, k) * factor
         rows[VELOCITY_AT * BATCH + k] = velocity
         rows[ACCELERATION_AT * BATCH + k] = acceleration
     for k in range(width):
@@ -134,13 +136,13 @@ def _set_targets(
         ratio, away = rows[ACCELERATION_AT * BATCH + k] / speed, time - rows[PASSED * BATCH + k]
         part = lane_value(steps, k) / RESPONSE_PARTS
         parts = np.floor(away * (1.0 / part) + 0.5)
-        rows[PART * BATCH + k] = parts
-        rows[SHORT * BATCH + k] = away - parts * part
+        rows[PARTS * BATCH + k] = parts
+        rows[SHORT_TIME * BATCH + k] = away - parts * part
         rows[PASSED * BATCH + k] = time
         rows[RATIO * BATCH + k] = ratio - rows[DRAG * BATCH + k]
         rows[STEEPNESS * BATCH + k] = 2.0 * abs(ratio) / speed
     for k in range(filled):
-        response = record_of(models, batch.lanes[k]).tables.block_response[int(rows[PART * BATCH + k])]
+        response = record_of(models, batch.lanes[k]).tables.block_response[int(rows[PARTS * BATCH + k])]
         for j in range(response.shape[0] // 2):
             flow[2 * j * BATCH + k] = response[2 * j]
             flow[(2 * j + 1) * BATCH + k] = response[2 * j + 1]
@@ -160,7 +162,7 @@ def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, out
 
 @fused_inlined
 def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
-    """Carry all changes over whole parts of a cell and the short time; write position and velocity of the contact."""
+    """Carry all changes over the parts of a cell and the short time; write position and velocity of the contact."""
     rows, flow, changes, series = batch.rows, batch.flow, batch.changes, tables.change_series
     count = len(columns)
     for k in range(width):
@@ -173,7 +175,7 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
         over = flow[2 * j * BATCH : (2 * j + 2) * BATCH]
         block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
         for k in range(width):
-            short = rows[SHORT * BATCH + k]
+            short = rows[SHORT_TIME * BATCH + k]
             square, twice = lane_value(squares, k), 2.0 * lane_value(decays, k)
             y, rate = _series(series, j, k, short) * short, _series(series, blocks + j, k, short)
             whole, whole_rate = over[k], over[BATCH + k]
@@ -196,7 +198,7 @@ def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers
 
 @fused_inlined
 def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
-    """Carry all changes through an impact; those with FACTOR 0 do not change."""
+    """Carry all changes through an impact; changes of a lane with FACTOR 0 stay as they are."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
         steepness, factor, ratio = rows[STEEPNESS * BATCH + k], rows[FACTOR * BATCH + k], rows[RATIO * BATCH + k]
@@ -225,10 +227,10 @@ def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: L
 
 @fused_inlined
 def _products(columns: Columns, batch: TangentBatch, width: int, tables: LaneTables, blocks: int) -> None:
-    """Write SQUARE, and of two changes OVERLAP and WHOLE."""
+    """Write SQUARE, OVERLAP and SECOND_SQUARE; the last two are 0 with a single change."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
-        rows[SQUARE * BATCH + k], rows[OVERLAP * BATCH + k], rows[WHOLE * BATCH + k] = 0.0, 0.0, 0.0
+        rows[SQUARE * BATCH + k], rows[OVERLAP * BATCH + k], rows[SECOND_SQUARE * BATCH + k] = 0.0, 0.0, 0.0
     for j in range(blocks):
         frequency = lane_row(tables.bound, 3 * j, BATCH)
         block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
@@ -239,7 +241,7 @@ def _products(columns: Columns, batch: TangentBatch, width: int, tables: LaneTab
             if count == 2:
                 w, dw = block[BATCH + k], block[3 * BATCH + k]
                 rows[OVERLAP * BATCH + k] += stiffness * (u * w) + du * dw
-                rows[WHOLE * BATCH + k] += stiffness * (w * w) + dw * dw
+                rows[SECOND_SQUARE * BATCH + k] += stiffness * (w * w) + dw * dw
 
 
 @fused_inlined
@@ -263,7 +265,7 @@ def _subtract_first(batch: TangentBatch, width: int, tables: LaneTables, blocks:
 
 @fused_inlined
 def _shorten(columns: Columns, batch: TangentBatch, width: int, blocks: int) -> None:
-    """Make the lengths of the changes 1; of those with the square 0 nothing is left, those with a negative one stay."""
+    """Make the lengths of the changes 1. A change with the square 0 becomes 0; one with a negative square stays."""
     rows, changes, count = batch.rows, batch.changes, len(columns)
     for c in range(count):
         row = SQUARE if c == 0 else REMAINDER
@@ -280,7 +282,7 @@ def _shorten(columns: Columns, batch: TangentBatch, width: int, blocks: int) -> 
 
 @inlined
 def is_safe(square: float) -> bool:
-    """Return whether a sum of squares has all its digits."""
+    """Return whether a sum of squares has lost no digits by underflow or overflow."""
     safe: bool = MIN_SAFE_SQUARE < square < 1.0 / MIN_SAFE_SQUARE
     return safe
 
@@ -296,13 +298,13 @@ def _orthonormalise(
     rows, count = batch.rows, len(columns)
     _products(columns, batch, width, tables, blocks)
     for k in range(width):
-        square, whole = rows[SQUARE * BATCH + k], rows[WHOLE * BATCH + k]
+        square, whole = rows[SQUARE * BATCH + k], rows[SECOND_SQUARE * BATCH + k]
         if k >= filled or not is_safe(square) or (count == 2 and not is_safe(whole)):
             rows[SQUARE * BATCH + k], rows[OVERLAP * BATCH + k] = -1.0, 0.0
     if count == 2:
         _subtract_first(batch, width, tables, blocks)
         for k in range(width):
-            rest, whole = rows[REMAINDER * BATCH + k], rows[WHOLE * BATCH + k]
+            rest, whole = rows[REMAINDER * BATCH + k], rows[SECOND_SQUARE * BATCH + k]
             left = rest if rest > RANK_ROUNDING * RANK_ROUNDING * whole else 0.0
             rows[REMAINDER * BATCH + k] = left if rows[SQUARE * BATCH + k] > 0.0 else -1.0
     _shorten(columns, batch, width, blocks)
@@ -319,26 +321,26 @@ def carry_batch(
     models: LaneModels,
     separate: TablesPerLane,
 ) -> None:
-    """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
+    """Propagate changes to the last impact of the half period, or to its end without one; make them orthonormal.
 
     Parameters
     ----------
     columns : tuple of length 1 or 2
         Only its length matters: the number of changes of a lane.
     batch : TangentBatch
-        Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REMAINDER (-1
-        for a lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
+        Input: `lanes`, `first` and `impacts` of the first `filled` lanes. On return `rows` has SQUARE and, of two
+        changes, REMAINDER (-1 for a lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
     group : Lanes
         Whose events and restitutions are read.
     changes : (LANES, 2 N, 2)
-        Of a single change the first column is it.
+        In place. A single change is the first column.
     elapsed : (LANES,)
-        Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
+        Time from the moment to which the changes belong to the start of the half period; on return to its end.
     models : LaneModels
         Whose block_response is not empty.
     separate : TablesPerLane
     """
-    rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
+    rows, batched, count, most = batch.rows, batch.changes, len(columns), 0
     events, restitution = group.events, group.restitution
     tables, blocks = table_of(separate, OF_CHANGES, models), models.shared.problem.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, BATCH)
@@ -355,8 +357,8 @@ def carry_batch(
         lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                beside[(2 * count * j + c) * BATCH + k] = lane_changes[2 * j, c]
-                beside[(2 * count * j + count + c) * BATCH + k] = lane_changes[2 * j + 1, c]
+                batched[(2 * count * j + c) * BATCH + k] = lane_changes[2 * j, c]
+                batched[(2 * count * j + count + c) * BATCH + k] = lane_changes[2 * j + 1, c]
     for index in range(max(most, 1)):
         _set_targets(batch, filled, width, index, events, restitution, models, tables.scalars)
         _flow_changes(columns, batch, width, tables, blocks)
@@ -368,5 +370,5 @@ def carry_batch(
         lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):
             for c in range(count):
-                lane_changes[2 * j, c] = beside[(2 * count * j + c) * BATCH + k]
-                lane_changes[2 * j + 1, c] = beside[(2 * count * j + count + c) * BATCH + k]
+                lane_changes[2 * j, c] = batched[(2 * count * j + c) * BATCH + k]
+                lane_changes[2 * j + 1, c] = batched[(2 * count * j + count + c) * BATCH + k]

@@ -28,7 +28,7 @@ from grazemap_core.orbits.kernels.equations import (
     steady_bound,
     steady_motion,
 )
-from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
+from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, MAXIMUM_AT_IMPACT, STEPS_TO_MAXIMUM
 from grazemap_core.records import NamedTuple
 
 NO_FURTHER_CONTACT = 0
@@ -267,7 +267,7 @@ def _locate_maximum(
             return math.nan
         slope, second_derivative = cell.slope, cell.second_derivative
         low, high = left, right
-        for _ in range(MAXIMUM_NEWTON_STEPS):
+        for _ in range(STEPS_TO_MAXIMUM):
             if slope > 0.0:
                 low = point
             else:
@@ -275,7 +275,7 @@ def _locate_maximum(
             following = point - slope / second_derivative
             if not low <= following <= high:
                 following = 0.5 * (low + high)
-            if abs(following - point) <= MAXIMUM_ANGLE * end:
+            if abs(following - point) <= MAXIMUM_ACCURACY * end:
                 break
             point = following
             _advance(problem, state, point, point_state)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
@@ -21,23 +19,23 @@ class OrbitResults(NamedTuple):
     """The results for m orbits of k impacts, of a structure with N blocks."""
 
     status: Integers
-    """(m,) Of `newton.solve_orbit`."""
+    """(m,) Status of `newton.solve_orbit`."""
     steps: Integers
     """(m,) Steps of `newton.solve_orbit`."""
-    contact: Integers
+    contact_status: Integers
     """(m,) Status of `admissibility.further_contact`."""
-    stop: Integers
-    """(m,) As `PeriodicOrbit.excess_stop`."""
+    excess_stop: Integers
+    """(m,) Stop of the largest excess of the contact at a maximum between impacts; 0 without such a maximum."""
     residual: Floats
-    """(m,) As in `PeriodicOrbit`."""
+    """(m,) Largest residual, in units of `OrbitProblem.length`."""
     kantorovich: Floats
-    """(m,) As in `PeriodicOrbit`."""
+    """(m,) The Newton-Kantorovich quantity, as in `PeriodicOrbit`."""
     radius: Floats
-    """(m,) As in `PeriodicOrbit`."""
+    """(m,) Radius within which exactly one solution lies, as in `PeriodicOrbit`."""
     excess: Floats
-    """(m,) As in `PeriodicOrbit`."""
-    phase: Floats
-    """(m,) As `PeriodicOrbit.excess_phase`."""
+    """(m,) Largest excess over a stop, in units of `OrbitProblem.length`; minus infinity without a maximum."""
+    excess_phase: Floats
+    """(m,) Phase of this maximum, radians; NaN without one."""
     real: Floats
     """(m, 2 N) Real parts of the multipliers, in no particular order."""
     imaginary: Floats
@@ -59,38 +57,38 @@ class OrbitScratch(NamedTuple):
     """(2 N, 2 N) The Floquet matrix."""
 
 
-def orbit_results(number: int, count: int, blocks: int) -> OrbitResults:
-    """Return arrays for the results of `number` orbits of `count` impacts, not yet computed."""
+def orbit_results(orbits: int, impacts: int, blocks: int) -> OrbitResults:
+    """Return arrays for the results of `orbits` orbits of `impacts` impacts, not yet computed."""
     return OrbitResults(
-        status=np.zeros(number, dtype=np.int64),
-        steps=np.zeros(number, dtype=np.int64),
-        contact=np.zeros(number, dtype=np.int64),
-        stop=np.zeros(number, dtype=np.int64),
-        residual=np.full(number, np.nan),
-        kantorovich=np.full(number, np.nan),
-        radius=np.full(number, np.nan),
-        excess=np.full(number, np.nan),
-        phase=np.full(number, np.nan),
-        real=np.full((number, 2 * blocks), np.nan),
-        imaginary=np.full((number, 2 * blocks), np.nan),
-        before=np.full((number, count, 3), np.nan),
+        status=np.zeros(orbits, dtype=np.int64),
+        steps=np.zeros(orbits, dtype=np.int64),
+        contact_status=np.zeros(orbits, dtype=np.int64),
+        excess_stop=np.zeros(orbits, dtype=np.int64),
+        residual=np.full(orbits, np.nan),
+        kantorovich=np.full(orbits, np.nan),
+        radius=np.full(orbits, np.nan),
+        excess=np.full(orbits, np.nan),
+        excess_phase=np.full(orbits, np.nan),
+        real=np.full((orbits, 2 * blocks), np.nan),
+        imaginary=np.full((orbits, 2 * blocks), np.nan),
+        before=np.full((orbits, impacts, 3), np.nan),
     )
 
 
-def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
-    """Return scratch for orbits of `count` impacts."""
-    size = 2 * count
+def orbit_scratch(impacts: int, blocks: int) -> OrbitScratch:
+    """Return scratch for orbits of `impacts` impacts."""
+    size = 2 * impacts
     newton = NewtonScratch(
         residual=np.zeros(size),
         jacobian=np.zeros((size, size + 1)),
         system=np.zeros((size, 2 * size + 1)),
-        step=np.zeros((2, count)),
-        trial=np.zeros((2, count)),
-        before=np.zeros((count, 3)),
+        step=np.zeros((2, impacts)),
+        trial=np.zeros((2, impacts)),
+        before=np.zeros((impacts, 3)),
     )
     return OrbitScratch(
         newton=newton,
-        flow_between=np.zeros((count, blocks, 4)),
+        flow_between=np.zeros((impacts, blocks, 4)),
         contact=contact_scratch(blocks),
         matrix=np.zeros((2 * blocks, 2 * blocks)),
     )
@@ -109,19 +107,22 @@ def solve_orbits(
 
     Parameters
     ----------
-    impacts : Impacts
-        Stops (k,); phases and speeds, (m, k), are guesses and become the solutions. The restitutions of `stops` are
-        those of all orbits.
+    impacts : OrbitImpacts
+        `sides` (k,) are the stops of the impacts of every orbit. `phases` and `speeds`, (m, k) each, are guesses and
+        become the solutions. `stops` are those of all orbits but for their gaps.
     gaps : (m, 2)
         Gap of the right and of the left stop of each orbit.
     floor : float
         As in `admissibility.further_contact_from`.
+    results : OrbitResults
+        As `orbit_results` returns them. Only status, steps, residual and contact_status are written for an orbit that
+        does not converge.
     """
-    structure, solutions, scratch = reference(problem), reference(results), reference(scratch)
+    problem, results, scratch = reference(problem), reference(results), reference(scratch)
     work = scratch.newton
     stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     for i in range(gaps.shape[0]):
-        between = Stops(
+        orbit_stops = Stops(
             gaps[i, 0],
             gaps[i, 1],
             stops.restitution_right,
@@ -131,27 +132,27 @@ def solve_orbits(
             stops.settling_chatter,
             stops.symmetric,
         )
-        status, steps, residual, terms = solve_orbit(structure, sides, between, phases[i], speeds[i], work)
-        solutions.status[i], solutions.steps[i], solutions.residual[i] = status, steps, residual
-        solutions.contact[i], solutions.stop[i] = GIVEN_UP, 0
+        status, steps, residual, terms = solve_orbit(problem, sides, orbit_stops, phases[i], speeds[i], work)
+        results.status[i], results.steps[i], results.residual[i] = status, steps, residual
+        results.contact_status[i] = GIVEN_UP
         if status != CONVERGED:
-            for j in range(solutions.real.shape[1]):
-                solutions.real[i, j], solutions.imaginary[i, j] = math.nan, math.nan
             continue
-        solutions.kantorovich[i], solutions.radius[i] = newton_kantorovich(
-            structure, sides, between, speeds[i], terms, work
+        results.kantorovich[i], results.radius[i] = newton_kantorovich(
+            problem, sides, orbit_stops, speeds[i], terms, work
         )
-        solutions.contact[i], solutions.excess[i], solutions.phase[i], solutions.stop[i] = further_contact(
-            structure, sides, between, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
+        contact_status, excess, excess_phase, excess_stop = further_contact(
+            problem, sides, orbit_stops, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )
+        results.contact_status[i], results.excess_stop[i] = contact_status, excess_stop
+        results.excess[i], results.excess_phase[i] = excess, excess_phase
         orbit_multipliers(
-            structure,
-            OrbitImpacts(between, sides, phases[i], speeds[i]),
+            problem,
+            OrbitImpacts(orbit_stops, sides, phases[i], speeds[i]),
             work.before,
             scratch.matrix,
-            solutions.real[i],
-            solutions.imaginary[i],
+            results.real[i],
+            results.imaginary[i],
         )
         for k in range(sides.shape[0]):
             for column in range(3):
-                solutions.before[i, k, column] = work.before[k, column]
+                results.before[i, k, column] = work.before[k, column]

@@ -61,15 +61,15 @@ def _norm(vector: Floats) -> float:
 
 @kernel
 def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
-    """Return the share, at most 1, of a step of the phases (k,) that leaves at least ORBIT_GAP of every gap."""
+    """Return the share, at most 1, of a step of the phases (k,) that leaves at least MIN_SPACING_RATIO of every gap."""
     count = phases.shape[0]
     share = 1.0
     for i in range(count):
         following = (i + 1) % count
         gap = phases[following] - phases[i] + (problem.turn if following <= i else 0.0)
         closing = step[i] - step[following]
-        if closing * share > (1.0 - tolerances.ORBIT_GAP) * gap:
-            share = (1.0 - tolerances.ORBIT_GAP) * gap / closing
+        if closing * share > (1.0 - tolerances.MIN_SPACING_RATIO) * gap:
+            share = (1.0 - tolerances.MIN_SPACING_RATIO) * gap / closing
     return share
 
 

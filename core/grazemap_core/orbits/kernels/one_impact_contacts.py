@@ -14,7 +14,7 @@ from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, ContactScratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
-from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE
+from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY
 from grazemap_core.records import NamedTuple
 
 _HALVINGS = 64
@@ -125,7 +125,7 @@ def contacts_begin(
         status, excess, touched = _contact_at(structure, family, outside, floor, work)
         for _ in range(_HALVINGS):
             middle = 0.5 * (inside + outside)
-            if abs(outside - inside) <= MAXIMUM_ANGLE * (1.0 + abs(middle)):
+            if abs(outside - inside) <= MAXIMUM_ACCURACY * (1.0 + abs(middle)):
                 break
             here, there, on = _contact_at(structure, family, middle, floor, work)
             if here == plain(NO_FURTHER_CONTACT):

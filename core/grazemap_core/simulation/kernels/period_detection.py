@@ -8,13 +8,18 @@ periods that is not its own mirror image.
 Without this symmetry (`Stops.symmetric`) only even m are considered: that a state is near the mirror image of an
 earlier one then means nothing.
 
-A period is accepted only if (1) the orbit returns to within CLOSING_GOAL after m half periods and no fewer, (2) the
-returns contract over three windows of m half periods, and the distance to the limit extrapolated from the slower
-contraction is below LIMIT_DISTANCE, (3) the distances of returns after fewer half periods exceed SEPARATION times the
-largest distance allowed (for a spiral, or two nearly equal multipliers, a single return may be misleading), (4) the
-impacts repeat, and (5) the squared speed of the slowest impact exceeds SEPARATION times the distance to the limit. All
-other motions continue, and are unresolved at the end. An impact with an acceleration toward the stop is no graze,
-however slow it is: it cannot vanish.
+A period is accepted only if
+
+1. m is the smallest number of half periods after which the orbit returns to within CLOSING_GOAL;
+2. the returns in the last m half periods are round-off, or they contract over three windows of m half periods and the
+   distance to the limit, extrapolated from the slower contraction, is at most LIMIT_DISTANCE;
+3. the distances of returns after fewer half periods exceed SEPARATION times LIMIT_DISTANCE: of a spiral, or with two
+   nearly equal multipliers, a single return may be misleading;
+4. the impacts repeat;
+5. the squared speed of the slowest impact exceeds SEPARATION times the distance to the limit. Impacts with an
+   acceleration toward the stop do not count here: they are no grazes, however slow, because they cannot vanish.
+
+All other motions continue, and are unresolved at the end.
 
 With a complete chatter the number of impacts on a stop is INFINITE; the number of those that were computed one by one
 depends on a tolerance and is not a property of the motion.
@@ -84,17 +89,20 @@ def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Works
 
 @kernel
 def separation(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float, relevant: float
+    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float, cutoff: float
 ) -> float:
-    """Return the distance of z_k and z_(k-m) in units of the stops, or a lower bound of it above `relevant`."""
+    """Return the distance of z_k and z_(k-m) in units of `unit`; if it exceeds `cutoff`, a lower bound above `cutoff`.
+
+    The unit is `Stops.unit`.
+    """
     size = ring.min_speed.shape[0]
     now, then = k % size, (k - m) % size
-    relevant *= unit
+    cutoff *= unit
     largest = 0.0
     for i in range(2 * problem.decay.shape[0]):
         change = abs(ring.states[now, i, lane] - ring.states[then, i, lane])
         largest = max(largest, change * problem.displacement_scale[i // 2, i % 2])
-        if largest > relevant:
+        if largest > cutoff:
             break
     return largest / unit
 
@@ -103,7 +111,10 @@ def separation(
 def _first_return(
     problem: CellProblem, stops: Stops, ring: StroboscopicHistory, lane: int, k: int, longest: int, goal: float
 ) -> int:
-    """Return the smallest m <= longest with z_k within `goal` of z_(k-m), in units of the stops, or 0."""
+    """Return the smallest m <= longest with z_k within `goal` times `Stops.unit` of z_(k-m); 0 if there is none.
+
+    `nearest_returns` does this for many lanes.
+    """
     size = ring.min_speed.shape[0]
     row = k % size
     here = ring.states[row, 0, lane]
@@ -122,7 +133,7 @@ def _first_return(
 
 @kernel
 def _largest_return(problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float) -> float:
-    """Return the largest distance of returns after m half periods, in the window of m half periods that ends with k."""
+    """Return the largest distance of z_j and z_(j-m), in units of `unit`, for j from k-m+1 to k."""
     largest = 0.0
     for i in range(m):
         largest = max(largest, separation(problem, ring, lane, k - i, m, unit, np.inf))
@@ -130,7 +141,7 @@ def _largest_return(problem: CellProblem, ring: StroboscopicHistory, lane: int, 
 
 
 @kernel
-def impacts_of_two(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tuple[bool, float, float]:
+def compare_windows(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tuple[bool, float, float]:
     """Compare the impacts of the last two windows of m half periods.
 
     Returns
@@ -138,7 +149,8 @@ def impacts_of_two(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tupl
     repeats : bool
         Whether both windows have the same numbers of impacts.
     min_speed, min_unpressed_speed : float
-        Minimum speed of all impacts, and of those without acceleration toward the stop.
+        Minimum speed of all impacts, and of those without acceleration toward the stop; without meaning unless
+        `repeats`.
     """
     size = ring.min_speed.shape[0]
     min_speed, min_unpressed_speed = np.inf, np.inf
@@ -158,17 +170,17 @@ class ReturnSearch(NamedTuple):
     """Arguments and results of `nearest_returns`, one number for each lane."""
 
     bound: Floats
-    """(lanes,) Distance that counts as a return, negative for none; overwritten."""
+    """(lanes,) Distance that counts as a return; negative: the lane is not searched. Overwritten."""
     relevant: Floats
-    """(lanes,) Distance above which `nearest` need not be accurate."""
-    known: Floats
+    """(lanes,) Distance above which `nearest` need not be accurate; at most `bound`."""
+    entered: Floats
     """(lanes,) Half periods of the lane in the ring. A return after m half periods needs 4 m of them."""
     mirrored: Floats
     """(lanes,) 1 if odd numbers of half periods are returns, too (`Stops.symmetric`), else 0."""
     length: Floats
     """(lanes,) Receives the smallest number of half periods after which the lane has returned, 0 if it has not."""
     nearest: Floats
-    """(lanes,) Receives the minimum distance, if it is at most `relevant`."""
+    """(lanes,) Receives the minimum distance; if it exceeds `relevant`, any number above `relevant`."""
     distance: Floats
     """(lanes,) Scratch."""
 
@@ -177,18 +189,18 @@ class ReturnSearch(NamedTuple):
 def nearest_returns(
     scale: Floats, ring: StroboscopicHistory, k: int, longest: int, search: ReturnSearch, used: int
 ) -> None:
-    """Compute for every lane its distances from its states 1 .. longest half periods ago.
+    """Find every lane's first return, and its minimum distance from its states 1 .. longest half periods ago.
 
     Parameters
     ----------
     scale : (2 N,)
         `CellProblem.displacement_scale`, of all lanes or, with a second axis, of each (`lane_values`).
     search : ReturnSearch
-        Receives the first return and the minimum distance.
+        Receives the results.
     used : int
         Number of lanes that are searched.
     """
-    bound, relevant, known, mirrored, length, nearest, distance = search
+    bound, relevant, entered, mirrored, length, nearest, distance = search
     size = ring.min_speed.shape[0]
     row = k % size
     now = ring.states[row]
@@ -217,7 +229,7 @@ def nearest_returns(
             continue
         number, even = float(m), m % 2 == 0
         for lane in range(min(used, distance.shape[0])):
-            away = distance[lane] if (4.0 * number <= known[lane]) & (even | (mirrored[lane] > 0.0)) else np.inf
+            away = distance[lane] if (4.0 * number <= entered[lane]) & (even | (mirrored[lane] > 0.0)) else np.inf
             length[lane] = number if (away <= bound[lane]) & (length[lane] == 0.0) else length[lane]
             nearest[lane] = min(nearest[lane], away)
             bound[lane] = min(bound[lane], relevant[lane] if length[lane] > 0.0 else bound[lane])
@@ -225,15 +237,15 @@ def nearest_returns(
 
 @kernel
 def orbit_nearby(
-    problem: CellProblem, stops: Stops, ring: StroboscopicHistory, lane: int, k: int, m: int, known: bool
+    problem: CellProblem, stops: Stops, ring: StroboscopicHistory, lane: int, k: int, m: int, verified_before: bool
 ) -> float:
-    """Return the distance of a lane, one return ago, from the periodic orbit that it converges to; infinite if none.
+    """Return how far a lane was, m half periods ago, from the periodic orbit that it approaches; infinite if none.
 
     Parameters
     ----------
     m : int
         Half periods after which the lane returns; 4 m of them must be in the ring.
-    known : bool
+    verified_before : bool
         Whether that orbit was verified once. Then the lane may approach it slowly, and it may have slow impacts.
 
     Returns
@@ -241,31 +253,29 @@ def orbit_nearby(
     distance : float
         Extrapolated from three windows of returns, in units of the stops.
     """
-    slowest = 1.0 if known else tolerances.APPROACH_RATE
+    slowest_rate = 1.0 if verified_before else tolerances.APPROACH_RATE
     unit = stops.unit
-    now = _largest_return(problem, ring, lane, k, m, unit)
-    before = _largest_return(problem, ring, lane, k - m, m, unit)
-    if not now / before < slowest:
+    last_return = _largest_return(problem, ring, lane, k, m, unit)
+    earlier_return = _largest_return(problem, ring, lane, k - m, m, unit)
+    if not last_return / earlier_return < slowest_rate:
         return np.inf
-    rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
-    if not rate < slowest:
+    rate = max(last_return / earlier_return, earlier_return / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
+    if not rate < slowest_rate:
         return np.inf
-    repeats, _, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
-    distance = now * rate / (1.0 - rate)
+    repeats, _, min_unpressed_speed = compare_windows(ring, lane, k, m)
+    distance = last_return * rate / (1.0 - rate)
     speed = min_unpressed_speed / (problem.omega * unit)
-    decided = known or speed * speed > tolerances.GRAZE_SPEED_RATIO * distance
-    return now + distance if repeats and decided else np.inf
+    decided = verified_before or speed * speed > tolerances.GRAZE_SPEED_RATIO * distance
+    return last_return + distance if repeats and decided else np.inf
 
 
 @kernel
 def mean_section(
     problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, period: int
 ) -> tuple[float, float]:
-    """Return the mean of q and q', minus its steady motion, at phase 0 of the forcing.
+    """Return the means of q and q', less the steady motion, at phase 0 of the last `period` forcing periods.
 
-    The steady motion is that of all modes but undamped resonant ones.
-
-    The mean is over the last `period` forcing periods; it distinguishes motions with the same name.
+    The steady motion is that of all modes but undamped resonant ones. The means distinguish motions with one name.
     """
     size = ring.min_speed.shape[0]
     x, v = 0.0, 0.0
@@ -283,7 +293,7 @@ def mean_section(
 
 @kernel
 def _count(impacts: float, held: float) -> int:
-    """Return the number for a stop in the name of a motion."""
+    """Return the number for a stop in the name of a motion: impacts, INFINITE, 0 for a rest without impact, or -1."""
     if not np.isfinite(impacts):
         return INFINITE
     if impacts > 0.0:
@@ -335,7 +345,7 @@ def detect_period(
         stop that the contact rests on without an impact. All 0 unless RESOLVED.
     symmetric : bool
     min_speed : float
-        Minimum impact speed over the last two periods of z; infinite without impacts, 0 with a complete chatter.
+        Minimum impact speed over the last 2 m half periods; infinite without impacts, 0 with a complete chatter.
     sticking : bool
         Whether the contact rests on a stop during a part of the period.
     """
@@ -343,31 +353,33 @@ def detect_period(
     m = _first_return(problem, stops, ring, lane, k, min(2 * max_period, entered // 4), tolerances.CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
-    now = _largest_return(problem, ring, lane, k, m, unit)
-    repeats, min_speed, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
+    last_return = _largest_return(problem, ring, lane, k, m, unit)
+    repeats, min_speed, min_unpressed_speed = compare_windows(ring, lane, k, m)
     if not repeats:
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     speed = min_unpressed_speed / (problem.omega * unit)
     # a slow impact amplifies round-off by one over its speed
     floor = min(tolerances.CLOSING_GOAL, tolerances.CLOSING_FLOOR * max(1.0, reach / unit) / min(1.0, speed))
-    limit = floor
-    if now > floor:
-        before = _largest_return(problem, ring, lane, k - m, m, unit)
-        rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
-        if not rate <= tolerances.SLOWEST_RATE or now > tolerances.CLOSING_GOAL:
+    limit_distance = floor
+    if last_return > floor:
+        earlier_return = _largest_return(problem, ring, lane, k - m, m, unit)
+        rate = max(
+            last_return / earlier_return, earlier_return / _largest_return(problem, ring, lane, k - 2 * m, m, unit)
+        )
+        if not rate <= tolerances.SLOWEST_RATE or last_return > tolerances.CLOSING_GOAL:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
-        limit = max(limit, now * rate / (1.0 - rate))
-        if limit > tolerances.LIMIT_DISTANCE:
+        limit_distance = max(limit_distance, last_return * rate / (1.0 - rate))
+        if limit_distance > tolerances.LIMIT_DISTANCE:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
     away = tolerances.SEPARATION * tolerances.LIMIT_DISTANCE
     for smaller in range(1, m):
         if (smaller % 2 == 0 or stops.symmetric) and separation(problem, ring, lane, k, smaller, unit, away) <= away:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
-    if speed * speed <= tolerances.SEPARATION * limit:
+    if speed * speed <= tolerances.SEPARATION * limit_distance:
         return NEAR_GRAZING, 0, 0, 0, False, np.inf, False
     right, left, held_right, held_left = _impacts_of_period(ring, lane, k, m)
     if right + left == 0.0 and held_right + held_left > 0.0:
-        # the contact rests for the whole period, but the springs release it later
+        # the contact has rested all the time, and the springs release it later: this is not the final motion
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     symmetric = m % 2 == 1
     if symmetric:  # the other m half periods are the mirror image of these
