@@ -36,12 +36,11 @@ import httpx2
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.client.connection import AsyncConnection
+from grazemap.client.connection import Connection
 from grazemap.client.events import Event
 from grazemap.client.arguments import {_ALIASES}, Provable, Values
-from grazemap.client.job_state import JobState
 {_RESULTS}
-from grazemap.wire import Forecast, Job, ProcessRequest, ServiceStatus, Status
+from grazemap.wire import Forecast, Job, Problem, ProcessRequest, Progress, ServiceStatus, Status
 """
 
 

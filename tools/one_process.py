@@ -38,6 +38,6 @@ async def client() -> AsyncIterator[AsyncClient]:
             tasks.compute_waiting_tiles(tasks.WorkerContext(store, worker, ours))
 
         transport = httpx2.ASGITransport(create_app(ServiceSettings(redis_url=server.url, allowed_hosts=("here",))))
-        with patch.object(jobs, "wake_worker", compute_tiles), patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
+        with patch.object(jobs, "_wake_worker", compute_tiles), patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
             async with AsyncClient("http://here", transport=transport, timeout=600.0) as made:
                 yield made

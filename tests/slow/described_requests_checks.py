@@ -53,7 +53,7 @@ RELATIONS = (
     "the stops leave no space between them",
     "both stops are absent",
     "an impact is on a stop that is absent",
-    r"clearance fixes stop \S+, which is grazed",
+    r"clearance fixes the \S+ stop, which is grazed",
     "one stop is fixed or absent, and the other one varies",
     "the clearance of one stop varies",
     "one parameter varies",

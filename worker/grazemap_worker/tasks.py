@@ -37,13 +37,13 @@ from grazemap_worker.queue.compute_process import STORE_FULL_STATUS, Activity, C
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
+    FULL_PROBLEM,
     Claim,
     Finished,
     ResultTooLarge,
     Store,
     WaitingJob,
     WorkerInfo,
-    full_problem,
     is_away,
     is_full,
     refused_problem,
@@ -218,7 +218,7 @@ def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _In
 
     run = partial(_run_tiles, claim, context, state, max_seconds)
     process = ComputeProcess(run, context.memory_bytes, state)
-    end = process.watch(is_wanted, interruptions.next) if interruptions else process.watch(is_wanted)
+    end = process.watch(is_wanted, interruptions.next if interruptions else None)
     activity = state.read()
     if end.kind == "timeout" and activity.limited_by_job:
         store.jobs.end_costly(activity.job_id)
@@ -243,7 +243,7 @@ def _activity(claim: Claim, began: float, max_seconds: float) -> Activity:
     """Return the activity of a process that begins a tile when its processor time is `began`, with its limit."""
     limit = MAX_CPU_SECONDS["long" if claim.assembly else claim.lane]
     if not claim.assembly:
-        limit = min(limit, EXTRA_CPU_SECONDS + CPU_FACTOR * claim.seconds)
+        limit = min(limit, EXTRA_CPU_SECONDS + CPU_FACTOR * claim.plan.tile_seconds)
     time_limit = getattr(claim.request, "time_limit", 0.0)  # of a search that ends by itself after this time
     limit = min(max(limit, time_limit and time_limit + EXTRA_CPU_SECONDS), max_seconds)
     return Activity(claim.job_id, True, began, min(limit, claim.left_seconds), claim.left_seconds < limit)
@@ -302,7 +302,7 @@ def _commit(finished: list[Finished], context: WorkerContext) -> list[int]:
         return [-1] * len(finished)
     for result, remaining in zip(finished, answers, strict=True):
         if remaining == _NO_SPACE:
-            context.store.jobs.fail(result.claim.job_id, full_problem())
+            context.store.jobs.fail(result.claim.job_id, FULL_PROBLEM)
         elif remaining == _COSTLY:
             context.store.jobs.end_costly(result.claim.job_id)
     return answers
@@ -318,10 +318,7 @@ def _compute(claim: Claim, context: WorkerContext) -> Finished | None:
         return _compute_or_raise(claim, context)
     except UnwantedJob:
         return None
-    except ResultTooLarge as error:
-        store.jobs.fail(claim.job_id, refused_problem(str(error)))
-        return None
-    except CoreError as error:
+    except (CoreError, ResultTooLarge) as error:
         pointer = request_pointer(claim.request, getattr(error, "name", None))
         store.jobs.fail(claim.job_id, refused_problem(str(error), pointer))
         return None
@@ -352,7 +349,7 @@ def _compute_or_raise(claim: Claim, context: WorkerContext) -> Finished:
     process, store = IMPLEMENTATIONS[claim.process], context.store
     if process.tile is not None and not claim.assembly:
         began = _processor_seconds()
-        document = process.tile(claim.request, claim.rectangle)
+        document = process.tile(claim.request, claim.plan.tile(claim.tile))
         took = _processor_seconds() - began
         data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
         return Finished(claim, data, took, whole=False)

@@ -105,7 +105,7 @@ class CommandRequest:
     def _si_text(self, flag: Flag, text: str) -> str:
         """Return the text of a flag with its numbers in rad/s or m."""
         name = self._quantity_of(flag)
-        if not units.has_units(name):
+        if name not in units.FIELD_UNITS:
             return text
         if refused := units.refusal(text, name, self._effective_value(("oscillator", "units"))):
             self._refuse(flag, *refused)

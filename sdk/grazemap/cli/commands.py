@@ -33,7 +33,6 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **keywords: Any) -> None:
         super().__init__(allow_abbrev=False, **keywords)
-        self.set_defaults(parser=self)
 
 
 def parser(processes: Collection[str] | None = None) -> argparse.ArgumentParser:

@@ -118,7 +118,7 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _OpenChoices(flag.choices) or None}
         description = flag.description.replace("%", "%%")
-        if units.has_units(flag.field):
+        if flag.field in units.FIELD_UNITS:
             description += f" In SI also as {units.example(flag.field)}."
         group.add_argument(flag.name, dest=flag.pointer, default=argparse.SUPPRESS, help=description, **keywords)
 

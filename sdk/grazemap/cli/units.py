@@ -13,18 +13,13 @@ _CONVERSIONS: dict[str, dict[str, Callable[[float], float]]] = {
     "rad/s": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
     "m": {"mm": lambda value: value / 1000.0, "m": float},
 }
-_FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"}
-_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]+)")
-
-
-def has_units(name: str) -> bool:
-    """Return whether the numbers of a field may have units."""
-    return name in _FIELD_UNITS
+FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"}
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]*)")
 
 
 def example(name: str) -> str:
     """Return an example of a number with a unit, for the help of a field."""
-    return f"5{next(iter(_CONVERSIONS[_FIELD_UNITS[name]]))}"
+    return f"5{next(iter(_CONVERSIONS[FIELD_UNITS[name]]))}"
 
 
 def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
@@ -40,7 +35,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
         "SI" or "nondimensional".
     """
     number_units = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
-    allowed = _CONVERSIONS[_FIELD_UNITS[name]]
+    allowed = _CONVERSIONS[FIELD_UNITS[name]]
     if not any(number_units):
         return None
     unknown = next((unit for unit in number_units if unit and unit not in allowed), "")
@@ -63,17 +58,13 @@ def engineering(text: str) -> bool:
 
 def text_with_unit(text: str, unit: str) -> str:
     """Return the text of a flag, whose numbers have no units, with a unit after each number."""
-    parts = re.split(r"([:,])", text)
-    last = 3 if ":" in text else len(parts)
-    return "".join(
-        part + unit if part and place < last and place % 2 == 0 else part for place, part in enumerate(parts)
-    )
+    return _replaced(text, lambda number, _: number + unit)
 
 
 def si_text(text: str, name: str) -> str:
     """Return the text of a flag with all numbers in rad/s or m, and without their units."""
-    units = _CONVERSIONS[_FIELD_UNITS[name]]
-    return _replaced(text, lambda number, unit: repr(units[unit](float(number))))
+    units = _CONVERSIONS[FIELD_UNITS[name]]
+    return _replaced(text, lambda number, unit: repr(units[unit](float(number))) if unit else number)
 
 
 def text_without_units(text: str) -> str:
@@ -82,7 +73,7 @@ def text_without_units(text: str) -> str:
 
 
 def _replaced(text: str, replacement: Callable[[str, str], str]) -> str:
-    """Return a text in which every number with a unit is replaced; the number of points of a range has none."""
+    """Return a text with all numbers and their units ("": none) replaced, but not the number of points of a range."""
     parts = re.split(r"([:,])", text)
     last = 4 if ":" in text else len(parts)
     matches = [_NUMBER.fullmatch(part) if place < last else None for place, part in enumerate(parts)]

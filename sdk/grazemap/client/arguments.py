@@ -159,10 +159,6 @@ class Argument(NamedTuple):
         """Return the place of a value in this one."""
         return self._replace(name=f"{self.name}/{name}")
 
-    def values_of(self, value: Any) -> Any:
-        """Return the values of what varies: those of a grid, or the interval of a window. Raises ParameterError."""
-        return as_grid(self, value) if self.keyword else as_interval(self, value)
-
 
 Convert = Callable[[Argument, Any], Any]
 
@@ -227,7 +223,9 @@ def as_interval(argument: Argument, values: Any) -> Any:
 
 def _as_frequencies(argument: Argument, omega: Any) -> Any:
     """Return forcing frequencies that vary as the models take them, or the one frequency. Raises ParameterError."""
-    return argument.values_of(omega) if is_varied(omega) else plain(omega)
+    if not is_range_or_list(plain(omega)):
+        return plain(omega)
+    return as_grid(argument, omega) if argument.keyword else as_interval(argument, omega)
 
 
 def _as_clearance(argument: Argument, clearance: Any) -> Any:
@@ -237,11 +235,6 @@ def _as_clearance(argument: Argument, clearance: Any) -> Any:
     if isinstance(clearance, ClearancePair):
         return clearance
     return {name: _as_frequencies(argument.below(name), value) for name, value in clearance.items()}
-
-
-def is_varied(value: Any) -> bool:
-    """Return whether a value of omega or a clearance is a range, an interval or a list in any of its forms."""
-    return is_range_or_list(value) or is_range_or_list(plain(value))
 
 
 def _as_axis(argument: Argument, axis: Any) -> Any:
@@ -280,8 +273,6 @@ def _as_ranges(_: Argument, ranges: Any) -> Any:
 
 
 def _as_range(one: Any) -> Any:
-    if isinstance(one, StateRange):
-        return one.model_dump()
     one = plain(one)
     if isinstance(one, int | float):
         return {"start": one, "stop": one}
@@ -368,10 +359,7 @@ _ONE_STOP = (
 )
 _AXES = f"The parameter is {ALLOWED}."
 _FORMS = {
-    "int": Form("int", "int"),
-    "float": Form("float", "float"),
-    "bool": Form("bool", "bool"),
-    "str": Form("str", "str"),
+    **{name: Form(name, name) for name in ("int", "float", "bool", "str")},
     "Literal": Form("str", "str"),
     "list[float]": Form("Sequence[float] | NDArray[np.float64]", "list or array"),
     "list[Literal]": Form("Sequence[str]", "sequence of str"),
@@ -436,7 +424,8 @@ def short_forms(request: type[ProcessRequest]) -> dict[str, Form]:
     """Return how the arguments of a request are given that stand for its axes, by their names."""
     if request.short is None:
         return {}
-    counted = issubclass(axis_of(request), Axis)
+    axis: Any = request.model_fields[request.short.axes[0]].annotation
+    counted = issubclass(axis, Axis)
     type_, text = ("Values", _GRID) if counted else ("tuple[float, float]", "(start, stop)")
     values = as_grid if counted else as_interval
     forms = {
@@ -450,13 +439,6 @@ def short_forms(request: type[ProcessRequest]) -> dict[str, Form]:
     if request.short.vary is None and len(request.short.axes) == 1:
         forms["omega"] = Form(type_, text, values, counted=counted)
     return {name: forms[name] for name in request.short.fields}
-
-
-def axis_of(request: type[ProcessRequest]) -> type[Axis | WindowAxis]:
-    """Return the class of the axes of a request."""
-    assert request.short is not None
-    axis: type[Axis | WindowAxis] = request.model_fields[request.short.axes[0]].annotation  # type: ignore[assignment]
-    return axis
 
 
 def form_of(field: FieldInfo) -> Form:

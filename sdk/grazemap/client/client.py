@@ -7,12 +7,11 @@ from typing import Self
 from grazemap.client.async_client import AsyncClient
 from grazemap.client.blocking import blocking
 from grazemap.client.connection import Connection
-from grazemap.client.job_state import JobState
 from grazemap.client.jobs import AsyncJobHandle
 
 
 @blocking(AsyncJobHandle)
-class JobHandle(JobState):  # noqa: D101 - its docstring is made too
+class JobHandle:  # noqa: D101 - its docstring is made too
     pass
 
 

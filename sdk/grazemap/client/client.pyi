@@ -23,8 +23,8 @@ from grazemap.client.arguments import (
     Values,
     WindowAxisLike,
 )
+from grazemap.client.connection import Connection
 from grazemap.client.events import Event
-from grazemap.client.job_state import JobState
 from grazemap.results import (
     BasinFractions,
     Basins,
@@ -43,10 +43,32 @@ from grazemap.results import (
     UnfoldingDiagram,
     UnfoldingMap,
 )
-from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
+from grazemap.wire import Forecast, Job, Problem, ProcessRequest, Progress, ServiceStatus, Status
 
-class JobHandle(JobState):
+class JobHandle:
     """A job of a client (`Client`), in its last known state; `refresh` and `wait` update it."""
+    def __init__(self, connection: Connection, job: Job, request: ProcessRequest | None = None) -> None: ...
+    @property
+    def id(self) -> str:
+        """The content-addressed id: equal requests to the same version of the core have the same id."""
+    @property
+    def process(self) -> str:
+        """Name of the process, for example "unfolding-maps"."""
+    @property
+    def request(self) -> dict[str, Any] | None:
+        """The canonical request, with all defaults; None if a list of jobs left it out as too long: call `refresh`."""
+    @property
+    def status(self) -> Status:
+        """Status as last seen: accepted, running, successful, failed or dismissed."""
+    @property
+    def progress(self) -> Progress:
+        """Progress as last seen."""
+    @property
+    def problem(self) -> Problem | None:
+        """Why the job failed, if it did."""
+    @property
+    def job(self) -> Job:
+        """The whole job as last seen."""
     def refresh(self) -> JobHandle:
         """Update the handle from the service, and return it."""
     def events(self, timeout: float | None = None) -> Generator[Event]:
@@ -98,9 +120,10 @@ class Client:
     cache_dir : path, optional
         Folder for results; a result is used again when the service confirms its ETag.
     timeout : float
-        Seconds without data after which an answer counts as lost. It does not limit the time of a computation.
+        Seconds to wait for the next data of an answer. It does not limit the time of a computation.
     retries : int
-        Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
+        Number of further attempts after the HTTP status 429, 502, 503 or 504, or a broken connection. No request is
+        computed twice.
     transport : httpx2.BaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
     group : str, optional
@@ -131,7 +154,7 @@ class Client:
     def describe(self) -> dict[str, Any]:
         """Return the service's description: versions, processes, limits."""
     def status(self) -> ServiceStatus:
-        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        """Return the state of the service: its workers, waiting jobs, what is stored, and failures."""
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
         """Submit a request and return its job without waiting; equal requests have the same job.
 
@@ -172,13 +195,13 @@ class Client:
         Raises
         ------
         ParameterError
-            Values that are not allowed; the pointers say in which request. Nothing is sent then. The service checks its
-            own limits, a thousand requests at a time.
+            Values that are not allowed; the pointers begin with the place of the request. Nothing is sent then. A
+            request over a limit of the service is found only when its thousand is sent.
         JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
             In place of a result; the results before it have been yielded.
         """
     def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
-        """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
+        """Return what a request is expected to cost; nothing is submitted. Its notes are issued as warnings, too.
 
         The parameters and the exceptions are those of `submit`, without QueueFull. A request over a limit of the
         service raises ParameterError, whose text has the estimate and the limit.
@@ -198,7 +221,7 @@ class Client:
         Parameters
         ----------
         status, process, group : str, optional
-            Only jobs with this status, of this process, or submitted by a client of this `group`.
+            Only jobs with this status, of this process, or submitted by a client that has this `group`.
         small : bool, optional
             True: only jobs that take milliseconds; False: only longer jobs.
         """
@@ -346,7 +369,7 @@ class Client:
         *,
         omega: float,
         overshoot: float | Sequence[float] | NDArray[np.float64],
-        stop: str = "A",
+        stop: str = "right",
         order: str = "exact",
         returns: int = 8,
         clearance: ClearanceLike | None = None,
@@ -368,8 +391,8 @@ class Client:
             Forcing frequency. rad/s in SI.
         overshoot : float, or list or array
             Displacements of the contact beyond the stop: one state for each.
-        stop : {"A", "C"}
-            The stop that is grazed: A at +clearance, C at -clearance.
+        stop : {"right", "left"}
+            The stop that is grazed: right, at +clearance, or left, at -clearance.
         order : {"leading", "exact"}
             The mapping that is applied and iterated: exact, or its leading term.
         returns : int
@@ -545,8 +568,7 @@ class Client:
 
         Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
 
-        `axis` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
-        start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
+        `axis` has the values of the parameter that varies; omega and clearance are given unless they vary.
 
         Parameters
         ----------
@@ -556,10 +578,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -569,9 +591,10 @@ class Client:
         points : int, optional
             Number of values from start to stop, both included.
         policy : {"rest", "sweep-up", "sweep-down"}
-            Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value.
+            Where trajectories start: at rest; or at the final state of the next smaller value (sweep-up) or larger
+            value (sweep-down), the first one at rest.
         transient_periods : int
-            Forcing periods of the transient at each value, before those that are shown.
+            Forcing periods at each value that are computed first and not shown.
         periods : int
             Forcing periods that are shown at each value.
         max_period : int
@@ -638,10 +661,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -723,10 +746,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values; the last frequency is at most 1e9 times the first. The
             parameter is one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
@@ -851,10 +874,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -926,8 +949,8 @@ class Client:
             Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop. m
             in SI.
         motion : (period, stops), mapping or PeriodicOrbit, optional
-            The motion that is looked for; instead of initial. Forcing periods, and +1 (A) or -1 (C) for every impact in
-            order. A mapping or an orbit may also have phases and velocities, the initial guess of Newton's method.
+            The motion that is looked for; instead of initial. Forcing periods, and +1 (right) or -1 (left) for every
+            impact in order. A mapping or an orbit may have phases and velocities, the initial guess of Newton's method.
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
@@ -996,8 +1019,8 @@ class Client:
             Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop. m
             in SI.
         motion : (period, stops), mapping or PeriodicOrbit, optional
-            The motion that is looked for; instead of initial. Forcing periods, and +1 (A) or -1 (C) for every impact in
-            order. A mapping or an orbit may also have phases and velocities, the initial guess of Newton's method.
+            The motion that is looked for; instead of initial. Forcing periods, and +1 (right) or -1 (left) for every
+            impact in order. A mapping or an orbit may have phases and velocities, the initial guess of Newton's method.
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
@@ -1067,10 +1090,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop); float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or mapping, optional
             The horizontal parameter of the window and its interval. The parameter is one of omega, bias, forcing,
             damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,

@@ -15,9 +15,7 @@ from grazemap.client import messages
 from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
 from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
-from grazemap.client.job_state import JobState
 from grazemap.client.progress import ProgressListener
-from grazemap.client.request_warnings import warn_about
 from grazemap.client.watch import Follower
 from grazemap.constants import (
     API_PREFIX,
@@ -33,13 +31,17 @@ from grazemap.errors import (
     NotFound,
     ProtocolError,
     ServiceProblem,
+    problem_text,
 )
-from grazemap.results import Result, decode_result
+from grazemap.results import Result, decode_result, html
 from grazemap.wire import (
     Forecast,
     Job,
     JobList,
+    Problem,
     ProcessRequest,
+    Progress,
+    Status,
     canonical,
     notes_on,
     unstated,
@@ -50,8 +52,65 @@ _JSON = {"content-type": "application/json"}
 _NPZ_TYPE = "application/x-npz"
 
 
-class AsyncJobHandle(JobState):
+class AsyncJobHandle:
     """A job of a client (`AsyncClient`), in its last known state; `refresh` and `wait` update it."""
+
+    def __init__(self, connection: AsyncConnection, job: Job, request: ProcessRequest | None = None) -> None:
+        self._connection = connection
+        self._job = job
+        self._request = request  # to submit it again if the service loses the job; None: not from this client
+
+    @property
+    def id(self) -> str:
+        """The content-addressed id: equal requests to the same version of the core have the same id."""
+        return self._job.id
+
+    @property
+    def process(self) -> str:
+        """Name of the process, for example "unfolding-maps"."""
+        return self._job.process
+
+    @property
+    def request(self) -> dict[str, Any] | None:
+        """The canonical request, with all defaults; None if a list of jobs left it out as too long: call `refresh`."""
+        return self._job.request
+
+    @property
+    def status(self) -> Status:
+        """Status as last seen: accepted, running, successful, failed or dismissed."""
+        return self._job.status
+
+    @property
+    def progress(self) -> Progress:
+        """Progress as last seen."""
+        return self._job.progress
+
+    @property
+    def problem(self) -> Problem | None:
+        """Why the job failed, if it did."""
+        return self._job.problem
+
+    @property
+    def job(self) -> Job:
+        """The whole job as last seen."""
+        return self._job
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
+
+    def _repr_html_(self) -> str:
+        job, progress = self._job, self._job.progress
+        rows = {
+            "process": job.process,
+            "status": job.status,
+            "progress": f"{progress.done} of {progress.total} {progress.unit}",
+            "waiting for": job.waiting_for,
+            "estimate": f"{job.estimate.seconds:.3g} s of one core",
+            "core": job.core_version,
+            "note": "; ".join(note.detail for note in job.notes),
+            "problem": problem_text(job.problem) if job.problem else None,
+        }
+        return html.table(f"Job {job.id[:12]}", rows)
 
     async def refresh(self) -> AsyncJobHandle:
         """Update the handle from the service, and return it."""
@@ -132,7 +191,7 @@ class AsyncJobHandle(JobState):
 async def submit(connection: AsyncConnection, request: ProcessRequest) -> Job:
     """Submit a request and return its job: a new job, or the job of an earlier equal request."""
     job = messages.job_of(await _post(connection, request))
-    warn_about([*job.notes, *unstated(request)])
+    messages.warn_about([*job.notes, *unstated(request)])
     return job
 
 
@@ -146,7 +205,7 @@ async def forecast(connection: AsyncConnection, request: ProcessRequest) -> Fore
     path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
     estimate = Forecast.read((await connection.send("POST", path, headers=_JSON, content=body)).content)
     notes = [*estimate.notes, *unstated(request)]
-    warn_about(notes)
+    messages.warn_about(notes)
     return estimate.model_copy(update={"notes": notes})
 
 
@@ -204,10 +263,10 @@ async def _compute(
     prefer = f"wait={PREFER_WAIT}, return=representation"
     response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
     if response.headers.get("content-type") == _NPZ_TYPE:
-        warn_about([*notes_on(request), *unstated(request)])
+        messages.warn_about([*notes_on(request), *unstated(request)])
         return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
     job = messages.job_of(response)
-    warn_about([*job.notes, *unstated(request)])
+    messages.warn_about([*job.notes, *unstated(request)])
     messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
     return await fetch_result(connection, job.id, listen)
 
@@ -231,7 +290,7 @@ async def compute_many(
     QueueFull, ServiceUnavailable, ConnectionFailed
         After the last attempt.
     """
-    warn_about(
+    messages.warn_about(
         messages.merged_notes([note for request in requests for note in (*notes_on(request), *unstated(request))])
     )
     offset = 0

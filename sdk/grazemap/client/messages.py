@@ -1,10 +1,13 @@
-"""The jobs, lines and exceptions in the answers of a service, and the division of many requests into batches."""
+"""The jobs, notes, lines and exceptions in the answers of a service, and the division of many requests into batches."""
 
 from __future__ import annotations
 
 import re
+import sys
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -17,11 +20,17 @@ from grazemap.errors import (
     JobFailed,
     NotFound,
     ProtocolError,
+    RequestWarning,
     ServiceProblem,
     problem_exception,
     problem_text,
 )
 from grazemap.wire import Job, Note, Problem
+
+# Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
+# that waits for the compilation of kernels only takes longer. The result says what a forcing period is.
+_QUIET = frozenset({"below-grazing-curve", "compiles-first", "forcing-period"})
+_PACKAGE = str(Path(__file__).parents[1])
 
 
 def job_of(response: httpx2.Response) -> Job:
@@ -104,3 +113,14 @@ def merged_notes(notes: Sequence[Note]) -> list[Note]:
         else note.model_copy(update={"detail": f"{note.detail} ({counts[code]} requests have this note)"})
         for code, note in first.items()
     ]
+
+
+def warn_about(notes: Sequence[Note]) -> None:
+    """Issue a RequestWarning for each note that is not quiet, at the line that called this package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    for note in notes:
+        if note.code in _QUIET:
+            continue
+        warnings.warn(RequestWarning(note.detail, note.code), stacklevel=level)

@@ -188,7 +188,7 @@ class AsyncMethods:
         *,
         omega: float,
         overshoot: float | Sequence[float] | NDArray[np.float64],
-        stop: str = "A",
+        stop: str = "right",
         order: str = "exact",
         returns: int = 8,
         clearance: ClearanceLike | None = None,
@@ -210,8 +210,8 @@ class AsyncMethods:
             Forcing frequency. rad/s in SI.
         overshoot : float, or list or array
             Displacements of the contact beyond the stop: one state for each.
-        stop : {"A", "C"}
-            The stop that is grazed: A at +clearance, C at -clearance.
+        stop : {"right", "left"}
+            The stop that is grazed: right, at +clearance, or left, at -clearance.
         order : {"leading", "exact"}
             The mapping that is applied and iterated: exact, or its leading term.
         returns : int
@@ -387,8 +387,7 @@ class AsyncMethods:
 
         Settled motions along one parameter: stroboscopic points, impact velocities and the name of each motion.
 
-        `axis` has the values of the parameter that varies; omega and clearance are given where they do not. Trajectories
-        start at rest, or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
+        `axis` has the values of the parameter that varies; omega and clearance are given unless they vary.
 
         Parameters
         ----------
@@ -398,10 +397,10 @@ class AsyncMethods:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -411,9 +410,10 @@ class AsyncMethods:
         points : int, optional
             Number of values from start to stop, both included.
         policy : {"rest", "sweep-up", "sweep-down"}
-            Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value.
+            Where trajectories start: at rest; or at the final state of the next smaller value (sweep-up) or larger
+            value (sweep-down), the first one at rest.
         transient_periods : int
-            Forcing periods of the transient at each value, before those that are shown.
+            Forcing periods at each value that are computed first and not shown.
         periods : int
             Forcing periods that are shown at each value.
         max_period : int
@@ -480,10 +480,10 @@ class AsyncMethods:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -565,10 +565,10 @@ class AsyncMethods:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values; the last frequency is at most 1e9 times the first. The
             parameter is one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
@@ -693,10 +693,10 @@ class AsyncMethods:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -768,8 +768,8 @@ class AsyncMethods:
             Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop. m
             in SI.
         motion : (period, stops), mapping or PeriodicOrbit, optional
-            The motion that is looked for; instead of initial. Forcing periods, and +1 (A) or -1 (C) for every impact in
-            order. A mapping or an orbit may also have phases and velocities, the initial guess of Newton's method.
+            The motion that is looked for; instead of initial. Forcing periods, and +1 (right) or -1 (left) for every
+            impact in order. A mapping or an orbit may have phases and velocities, the initial guess of Newton's method.
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
@@ -838,8 +838,8 @@ class AsyncMethods:
             Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop. m
             in SI.
         motion : (period, stops), mapping or PeriodicOrbit, optional
-            The motion that is looked for; instead of initial. Forcing periods, and +1 (A) or -1 (C) for every impact in
-            order. A mapping or an orbit may also have phases and velocities, the initial guess of Newton's method.
+            The motion that is looked for; instead of initial. Forcing periods, and +1 (right) or -1 (left) for every
+            impact in order. A mapping or an orbit may have phases and velocities, the initial guess of Newton's method.
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
@@ -909,10 +909,10 @@ class AsyncMethods:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop); float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null:
-            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
-            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
-            With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
+            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
+            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
+            other one. With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or mapping, optional
             The horizontal parameter of the window and its interval. The parameter is one of omega, bias, forcing,
             damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,

@@ -109,8 +109,10 @@ class ProgressListener:
 
     def _refresh(self) -> None:
         if self._display is not None:
-            left = None if self._end is None or self._share == 1.0 else max(0.0, self._end - time.monotonic())
-            self._display.show(self._share, self._waiting_for, _remaining_text(left))
+            left = ""
+            if self._end is not None and self._share < 1.0:
+                left = f"about {max(0.0, self._end - time.monotonic()):.0f} s left"
+            self._display.show(self._share, self._waiting_for, left)
 
 
 def _display(title: str) -> Display:
@@ -128,10 +130,6 @@ def _display(title: str) -> Display:
 
 # tqdm's own estimate of the time left is not shown: the service's estimate knows the tiles and the number of workers.
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| [{elapsed}{postfix}]"
-
-
-def _remaining_text(seconds: float | None) -> str:
-    return "" if seconds is None else f"about {seconds:.0f} s left"
 
 
 def _text(waiting_for: str, left: str) -> str:

@@ -18,7 +18,8 @@ from grazemap.results import (
     StopGrazingCurves,
 )
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import STOPS, StopName, grazing_clearance, steady_amplitude
+from grazemap.wire.linear import grazing_clearance, steady_amplitude
+from grazemap.wire.structure import SIDES, StopName
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,7 +79,7 @@ def plot_codimension_two_points(
 
 def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, fixed: Mapping[str, float | None] | None) -> None:
     """Add the grazing curves of unlike stops to axes; `fixed` has the clearance of the stop that does not vary."""
-    for stop in STOPS:
+    for stop in SIDES:
         if fixed is None or stop not in fixed:
             clearance = grazing_clearance(oscillator, omega, stop)
             beside = clearance if fixed is None else next(iter(fixed.values()))
@@ -92,7 +93,7 @@ def meets_other_stop(
 
     `clearance` is that of the other stop, None where it is absent.
     """
-    opposite = STOPS[1 - STOPS.index(stop)]
+    opposite = SIDES[1 - SIDES.index(stop)]
     if clearance is None:
         return np.zeros(len(omega), dtype=np.bool_)
     return np.asarray(grazing_clearance(oscillator, omega, opposite) > clearance)
@@ -111,7 +112,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
         Draw a white line with dark rims, without the band, so that it differs from other curves and from regions.
     """
     if isinstance(curve, StopGrazingCurves):
-        for name in STOPS:
+        for name in SIDES:
             clearance, virtual = getattr(curve, f"clearance_{name}"), getattr(curve, f"virtual_{name}")
             if clearance is not None:
                 draw_graze(ax, name, curve.omega, clearance, virtual, halo)

@@ -12,7 +12,7 @@ from grazemap.plots.bifurcation_curves import draw_bifurcation_curves
 from grazemap.plots.grazing_curve import draw_curve, draw_graze, draw_points, meets_other_stop
 from grazemap.plots.palette import INK
 from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
-from grazemap.wire.linear import STOPS
+from grazemap.wire.structure import SIDES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +62,7 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
     if varied == "clearance" and isinstance(curve, GrazingCurve):
         draw_curve(ax, curve, halo=True)
         return
-    drawn = [stop for stop in STOPS if varied in ("clearance", f"clearance_{stop}")]
+    drawn = [stop for stop in SIDES if varied in ("clearance", f"clearance_{stop}")]
     grazes = {stop: getattr(curve, f"clearance_{stop}") for stop in drawn}
     if all(clearance is None for clearance in grazes.values()):
         raise ValueError(
@@ -71,7 +71,7 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
     for stop, clearance in grazes.items():
         if clearance is None:
             continue
-        opposite = STOPS[1 - STOPS.index(stop)]
+        opposite = SIDES[1 - SIDES.index(stop)]
         fixed = clearance if varied == "clearance" else getattr(parameters, opposite)
         virtual = meets_other_stop(parameters.oscillator, curve.omega, stop, fixed)
         draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)

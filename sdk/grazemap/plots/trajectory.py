@@ -16,7 +16,7 @@ from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOL
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
-from grazemap.wire.structure import as_pair, restitutions
+from grazemap.wire.structure import SIDES, as_pair, restitutions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -242,10 +242,10 @@ def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floa
 def _draw_stops(history: Axes, portrait: Axes, contact: _Contact, labelled: bool = False) -> None:
     present = [
         (side, clearance, name)
-        for side, clearance, name in zip((1, -1), contact.clearances, "AC", strict=True)
+        for side, clearance, name in zip((1, -1), contact.clearances, SIDES, strict=True)
         if clearance < np.inf
     ]
-    label = f"stop{'s' * (len(present) > 1)} {', '.join(name for _, _, name in present)}"
+    label = f"{' and '.join(name for _, _, name in present)} stop"
     for number, (side, clearance, _) in enumerate(present):
         text = label if labelled and number == 0 else None
         history.axhline(side * clearance, color=_STOP, linewidth=2.0, label=text, zorder=0)

@@ -16,7 +16,8 @@ from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
 from grazemap.wire import Oscillator
-from grazemap.wire.linear import STOPS, StopName, grazing_clearance
+from grazemap.wire.linear import grazing_clearance
+from grazemap.wire.structure import SIDES, StopName
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -257,7 +258,7 @@ class StopGrazingCurves(_PointsResult, Result, process="grazing-curves", rows="o
         Raises ValueError for an omega outside the range of the curve, which may be meant in other units, and for a stop
         that does not vary.
         """
-        varied = [name for name in STOPS if getattr(self, f"clearance_{name}") is not None]
+        varied = [name for name in SIDES if getattr(self, f"clearance_{name}") is not None]
         if stop is not None and stop not in varied:
             raise ValueError(f"the result has no curve of the stop {stop!r}; it has {' and '.join(varied)}")
         return _evaluated(self, omega, varied if stop is None else [stop])

@@ -203,7 +203,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
     @property
     def mirrors(self) -> bool:
         """Whether the mirror image of every motion is a motion too. In the borders the two count as one."""
-        return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).mirrors
+        return UnfoldingDiagramsRequest.model_validate(self.meta["request"]).plane.mirrors
 
     def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """Return the label of every point of the map as codes and texts."""

@@ -242,13 +242,8 @@ class PositiveInterval(Interval):
     """The maximum value."""
 
 
-class PositiveRange(Range):
+class PositiveRange(PositiveInterval, Range):
     """Equally spaced values of a positive parameter, both ends included."""
-
-    start: Positive
-    """The minimum value."""
-    stop: Positive
-    """The maximum value."""
 
 
 def _increases(values: list[float]) -> list[float]:

@@ -86,10 +86,6 @@ class BasinFractionsRequest(OneParameterRequest):
             if ranges is not None and len(ranges) != count:
                 detail = f"{name} has {len(ranges)} ranges and the oscillator has {count} degrees of freedom"
                 raise invalid(detail, "one range per mass", name)
-        return self
-
-    @model_validator(mode="after")
-    def _ranges_reach_between_the_stops(self) -> BasinFractionsRequest:
         if self.displacement is None:
             return self
         stops = [point.clearance for point in self.line.corners()]

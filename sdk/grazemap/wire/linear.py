@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.wire.structure import Matrices, RayleighDamping
+from grazemap.wire.structure import Matrices, RayleighDamping, StopName
 
 if TYPE_CHECKING:
     from grazemap.wire.oscillator import Oscillator
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-StopName = Literal["right", "left"]
-
-STOPS: tuple[StopName, StopName] = ("right", "left")
 
 _SOLVED_AT_ONCE = 1 << 21
 """Entries of the matrices that are solved together: 32 MiB."""
@@ -211,7 +208,7 @@ def grazing_clearance(oscillator: Oscillator, omega: Floats, stop: StopName) -> 
 def _amplitude(oscillator: Oscillator, omega: Floats, side: int) -> Floats:
     orders = oscillator.orders or [1]
     try:
-        responses = [side * _response(oscillator, order, omega) for order in orders]
+        responses = [side * _responses(oscillator, [order], order * omega)[:, 0] for order in orders]
     except np.linalg.LinAlgError:
         if len(omega) == 1:
             return np.full(1, np.inf)
@@ -276,11 +273,6 @@ def resonant_amplitude(oscillator: Oscillator) -> float:
     except np.linalg.LinAlgError:
         return float("inf")
     return float(np.abs(responses).max(axis=0, initial=0.0).sum())
-
-
-def _response(oscillator: Oscillator, order: int, omega: Floats) -> Complexes:
-    """Return the complex amplitude of the contact coordinate in one harmonic at every omega (m,)."""
-    return _responses(oscillator, [order], order * omega)[:, 0]
 
 
 def _responses(oscillator: Oscillator, orders: Sequence[int], frequency: Floats) -> Complexes:

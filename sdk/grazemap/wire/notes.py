@@ -10,7 +10,6 @@ import numpy as np
 from grazemap.wire.base import Interval, Range, Request
 from grazemap.wire.job import Note
 from grazemap.wire.linear import (
-    STOPS,
     antiresonances,
     contact_equilibrium,
     grazing_clearance,
@@ -21,7 +20,7 @@ from grazemap.wire.linear import (
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.planes import Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
-from grazemap.wire.structure import ClearancePair, as_pair
+from grazemap.wire.structure import SIDES, ClearancePair, as_pair
 from grazemap.wire.structures import StructuresRequest
 
 Span = tuple[float, float]
@@ -250,7 +249,7 @@ def _nearest_stop(clearance: ClearancePair) -> float | None:
 def _farthest(oscillator: Oscillator, omega: Collection[float]) -> float:
     """Return the farthest that the contact goes in the steady motion at frequencies."""
     frequencies = np.array([*omega])
-    return max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in STOPS)
+    return max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in SIDES)
 
 
 def _farthest_at_resonance(oscillator: Oscillator) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import keyword
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
@@ -11,28 +11,13 @@ from grazemap.wire.base import LeftOut, Listable, Request, invalid
 from grazemap.wire.process import ProcessRequest
 from grazemap.wire.structure import OptionalRow
 
-Observable = Literal[
-    "impact_rate",
-    "impact_rate_right",
-    "impact_rate_left",
-    "peak_impact_speed",
-    "peak_impact_speed_right",
-    "peak_impact_speed_left",
-    "mean_impact_speed",
-    "mean_impact_speed_right",
-    "mean_impact_speed_left",
-    "impulse",
-    "impulse_right",
-    "impulse_left",
-    "dissipated_power",
-    "dissipated_power_right",
-    "dissipated_power_left",
+_SIDES = ("", "_right", "_left")
+_OF_IMPACTS = ("impact_rate", "peak_impact_speed", "mean_impact_speed", "impulse", "dissipated_power")
+OBSERVABLES: tuple[str, ...] = (
+    *(name + side for name in _OF_IMPACTS for side in _SIDES),
     "rms_displacement",
-    "peak_displacement",
-    "peak_displacement_right",
-    "peak_displacement_left",
-]
-OBSERVABLES: tuple[str, ...] = get_args(Observable)
+    *("peak_displacement" + side for side in _SIDES),
+)
 MAX_OUTPUTS = 16
 _LONGEST_NAME = 64
 
@@ -60,7 +45,7 @@ class ObservedRequest(ProcessRequest):
     """Base of the requests of processes that read quantities off motions."""
 
     observables: Annotated[
-        list[Annotated[Observable, Listable]],
+        list[Annotated[Literal[OBSERVABLES], Listable]],  # type: ignore[valid-type]
         Field(max_length=len(OBSERVABLES), fail_fast=True, json_schema_extra={"uniqueItems": True}),
         Listable,
         AfterValidator(_in_order),

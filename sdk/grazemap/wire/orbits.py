@@ -19,14 +19,13 @@ from grazemap.wire.planes import (
     Parameters,
     PlaneRequest,
     WindowAxis,
-    is_of_gaps,
     is_structural,
     require_values,
     structure_value,
 )
 from grazemap.wire.process import Operation, ShortForms
 from grazemap.wire.states import InitialState, MaxPeriod
-from grazemap.wire.structure import Clearance, ClearancePair, as_pair
+from grazemap.wire.structure import Clearance, ClearancePair, as_pair, restitutions
 
 MAX_IMPACTS = 256
 MAX_CURVE_POINTS = 100_000
@@ -55,14 +54,10 @@ class OrbitMotion(Request):
     """The motion's name n-p_r-q_l; it must agree with the period and the stops."""
 
     @model_validator(mode="after")
-    def _label_fits(self) -> OrbitMotion:
+    def _fields_agree(self) -> OrbitMotion:
         if self.label not in (None, motion_label(self.period, *impacts_on(self.stops))):
             detail = "the label does not agree with the period and the stops"
             raise invalid(detail, "period-(stops 1)r-(stops -1)l, (-1) for none of them; or none", "label")
-        return self
-
-    @model_validator(mode="after")
-    def _impacts_fit(self) -> OrbitMotion:
         count = len(self.stops)
         for name in ("phases", "velocities"):
             values = getattr(self, name)
@@ -83,6 +78,12 @@ class OrbitMotion(Request):
         if self.phases is None or self.phases[-1] - self.phases[0] < 2.0 * math.pi / divisor * self.period:
             return
         raise invalid(_LONG, f"increasing, over less than 2 pi period/{divisor}", *at, "phases")
+
+    def require_stops(self, clearance: ClearancePair, *at: str) -> None:
+        """Refuse an impact on a stop that is absent."""
+        for stop, distance in ((1, clearance.right), (-1, clearance.left)):
+            if distance is None and stop in self.stops:
+                raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *at, "stops")
 
 
 class PeriodicOrbitsRequest(ObservedRequest):
@@ -126,14 +127,7 @@ class PeriodicOrbitsRequest(ObservedRequest):
             object.__setattr__(self, "initial", state)
         else:
             self.motion.require_period_of(self.oscillator, "motion")
-        return self
-
-    @model_validator(mode="after")
-    def _stops_exist(self) -> PeriodicOrbitsRequest:
-        both = as_pair(self.clearance)
-        for stop, clearance in ((1, both.right), (-1, both.left)):
-            if clearance is None and self.motion is not None and stop in self.motion.stops:
-                raise invalid("an impact is on a stop that is absent", "stops that clearance gives", "motion", "stops")
+            self.motion.require_stops(as_pair(self.clearance), "motion")
         return self
 
 
@@ -224,12 +218,10 @@ def parameter_value(
         if value is None:
             raise invalid(f"vary is {vary}, and there is no such stop", "the clearance of a stop", *at)
         return value
-    restitution = oscillator.restitution
-    if isinstance(restitution, float | int):
-        return restitution
-    if vary == "restitution" and restitution.right != restitution.left:
+    right, left = restitutions(oscillator.restitution)
+    if vary == "restitution" and right != left:
         raise invalid("vary is restitution, and the stops differ", "restitution_right or restitution_left", *at)
-    return restitution.left if vary == "restitution_left" else restitution.right
+    return left if vary == "restitution_left" else right
 
 
 _OfOrbit = Annotated[Float | None, Field(exclude_if=lambda value: value is None)]
@@ -307,14 +299,14 @@ class BifurcationCurvesRequest(PlaneRequest):
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:
         plane = self.plane
-        if self.motions is None and not (self.is_explicit or ("omega" in self.plane.names and self._over_restitution)):
+        over_restitution = "omega" in plane.names and any(name.startswith("restitution") for name in plane.names)
+        if self.motions is None and not self.is_explicit and not over_restitution:
             detail = (
                 "motions are missing: without them there are curves only over omega and one of clearance, forcing, "
                 "bias and restitution"
             )
             raise invalid(detail, "the motions whose curves are continued", "motions")
-        ends = {"right": plane.parameters.right, "left": plane.parameters.left}
-        absent = [stop for stop, side in ((1, "right"), (-1, "left")) if ends[side] is None and not self._varies(side)]
+        stops = plane.corners()[0].clearance
         for k, motion in enumerate(self.motions or ()):
             motion.require_period_of(self.oscillator, "motions", str(k))
             for name, axis in zip(AXES, (plane.horizontal, plane.vertical), strict=True):
@@ -325,9 +317,7 @@ class BifurcationCurvesRequest(PlaneRequest):
                 if value is not None and not start <= value <= stop:
                     detail = f"{axis.vary} of a motion lies outside the window"
                     raise invalid(detail, f"within {axis.vary} of the request", "motions", str(k), name)
-            if any(stop in motion.stops for stop in absent):
-                detail = "an impact is on a stop that is absent"
-                raise invalid(detail, "stops that clearance gives", "motions", str(k), "stops")
+            motion.require_stops(stops, "motions", str(k))
         return self
 
     @classmethod
@@ -358,14 +348,8 @@ class BifurcationCurvesRequest(PlaneRequest):
     def is_explicit(self) -> bool:
         """Whether the request is for curves in closed form."""
         others = [name for name in self.plane.names if name != "omega"]
-        return self.motions is None and len(others) == 1 and is_of_gaps(others[0])
-
-    @property
-    def _over_restitution(self) -> bool:
-        return any(name.startswith("restitution") for name in self.plane.names)
-
-    def _varies(self, stop: str) -> bool:
-        return bool({"clearance", f"clearance_{stop}"} & {*self.plane.names})
+        # these parameters change only how far the stops are from the motion
+        return self.motions is None and len(others) == 1 and others[0].startswith(("bias", "clearance", "forcing"))
 
     @property
     def followed(self) -> list[CurveMotion]:

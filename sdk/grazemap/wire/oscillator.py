@@ -30,6 +30,7 @@ from grazemap.wire.structure import (
     OptionalRow,
     Restitution,
     RestitutionPair,
+    restitutions,
 )
 
 # Weight of the contact in a free mode above which it is not the rounding of 0.
@@ -235,7 +236,7 @@ class Oscillator(Request):
             fields.pop(name, None)
         simplest: dict[str, Any] = {
             "contact": _simplest_contact(self.contact_row),
-            "forcing": _simplest_forcing(self.forcing),
+            "forcing": _simplest_forcing(self),
             "restitution": _simplest_restitution(self.restitution),
         }
         if self.base is not None:
@@ -254,7 +255,8 @@ class Oscillator(Request):
     @property
     def harmonics(self) -> list[Forcing]:
         """The harmonics of the forces, where they are not a list of amplitudes."""
-        return _harmonics(self.forcing)
+        given = self.forcing
+        return [given] if isinstance(given, Forcing) else [one for one in given if isinstance(one, Forcing)]
 
     @property
     def orders(self) -> list[int]:
@@ -294,23 +296,10 @@ class Oscillator(Request):
     @property
     def amplitudes(self) -> list[float]:
         """Amplitudes of forces of one frequency and phase. Raises TypeError where they are others."""
-        plain = _simplest_forcing(self.forcing)
+        plain = _simplest_forcing(self)
         if any(isinstance(one, dict) for one in plain):
             raise TypeError("the forces are not of one frequency and phase")
         return plain
-
-    @property
-    def equal_restitution(self) -> float:
-        """Restitution of both stops. Raises TypeError where they differ."""
-        plain = _simplest_restitution(self.restitution)
-        if isinstance(plain, dict):
-            raise TypeError("the stops differ in restitution")
-        return plain
-
-    @property
-    def has_equal_restitution(self) -> bool:
-        """Whether both stops have the same restitution."""
-        return not isinstance(_simplest_restitution(self.restitution), dict)
 
     def beyond_the_chain(self) -> str | None:
         """Return the field for which this is no chain with mass 1 between equal stops and forces of one phase."""
@@ -318,8 +307,7 @@ class Oscillator(Request):
             return "matrices"
         if _simplest_contact(self.contact_row) != 1:
             return "contact"
-        plain = _simplest_forcing(self.forcing)
-        if any(isinstance(value, dict) for value in plain):
+        if any(isinstance(value, dict) for value in _simplest_forcing(self)):
             return "forcing"
         if isinstance(_simplest_restitution(self.restitution), dict):
             return "restitution"
@@ -353,18 +341,14 @@ def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[floa
     return {"row": row}
 
 
-def _harmonics(forcing: Any) -> list[Forcing]:
-    return [forcing] if isinstance(forcing, Forcing) else [one for one in forcing if isinstance(one, Forcing)]
-
-
-def _simplest_forcing(forcing: Any) -> list[Any]:
+def _simplest_forcing(oscillator: Oscillator) -> list[Any]:
     """Return the amplitudes of one plain harmonic, or a list of harmonics."""
-    described = [one.normal() for one in _harmonics(forcing)] or [{"amplitude": forcing}]
+    described: list[dict[str, Any]] = [one.model_dump(exclude_defaults=True) for one in oscillator.harmonics]
+    described = described or [{"amplitude": oscillator.forcing}]
     return described[0]["amplitude"] if len(described) == 1 and len(described[0]) == 1 else described
 
 
 def _simplest_restitution(restitution: float | RestitutionPair) -> float | dict[str, float]:
     """Return one number for two stops of equal restitution."""
-    if not isinstance(restitution, RestitutionPair):
-        return restitution
-    return restitution.right if restitution.right == restitution.left else restitution.model_dump()
+    right, left = restitutions(restitution)
+    return right if right == left else {"right": right, "left": left}

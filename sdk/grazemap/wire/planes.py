@@ -30,11 +30,9 @@ from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import ProcessRequest, ShortForms
 from grazemap.wire.structure import (
     SIDES,
-    Base,
     ClearancePair,
     FixedClearance,
     Forcing,
-    Matrices,
     ModalDamping,
     RayleighDamping,
     RestitutionPair,
@@ -71,6 +69,12 @@ class _Varying(Request):
     vary: Varied
     """omega; clearance or restitution (_right, _left: of one stop); bias, forcing or damping, as a factor on the
     oscillator's own; masses[i], stiffnesses[i] or dampings[i], with i from 1."""
+    values: Range | Interval | list[float]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last value."""
+        return ends_of(self.values)
 
 
 class Axis(_Varying):
@@ -84,11 +88,6 @@ class Axis(_Varying):
         """Its values."""
         return self.values
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The first and the last value."""
-        return ends_of(self.values)
-
 
 class WindowAxis(_Varying):
     """A parameter that varies, and the interval of its values."""
@@ -100,11 +99,6 @@ class WindowAxis(_Varying):
     def grid(self) -> Range | list[float]:
         """The two ends."""
         return [*self.ends]
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The first and the last value."""
-        return ends_of(self.values)
 
 
 class Frequencies(Axis):
@@ -216,16 +210,6 @@ class Parameters:
             raise invalid(detail, "a list of dampings, or the parameter damping, which is a factor", *at)
 
 
-def is_scalar(name: str) -> bool:
-    """Return whether a parameter is one of SCALARS, so that trajectories that differ in it share tables."""
-    return name in SCALARS
-
-
-def is_of_gaps(name: str) -> bool:
-    """Return whether a parameter changes only how far the stops are from the motion: curves over it are explicit."""
-    return name in ("bias", "forcing") or name.startswith("clearance")
-
-
 def is_structural(name: str) -> bool:
     """Return whether a parameter is a mass, a stiffness or a damping."""
     return name == "damping" or _INDEXED.fullmatch(name) is not None
@@ -304,7 +288,7 @@ class Plane:
         oscillator, right, left = self.parameters.oscillator, self.parameters.right, self.parameters.left
         equal_gaps = "clearance" in self.names or (right is not None and right == left)
         one_sided = any(name == "bias" or name.endswith(("_right", "_left")) for name in self.names)
-        equal_restitution = oscillator.has_equal_restitution or "restitution" in self.names
+        equal_restitution = len({*restitutions(oscillator.restitution)}) == 1 or "restitution" in self.names
         return equal_gaps and not one_sided and oscillator.is_symmetric and equal_restitution
 
     def corners(self) -> list[PlanePoint]:
@@ -355,8 +339,7 @@ def _scaled_forces(oscillator: Oscillator, factor: float) -> dict[str, Any]:
         scaled = [one.model_copy(update={"amplitude": [factor * part for part in one.amplitude]}) for one in several]
         changes = {"forcing": scaled[0] if isinstance(forcing, Forcing) else scaled}
     if oscillator.base is not None:
-        moved: Base = oscillator.base.model_copy(update={"amplitude": factor * oscillator.base.amplitude})
-        changes["base"] = moved
+        changes["base"] = oscillator.base.model_copy(update={"amplitude": factor * oscillator.base.amplitude})
     return changes
 
 
@@ -372,54 +355,7 @@ def _scaled_damping(oscillator: Oscillator, factor: float) -> dict[str, Any]:
         of = of.model_copy(update={"rayleigh": [factor * one for one in of.rayleigh]})
     else:
         of = [[factor * one for one in row] for row in of]
-    matrices: Matrices = oscillator.matrices.model_copy(update={"damping": of})
-    return {"matrices": matrices}
-
-
-def plane_of(
-    oscillator: Oscillator,
-    omega: float | None,
-    clearance: float | ClearancePair | None,
-    horizontal: Axis | WindowAxis,
-    vertical: Axis | WindowAxis,
-) -> Plane:
-    """Return the plane of two axes; refuse what is missing, what is given twice, and values out of their domains."""
-    _require_different(horizontal.vary, vertical.vary)
-    parameters = _others(oscillator, omega, clearance, (horizontal.vary, vertical.vary))
-    plane = Plane(parameters, horizontal, vertical)
-    for name, axis in zip(AXES, (horizontal, vertical), strict=True):
-        parameters.require(axis.vary, name, "vary")
-        require_values(axis, name, "values")
-    _require_space(plane.corners()[0])
-    return plane
-
-
-def line_of(
-    oscillator: Oscillator, omega: float | None, clearance: float | ClearancePair | None, axis: Axis | WindowAxis
-) -> Line:
-    """Return the line of an axis; refuse what `plane_of` refuses."""
-    line = Line(_others(oscillator, omega, clearance, (axis.vary,)), axis)
-    line.parameters.require(axis.vary, "axis", "vary")
-    require_values(axis, "axis", "values")
-    _require_space(line.corners()[0])
-    return line
-
-
-def _others(
-    oscillator: Oscillator, omega: float | None, clearance: float | ClearancePair | None, varied: tuple[str, ...]
-) -> Parameters:
-    """Return the values of the parameters that do not vary."""
-    if "omega" in varied and omega is not None:
-        raise invalid("omega varies: its values are those of an axis", "left out", "omega")
-    if "omega" not in varied and omega is None:
-        raise invalid("omega is missing: it does not vary", "a finite number > 0", "omega")
-    return Parameters(oscillator, omega, *_fixed_stops(clearance, varied))
-
-
-def _require_space(point: PlanePoint) -> None:
-    right, left = point.clearance.right, point.clearance.left
-    if right is not None and left is not None and not right + left > 0.0:
-        raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
+    return {"matrices": oscillator.matrices.model_copy(update={"damping": of})}
 
 
 def _require_different(across: str, up: str) -> None:
@@ -468,12 +404,14 @@ class _VariedRequest(ProcessRequest):
     omega: Annotated[Positive | None, LeftOut] = None
     """Forcing frequency, where it does not vary."""
     clearance: Annotated[FixedClearance | None, LeftOut] = None
-    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for an
-    absent stop."""
+    """Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}; null: absent."""
 
     @model_validator(mode="after")
     def _clearance_is_simplest(self) -> Self:
         """Write the clearances in their simplest form, so that requests that mean the same have the same text."""
+        stops = self.varied.corners()[0].clearance
+        if stops.right is not None and stops.left is not None and not stops.right + stops.left > 0.0:
+            raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
         fixed = fixed_clearance(self.varied.parameters, *self.varied.names)
         # the model is frozen for others; this is still its validation
         object.__setattr__(self, "clearance", fixed)
@@ -482,7 +420,16 @@ class _VariedRequest(ProcessRequest):
     @property
     def varied(self) -> Line | Plane:
         """What varies, and the parameters that do not."""
-        raise NotImplementedError
+        varied: Line | Plane = getattr(self, "line" if "axis" in type(self).model_fields else "plane")
+        return varied
+
+    def _others(self, *varied: str) -> Parameters:
+        """Return the values of the parameters that do not vary."""
+        if "omega" in varied and self.omega is not None:
+            raise invalid("omega varies: its values are those of an axis", "left out", "omega")
+        if "omega" not in varied and self.omega is None:
+            raise invalid("omega is missing: it does not vary", "a finite number > 0", "omega")
+        return Parameters(self.oscillator, self.omega, *_fixed_stops(self.clearance, varied))
 
 
 class OneParameterRequest(_VariedRequest):
@@ -500,15 +447,13 @@ class OneParameterRequest(_VariedRequest):
     axis: Axis
     """The parameter that varies, and its values."""
 
-    @property
-    def varied(self) -> Line:
-        """As `line`."""
-        return self.line
-
     @cached_property
     def line(self) -> Line:
         """The parameter that varies, and the others."""
-        return line_of(self.oscillator, self.omega, self.clearance, self.axis)
+        line = Line(self._others(self.axis.vary), self.axis)
+        line.parameters.require(self.axis.vary, "axis", "vary")
+        require_values(self.axis, "axis", "values")
+        return line
 
 
 class PlaneRequest(_VariedRequest):
@@ -525,12 +470,13 @@ class PlaneRequest(_VariedRequest):
     horizontal: Axis | WindowAxis
     vertical: Axis | WindowAxis
 
-    @property
-    def varied(self) -> Plane:
-        """As `plane`."""
-        return self.plane
-
     @cached_property
     def plane(self) -> Plane:
         """The parameters that vary, and the others."""
-        return plane_of(self.oscillator, self.omega, self.clearance, self.horizontal, self.vertical)
+        across, up = self.horizontal, self.vertical
+        _require_different(across.vary, up.vary)
+        plane = Plane(self._others(across.vary, up.vary), across, up)
+        for name, axis in zip(AXES, (across, up), strict=True):
+            plane.parameters.require(axis.vary, name, "vary")
+            require_values(axis, name, "values")
+        return plane

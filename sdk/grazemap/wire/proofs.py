@@ -14,17 +14,12 @@ from grazemap.wire.process import NAMED, Operation, ProcessRequest, ShortForms, 
 from grazemap.wire.states import InitialState
 from grazemap.wire.structure import Clearance, StopName, as_pair
 
-_NEEDED: dict[str, tuple[str, ...]] = {
-    "orbit": ("omega", "clearance", "motion"),
-    "attraction": ("omega", "clearance"),
-    "bifurcation": ("omega", "clearance", "motion", "type", "axis"),
-    "codimension-two": ("type", "order", "axis"),
-}
-_ALLOWED = {
-    "orbit": ("stable", "radius"),
-    "attraction": ("initial", "label"),
-    "bifurcation": (),
-    "codimension-two": ("stop",),
+# The fields that a statement of a kind has, and those that it may have.
+_FIELDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "orbit": (("omega", "clearance", "motion"), ("stable", "radius")),
+    "attraction": (("omega", "clearance"), ("initial", "label")),
+    "bifurcation": (("omega", "clearance", "motion", "type", "axis"), ()),
+    "codimension-two": (("type", "order", "axis"), ("stop",)),
 }
 _Varied = Literal[
     "omega",
@@ -104,7 +99,8 @@ class Statement(Request):
 
     @model_validator(mode="after")
     def _fields_fit(self) -> Statement:
-        needed, allowed = _NEEDED[self.kind], (*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind")
+        needed, others = _FIELDS[self.kind]
+        allowed = (*needed, *others, "kind")
         for name in type(self).model_fields:
             given = getattr(self, name) is not None
             if name in needed and not given:
@@ -122,8 +118,8 @@ class Statement(Request):
 
     def unused(self) -> Collection[str]:
         """Return the names of the fields that its kind lacks."""
-        allowed = {*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind"}
-        return [name for name in type(self).model_fields if name not in allowed]
+        needed, others = _FIELDS[self.kind]
+        return [name for name in type(self).model_fields if name not in (*needed, *others, "kind")]
 
 
 class ProofsRequest(ProcessRequest):
@@ -177,10 +173,11 @@ class ProofsRequest(ProcessRequest):
         statement["properties"] = with_short_forms(statement["properties"], Statement.short, schema)
 
     @model_validator(mode="after")
-    def _stops_are_there(self) -> ProofsRequest:
+    def _statement_fits(self) -> ProofsRequest:
         said = self.statement
         if said.motion is not None:
             said.motion.require_period_of(self.oscillator, "statement", "motion")
+            said.motion.require_stops(as_pair(said.clearance), "statement", "motion")
         if said.kind == "codimension-two":
             if said.stop is None and not self.oscillator.is_symmetric:
                 detail = "stop is missing: a bias or even harmonics let the steady motion graze one stop at a time"
@@ -188,20 +185,9 @@ class ProofsRequest(ProcessRequest):
             if said.stop is not None and (said.order or 0) % 2:
                 detail = "order is odd, and one stop is grazed after whole periods"
                 raise invalid(detail, "an even number", "statement", "order")
-        if said.clearance is None or said.omega is None:
-            return self
-        both = as_pair(said.clearance)
-        for stop, one in ((1, both.right), (-1, both.left)):
-            if one is None and said.motion is not None and stop in said.motion.stops:
-                where = "statement", "motion", "stops"
-                raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *where)
-        if said.kind == "bifurcation" and said.axis is not None:
+        # a bifurcation has all three
+        if said.axis is not None and said.omega is not None and said.clearance is not None:
             parameter_value(said.axis.vary, said.omega, self.oscillator, said.clearance, "statement")
-        return self
-
-    @model_validator(mode="after")
-    def _initial_state_fits(self) -> ProofsRequest:
-        said = self.statement
         if said.kind == "attraction" and said.clearance is not None:
             state = said.initial or InitialState()
             fitted = state.fitted(self.oscillator, said.clearance, ("statement", "initial"))

@@ -26,7 +26,7 @@ from grazemap.wire.base import (
 )
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
-from grazemap.wire.planes import Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis, is_scalar
+from grazemap.wire.planes import SCALARS, Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis
 from grazemap.wire.process import Operation, ProcessRequest, ShortForms
 from grazemap.wire.states import Count, InitialState, InitialStates, MaxPeriod, MaxPeriods
 from grazemap.wire.structure import Clearance, ClearancePair, OtherClearance, StopName, varied_stop
@@ -340,23 +340,15 @@ class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
     """Whether the motions of sensitive points are decided in more digits, which takes seconds a point."""
 
     @model_validator(mode="after")
-    def _resolves_computed_points_from_exact_states(self) -> UnfoldingMapsRequest:
+    def _options_agree(self) -> UnfoldingMapsRequest:
         if self.resolve_sensitive and self.policy.startswith("sweep"):
             raise invalid("a sweep starts at rounded states", "false for a sweep", "resolve_sensitive")
         if self.resolve_sensitive and self.adaptive:
             raise invalid("an adaptive map is not resolved", "false for an adaptive map", "resolve_sensitive")
-        return self
-
-    @model_validator(mode="after")
-    def _no_adaptive_sweep(self) -> UnfoldingMapsRequest:
         if self.adaptive and self.policy.startswith("sweep"):
             raise invalid(
                 "a sweep cannot be adaptive: each point starts from its neighbour", "rest or ensemble", "policy"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _is_observed_where_every_motion_is_computed(self) -> UnfoldingMapsRequest:
         for name in ("adaptive", "resolve_sensitive"):
             if self.observed and getattr(self, name):
                 detail = "observables and outputs are of motions that a trajectory in double precision has settled to"
@@ -430,11 +422,6 @@ class UnfoldingDiagramsRequest(PlaneRequest):
         """Whether the diagram is over omega and a clearance, and so has the grazing curve and its points."""
         return self.plane.fields == ("omega", "clearance")
 
-    @property
-    def mirrors(self) -> bool:
-        """Whether mirror images of motions are motions too: both stops, and the forces, are alike."""
-        return self.plane.mirrors
-
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
@@ -459,7 +446,7 @@ class UnfoldingDiagramsRequest(PlaneRequest):
         """The request for the curves of motions with one impact alone; None in planes without any."""
         across, up = (_window_axis(axis) for axis in (self.plane.horizontal, self.plane.vertical))
         names = {across.vary, up.vary} - {"omega"}
-        if len(names) != 1 or not is_scalar(*names):
+        if len(names) != 1 or not names.issubset(SCALARS):
             return None
         return BifurcationCurvesRequest(
             horizontal=across,

@@ -9,7 +9,7 @@ from pydantic import Discriminator, Field, Tag
 
 from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.structure import ClearancePair, as_pair
+from grazemap.wire.structure import ClearancePair, Row, as_pair
 
 Count = Annotated[int, Field(ge=1), Listable]
 MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
@@ -22,9 +22,9 @@ MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 class InitialState(Request):
     """The initial state of a trajectory; left out: at rest, forcing phase 0."""
 
-    displacement: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
+    displacement: Row | None = None
     """N numbers; left out: 0, or with a bias or a negative clearance those of the structure at rest."""
-    velocity: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
+    velocity: Row | None = None
     """N numbers; left out: 0."""
     phase: Float = 0.0
     """Of the forcing f sin(omega t + phase) at t = 0, in radians; harmonic k is shifted by k times as much."""

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -19,7 +18,6 @@ from pydantic import (
 
 from grazemap.wire.base import Float, Kind, Listable, NonNegative, Positive, Request, invalid
 
-Floats = NDArray[np.float64]
 Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
 # A row of zeros is none.
 OptionalRow = Annotated[Row | None, Field(exclude_if=lambda row: not any(row or ()))]
@@ -141,23 +139,12 @@ class Forcing(Request):
 
     amplitude: Row
     """On each of the N masses; N in SI. With the law "unbalance" of u, kg m in SI."""
-    phase: Row | None = None
+    phase: OptionalRow = None
     """On each of the N masses, in radians, pi/2 for a cosine; left out: 0."""
     law: Literal["constant", "unbalance"] = "constant"
     """"unbalance": the amplitudes are (harmonic omega)^2 u, those of rotating masses, u = m r."""
     harmonic: Annotated[int, Field(ge=1, le=1000), Listable] = 1
     """The multiple of omega."""
-
-    def normal(self) -> dict[str, Any]:
-        """Return the values that differ from their defaults, and the amplitude."""
-        found: dict[str, Any] = {"amplitude": self.amplitude}
-        if self.phase is not None and any(self.phase):
-            found["phase"] = self.phase
-        if self.law != "constant":
-            found["law"] = self.law
-        if self.harmonic != 1:
-            found["harmonic"] = self.harmonic
-        return found
 
 
 def _forcing_tag(value: Any) -> str:
@@ -235,7 +222,7 @@ class ClearancePair(Request):
         return distance
 
 
-SIDES = ("right", "left")
+SIDES: tuple[StopName, StopName] = ("right", "left")
 """The names of the stops: at +clearance and at -clearance."""
 _LETTERS = {"A": "right", "C": "left"}
 StopName = Annotated[
@@ -250,10 +237,6 @@ def is_of_sides(value: Any) -> bool:
     return isinstance(value, ClearancePair) or (isinstance(value, Mapping) and not value.keys().isdisjoint(SIDES))
 
 
-def _clearance_tag(value: Any) -> str:
-    return "[of each]" if isinstance(value, dict | ClearancePair) else "[of both]"
-
-
 def _both_stops(clearance: float | ClearancePair) -> float | ClearancePair:
     """Return the clearances of a point, at which no stop varies."""
     if not isinstance(clearance, ClearancePair):
@@ -265,7 +248,7 @@ def _both_stops(clearance: float | ClearancePair) -> float | ClearancePair:
 
 FixedClearance = Annotated[
     Annotated[Positive, Tag("[of both]")] | Annotated[ClearancePair, Tag("[of each]")],
-    Discriminator(_clearance_tag),
+    Discriminator(lambda value: "[of each]" if isinstance(value, dict | ClearancePair) else "[of both]"),
     Kind("clearance"),
 ]
 """The clearances that do not vary."""

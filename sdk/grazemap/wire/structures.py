@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
 from grazemap.wire.base import Kind, Listable, NonNegative, Positive, PositiveRange
 from grazemap.wire.process import Operation, ProcessRequest
-from grazemap.wire.structure import Clearance, ClearancePair, as_pair
+from grazemap.wire.structure import Clearance
 
 _MOST_VALUES = 100_000
-
-
-def _frequencies_tag(value: Any) -> str:
-    return "[range]" if isinstance(value, dict | PositiveRange) else "[list]"
-
-
 Frequencies = Annotated[
     Annotated[PositiveRange, Tag("[range]")]
     | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
-    Discriminator(_frequencies_tag),
+    Discriminator(lambda value: "[range]" if isinstance(value, dict | PositiveRange) else "[list]"),
     Kind("frequencies"),
 ]
 
@@ -58,8 +52,3 @@ class StructuresRequest(ProcessRequest):
     """Times of the impulse response."""
     clearance: Clearance | None = None
     """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
-
-    @property
-    def stops(self) -> ClearancePair:
-        """The distances of the two stops; of no stop where no clearance is given."""
-        return as_pair(self.clearance)

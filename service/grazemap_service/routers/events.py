@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from collections.abc import AsyncIterator, Iterable
 from functools import partial
@@ -21,10 +22,11 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentRequester, KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
-from grazemap_worker.store.jobs import EVENT_ID
 from grazemap_worker.store.records import JobEvent
 
 _BEGINNING = "0"
+# The header is empty, or the id of an event with at most 19 digits in each part, which Redis always accepts.
+_LAST_EVENT_ID = "^([0-9]{1,19}(-[0-9]{1,19})?)?$"
 # Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
 # Seconds without events after which the job is read again: what it waits for may have changed, or events were missed.
@@ -45,14 +47,14 @@ def resume_point(
         str | None,
         Header(
             description="The id of the last event that arrived; the stream continues after it.",
-            json_schema_extra={"pattern": "^([0-9]{1,19}(-[0-9]{1,19})?)?$"},
+            json_schema_extra={"pattern": _LAST_EVENT_ID},
         ),
     ] = None,
 ) -> str:
     """Return the id after which the stream continues. Raises ProblemException if it is not an event's id."""
     if not last_event_id:
         return _BEGINNING
-    if not EVENT_ID.fullmatch(last_event_id):
+    if not re.fullmatch(_LAST_EVENT_ID, last_event_id):
         raise invalid("?last-event-id", "Not the id of an event", "an id of this stream")
     return last_event_id
 

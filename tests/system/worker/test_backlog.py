@@ -40,14 +40,14 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
     expected = sorted((job.id, 0, "w") for job in backlog[:3])
     assert sorted(store.tiles.claims_of("w")) == expected
     assert commands(store, lambda: store.tiles.claims_of("w")) < 20
-    assert commands(store, store.tiles.lost_claims) < 20
+    assert commands(store, store.tiles.claims_of) < 20
     store.tiles.record_failure(backlog[0].id, 0, "exception", "w")
     commit_result(store, backlog[1].id, b"", "f", 0.0)
     assert store.tiles.claims_of("w") == [(backlog[2].id, 0, "w")]
     store.workers.remove("w")
-    assert store.tiles.lost_claims() == [(backlog[2].id, 0, "w")]
+    assert store.tiles.claims_of() == [(backlog[2].id, 0, "w")]
     store.tiles.record_failure(backlog[2].id, 0, "lost", holder="w")
-    assert store.tiles.lost_claims() == []
+    assert store.tiles.claims_of() == []
     assert list(store.redis.scan_iter("grazemap:4:held*")) == []
 
 
@@ -56,10 +56,10 @@ def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
     store.tiles.claim(job.id, 0, "one", "f", LEASE)
     store.workers.remove("one")
     store.tiles.claim(job.id, 0, "two", "f", LEASE)
-    assert store.tiles.claims_of("one") == store.tiles.lost_claims() == []
+    assert store.tiles.claims_of("one") == store.tiles.claims_of() == []
     assert store.tiles.claims_of("two") == [(job.id, 0, "two")]
     store.workers.remove("two", return_claims=True)
-    assert store.tiles.claims_of("two") == store.tiles.lost_claims() == []
+    assert store.tiles.claims_of("two") == store.tiles.claims_of() == []
     assert list(store.redis.scan_iter("grazemap:4:held*")) == []
 
 

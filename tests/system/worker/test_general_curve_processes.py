@@ -38,11 +38,11 @@ def test_requests_of_equal_stops_have_the_simplest_text() -> None:
         assert found["clearance"] == {"left": None}
     diagram = parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS})
     assert canonical(diagram)["vertical"] == {"vary": "clearance", "values": ROWS}
-    assert diagram.mirrors
+    assert diagram.plane.mirrors
     assert "clearance" not in canonical(diagram.grazing_curve)
     assert "clearance" not in canonical(diagram.codimension_two_points)
     for change in ({"clearance": {"right": ROWS}}, {"oscillator": {"restitution": {"right": 0.8, "left": 0.7}}}):
-        assert not parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS, **change}).mirrors
+        assert not parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS, **change}).plane.mirrors
 
 
 @pytest.mark.parametrize(

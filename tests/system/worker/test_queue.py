@@ -213,10 +213,8 @@ def test_rq_calls_the_overridden_methods_of_the_worker_with_their_signatures() -
         "run_maintenance_tasks",
         "subscribe",
         "teardown",
-        "unsubscribe",
     ]
     assert differences(TileWorker, Worker) == []
-    assert isinstance(vars(Worker.__mro__[1])["should_run_maintenance_tasks"], property)
 
 
 def test_another_argument_of_rq_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:

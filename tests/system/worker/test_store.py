@@ -140,7 +140,7 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
     for tile in range(4):
         claim = store.tiles.claim(job.id, tile, "w", "f", LEASE)
         assert claim is not None
-        assert claim.rectangle == FOUR.tile(tile)
+        assert claim.plan.tile(claim.tile) == FOUR.tile(tile)
         assert claim.request == map_request()
         running = job_of(store, job.id)
         assert running.status == "running"
@@ -201,11 +201,11 @@ def test_no_other_worker_gets_a_claimed_tile_before_the_lease_expires(store: Sto
     assert (job.id, 0) not in pending(store, "f")
     register(store, "one", "f", LEASE, "1")
     time.sleep(0.4)
-    assert store.tiles.lost_claims() == []
+    assert store.tiles.claims_of() == []
     register(store, "one", "f", 0.1, "1")
-    until(lambda: store.tiles.lost_claims() == [(job.id, 0, "one")])
+    until(lambda: store.tiles.claims_of() == [(job.id, 0, "one")])
     assert store.tiles.claim(job.id, 0, "two", "f", LEASE)
-    assert store.tiles.lost_claims() == []
+    assert store.tiles.claims_of() == []
 
 
 def test_other_numerics_take_no_tiles(store: Store) -> None:
@@ -358,8 +358,6 @@ def test_pages_of_jobs_are_newest_first_and_do_not_shift(
     assert [job.id for job in store.jobs.page(status="dismissed")[0]] == [jobs[3].id]
     assert len(store.jobs.page(process="unfolding-maps")[0]) == 1
     assert store.jobs.page(status="failed") == ([], None)
-    with pytest.raises(ValueError, match="cursor"):
-        store.jobs.page(cursor="1; DROP")
     counts = store.counts()
     assert counts.jobs == {"accepted": 7, "running": 0, "successful": 0, "failed": 0, "dismissed": 1}
     assert counts.pending_tiles == 10
@@ -376,8 +374,6 @@ def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
     commit_result(store, job.id, b"", "f", 0.0)
     assert store.jobs.events(job.id)[-2].data == {"done": 12, "total": 12, "unit": "steps", "eta_seconds": None}
     assert not store.jobs.progress(job.id, 4, 12)
-    with pytest.raises(ValueError, match="event"):
-        store.jobs.events(job.id, after="+")
 
 
 def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: Store) -> None:

@@ -111,7 +111,7 @@ def test_when_the_assembling_worker_dies_another_assembles(worker: object, store
     compute_all(store)
     assert store.results.data(job.id) is None  # it is held
     store.workers.remove("dead")
-    assert store.tiles.lost_claims() == [(job.id, ASSEMBLY, "dead")]
+    assert store.tiles.claims_of() == [(job.id, ASSEMBLY, "dead")]
     store.tiles.record_failure(job.id, ASSEMBLY, "lost", "dead")
     compute_all(store)
     assert whole(store, job.id)

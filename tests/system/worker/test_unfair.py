@@ -144,15 +144,15 @@ def test_a_short_tile_is_stopped_only_for_others(store: Store) -> None:
 def test_a_lease_of_a_clock_that_was_stepped_back_is_over(store: Store) -> None:
     job = submit_map(store, 0, SECOND, FAIR)
     assert claim(store, ORDINARY[0]) == [job.id]
-    assert store.tiles.lost_claims() == []
+    assert store.tiles.claims_of() == []
     assert store.workers.lead("role", "one", 4.0)
     for name in (f"worker:{ORDINARY[0].name}", "lead:role"):
         store.redis.pexpire(f"grazemap:4:{name}", 3_600_000)
-    assert store.tiles.lost_claims() == [(job.id, 0, ORDINARY[0].name)]
+    assert store.tiles.claims_of() == [(job.id, 0, ORDINARY[0].name)]
     assert ORDINARY[0].name not in [worker.name for worker in store.workers.live()]
     assert store.workers.lead("role", "two", 4.0)
     store.workers.renew(ORDINARY[0], LEASE)  # one that lives says so again
-    assert store.tiles.lost_claims() == []
+    assert store.tiles.claims_of() == []
 
 
 def test_numerics_of_a_clock_that_was_stepped_back_are_forgotten(store: Store) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grazemap import cli
-from grazemap.client.request_warnings import warn_about
+from grazemap.client.messages import warn_about
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result

@@ -183,7 +183,7 @@ def test_an_impact_is_a_jump_between_its_two_velocities():
 def test_a_graze_is_drawn_differently_from_an_impact():
     impacts = {**document("trajectories")["impacts"], "kind": np.array(["impact", "graze"])}
     history, _ = result_of("trajectories", {"impacts": impacts}).plot()
-    assert legend(history) == ["stops A, C", "impacts", "grazes"]
+    assert legend(history) == ["right and left stop", "impacts", "grazes"]
     faces = {line.get_label(): line.get_markerfacecolor() for line in history.get_lines()}
     assert faces["grazes"] == "white" != faces["impacts"]
     assert history.get_figure().get_suptitle().endswith("1 impact, 1 graze")
@@ -470,7 +470,7 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
     styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
     assert (styles["stable"], styles["unstable"]) == ("-", "--")
     assert ax.get_title().startswith("Branch of 1-$1_r$-$1_l$, ")
-    assert [text.get_text() for text in ax.texts] == ["A, C"]  # of a symmetric motion both are equally fast
+    assert [text.get_text() for text in ax.texts] == ["l, r"]  # of a symmetric motion both are equally fast
 
 
 def branch_with_its_mirror_image():

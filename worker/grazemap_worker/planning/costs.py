@@ -30,7 +30,7 @@ from grazemap.wire import (
 )
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.planes import Line, Parameters, Plane, is_place
-from grazemap.wire.structure import as_pair
+from grazemap.wire.structure import as_pair, restitutions
 from grazemap_worker.planning import rates
 
 Floats = NDArray[np.float64]
@@ -381,8 +381,7 @@ def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
 
 
 def _largest_restitution(oscillator: Oscillator) -> float:
-    restitution = oscillator.restitution
-    return restitution if isinstance(restitution, float | int) else max(restitution.right, restitution.left)
+    return max(restitutions(oscillator.restitution))
 
 
 def _contact_mass(oscillator: Oscillator) -> tuple[float, float]:

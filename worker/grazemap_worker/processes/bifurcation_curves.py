@@ -16,6 +16,7 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
+from grazemap.wire.structure import restitutions
 from grazemap_worker.planning.costs import branch_point_seconds, longest_period_cost, period_cost
 from grazemap_worker.planning.rates import (
     CURVE_POINT_BRANCHES,
@@ -77,7 +78,7 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     """Return the seconds of curves in closed form, for one frequency and one multiple of the forcing period."""
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     gaps = [gap for gap in (clearance.right, clearance.left) if gap is not None]
-    is_symmetric = oscillator.is_symmetric and oscillator.has_equal_restitution
+    is_symmetric = oscillator.is_symmetric and len({*restitutions(oscillator.restitution)}) == 1
     stops_stay_equal = is_symmetric and bool({*request.plane.names} & _SHARED_PARAMETERS)
     if stops_stay_equal and len(gaps) == 2 and gaps[0] == gaps[1] and len(oscillator.orders) == 1:
         return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size

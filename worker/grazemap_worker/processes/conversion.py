@@ -15,6 +15,7 @@ from grazemap.codec import Document
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.wire import ClearancePair, Forcing, Matrices, Oscillator, ProcessRequest, grid_values, motion_label
 from grazemap.wire.planes import AXES, Line, Parameters, is_structural, structure_value, with_parameter
+from grazemap.wire.structure import restitutions
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes.process import Report
 
@@ -53,7 +54,7 @@ def _core_oscillator(text: str) -> CoreOscillator:
         oscillator.stiffnesses,
         oscillator.damping,
         oscillator.amplitudes,
-        oscillator.equal_restitution,
+        restitutions(oscillator.restitution)[0],
         units=oscillator.units,
     )
 

@@ -8,6 +8,7 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import StructuresRequest, grid_points, grid_values
+from grazemap.wire.structure import as_pair
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, Count, RequestLimits, points_pointer
 from grazemap_worker.processes.conversion import core_oscillator, fields
@@ -54,7 +55,8 @@ def compute(request: StructuresRequest, report: Report) -> ClassDocument:
     if len(properties.harmonics) == 1:
         more |= fields(properties.harmonics[0], "amplitude", "phase", "amplitude_slope")
     if request.clearance is not None:
-        gaps = effective_gaps(oscillator, request.stops.right, request.stops.left)
+        stops = as_pair(request.clearance)
+        gaps = effective_gaps(oscillator, stops.right, stops.left)
         right, left = (gap if np.isfinite(gap) else None for gap in gaps)
         more["gaps"] = document_of(results.Gaps, right=right, left=left)
     return document_of(

@@ -24,7 +24,7 @@ from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.results.unfolding import FiguresAtComputedPoints
 from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap.wire.planes import AXES, Plane, is_scalar, is_structural
+from grazemap.wire.planes import AXES, SCALARS, Plane, is_structural
 from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period_cost, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
@@ -125,7 +125,7 @@ def _rows_share_tables(plane: Plane) -> bool:
     Tables are made from the modes and omega; the modes do not depend on omega.
     """
     across, up = plane.horizontal.vary, plane.vertical.vary
-    return (is_scalar(across) and not is_scalar(up)) or (across == "omega" and is_structural(up))
+    return (across in SCALARS and up not in SCALARS) or (across == "omega" and is_structural(up))
 
 
 def _points_have_own_tables(plane: Plane) -> bool:

@@ -1,4 +1,8 @@
-"""Removes from RQ's keys what killed workers left, and queues of fingerprints that no worker has. It runs no entry."""
+"""Removes from RQ's keys what killed workers left, and queues of fingerprints that no worker has. It runs no entry.
+
+The names of the keys are read from RQ, so that the environment variable RQ_KEY_PREFIX applies. RQ_KEY_PREFIX must have
+the same value for every service and worker on one Redis. An entry is what RQ calls a job.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,13 @@ import time
 from typing import Any
 
 from redis import Redis
+from rq import Queue, Worker
+from rq.executions import WORKER_EXECUTIONS_KEY_TEMPLATE
+from rq.job import Job
+from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
-from grazemap_worker.queue import rq_keys
 from grazemap_worker.queue.wake_ups import SMALL_SUFFIX, named_queue, queue, remove_taken
-from grazemap_worker.store.keys import PREFIX, QUEUE_PREFIX, queue_name
+from grazemap_worker.store.keys import PREFIX
 
 # A worker drops an entry soon after it has taken the entry. One that stays taken for longer than this, in seconds, was
 # left behind.
@@ -31,11 +38,12 @@ class QueueCleanUp:
         now, taken = time.monotonic(), {}
         for small in (False, True):
             target = queue(connection, self._fingerprint, small=small)
-            for entry in redis.lrange(rq_keys.taken_key(target), 0, _MAX_TAKEN - 1):
+            for entry in redis.lrange(target.intermediate_queue_key, 0, _MAX_TAKEN - 1):
                 taken[entry] = self._taken.get(entry, now)
                 if now - taken[entry] > TAKEN_SECONDS:
                     remove_taken(connection, target, entry)
-            redis.zremrangebyscore(rq_keys.started_key(target), 0, time.time())
+            # the running executions, by the time when they expire
+            redis.zremrangebyscore(target.started_job_registry.key, 0, time.time())
         self._taken = taken
         _sweep_queues(redis, self._fingerprint)
 
@@ -45,31 +53,28 @@ def _sweep_queues(redis: Any, fingerprint: str) -> None:
 
     The store forgets a fingerprint that no worker has had for `FINGERPRINT_REMEMBERED` seconds; then its queues go.
     """
-    own = queue_name(fingerprint)
-    for name in {own, own + SMALL_SUFFIX, *_queue_names(redis, QUEUE_PREFIX)}:
-        _remove_dangling(redis, rq_keys.listeners_key(name))
-        queue_fingerprint = name.removeprefix(QUEUE_PREFIX).removesuffix(SMALL_SUFFIX)
+    own = {queue(redis, fingerprint, small=small).name for small in (False, True)}
+    # names of queues of other programs may be any bytes
+    keys = (key.decode("utf-8", "replace") for key in redis.smembers(Queue.redis_queues_keys))
+    names = (key.removeprefix(Queue.redis_queue_namespace_prefix) for key in keys)
+    for name in own.union(name for name in names if name.startswith(PREFIX)):
+        _remove_dangling(redis, WORKERS_BY_QUEUE_KEY % name)
+        queue_fingerprint = name.removeprefix(PREFIX).removesuffix(SMALL_SUFFIX)
         if queue_fingerprint != fingerprint and not redis.exists(f"{PREFIX}fingerprint:{queue_fingerprint}"):
             _remove_queue(redis, name)
-    _remove_dangling(redis, rq_keys.ALL_WORKERS)
-
-
-def _queue_names(redis: Any, prefix: str) -> list[str]:
-    """Return the names of RQ's queues that begin with a prefix; names of other queues may be any bytes."""
-    names = (rq_keys.queue_name_of(key.decode("utf-8", "replace")) for key in redis.smembers(rq_keys.ALL_QUEUES))
-    return sorted(name for name in names if name.startswith(prefix))
+    _remove_dangling(redis, Worker.redis_workers_keys)
 
 
 def _remove_queue(redis: Any, name: str) -> None:
     """Remove a queue and RQ's registries of it, with all entries."""
     target = named_queue(redis, name)
-    for key in (rq_keys.waiting_key(target), rq_keys.taken_key(target)):
+    lists = target.key, target.intermediate_queue_key
+    for key in lists:
         for entry in redis.lrange(key, 0, -1):
-            redis.delete(rq_keys.entry_key(entry.decode("utf-8", "replace")))
-        redis.delete(key)
-    for key in (rq_keys.started_key(target), rq_keys.failed_key(target), rq_keys.listeners_key(name)):
-        redis.delete(key)
-    redis.srem(rq_keys.ALL_QUEUES, target.key)
+            redis.delete(Job.key_for(entry.decode("utf-8", "replace")))
+    registries = target.started_job_registry.key, target.failed_job_registry.key
+    redis.delete(*lists, *registries, WORKERS_BY_QUEUE_KEY % name)
+    redis.srem(Queue.redis_queues_keys, target.key)
 
 
 def _remove_dangling(redis: Any, members: str) -> None:
@@ -85,10 +90,10 @@ def _remove_dangling(redis: Any, members: str) -> None:
 
 def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
     """Remove a worker that has ended from RQ's keys."""
-    description, executions = rq_keys.worker_keys(name)
+    description = Worker.redis_worker_namespace_prefix + name
     pipeline = redis.pipeline(transaction=False)
-    pipeline.srem(rq_keys.ALL_WORKERS, description)
-    for listened in (queue_name(fingerprint), queue_name(fingerprint) + SMALL_SUFFIX):
-        pipeline.srem(rq_keys.listeners_key(listened), description)
-    pipeline.delete(description, executions)
+    pipeline.srem(Worker.redis_workers_keys, description)
+    for small in (False, True):
+        pipeline.srem(WORKERS_BY_QUEUE_KEY % queue(redis, fingerprint, small=small).name, description)
+    pipeline.delete(description, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name))
     pipeline.execute()

@@ -41,10 +41,6 @@ _KILLED = -signal.SIGKILL  # exit status of a process that its worker killed
 STORE_FULL_STATUS = 3  # exit status of a process that found the store full
 
 
-def _no_interruption(_activity: object) -> None:
-    """Return None: there is no more urgent work."""
-
-
 @dataclass(frozen=True)
 class ProcessEnd:
     """How a compute process ended."""
@@ -132,7 +128,7 @@ class ComputeProcess:
     def watch(
         self,
         is_wanted: Callable[[str], bool],
-        interruption: Callable[[Activity], Callable[[], None] | None] = _no_interruption,
+        interruption: Callable[[Activity], Callable[[], None] | None] | None = None,
     ) -> ProcessEnd:
         """Wait for the end of the process; kill it when it exceeds a limit, hangs, or computes for an unwanted job.
 
@@ -144,7 +140,7 @@ class ComputeProcess:
         is_wanted : callable
             Called with the id of the job; returns whether the job is wanted. While the process stores a tile, it is
             called with an empty id, and returns True: the process may finish storing.
-        interruption : callable
+        interruption : callable, optional
             Called with the activity while the process computes. Returns more urgent work for the worker, or None. The
             process is paused while the worker does it.
         """
@@ -175,7 +171,7 @@ class ComputeProcess:
                 elif not is_wanted(activity.job_id if activity.computing else ""):
                     outcome = ProcessEnd(_KILLED)
                 else:
-                    if activity.computing and (action := interruption(activity)) is not None:
+                    if activity.computing and interruption and (action := interruption(activity)) is not None:
                         self._pause_during(action)
                     continue
                 if self._state.read() == activity:  # otherwise the process has begun something else

@@ -23,7 +23,7 @@ from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from grazemap_worker.queue import rq_keys, wake_ups
+from grazemap_worker.queue import wake_ups
 from grazemap_worker.queue.refusal import Entry, refusal
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, WaitingJob, WorkerInfo, is_full
@@ -111,7 +111,7 @@ class TileWorker(Worker):
             except (UnicodeDecodeError, ValueError, TypeError, LookupError):
                 self._refuse("unreadable")
                 # entries that this worker or another one has taken; another worker does not need its entry any more
-                self.connection.delete(rq_keys.taken_key(self._target))
+                self.connection.delete(self._target.intermediate_queue_key)
 
     def execute_job(self, job: Job, queue: Queue) -> None:
         """Claim and compute tiles; drop an entry that is not a wake-up. RQ would call the function of the entry."""
@@ -131,7 +131,7 @@ class TileWorker(Worker):
 
     def _begin(self, job: Job) -> None:
         """Take the entry out of the queue, and show it as executed."""
-        self.connection.lrem(rq_keys.taken_key(self._target), 1, job.id)
+        self.connection.lrem(self._target.intermediate_queue_key, 1, job.id)
         try:
             self._shown, self._last_shown = (job, self.prepare_execution(job)), monotonic()
             with self.connection.pipeline(transaction=False) as pipeline:
@@ -154,16 +154,19 @@ class TileWorker(Worker):
 
     def show(self, waiting: WaitingJob) -> None:
         """Show that this worker computes tiles of a job."""
-        if self._shown is not None and self._shown[0].description != wake_ups.description(waiting):
+        description = " ".join(waiting)
+        if self._shown is not None and self._shown[0].description != description:
             job, _ = self._shown
-            job.description = wake_ups.description(waiting)
+            job.description = description
             with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
-                pipeline.hset(job.key, "description", job.description)
+                pipeline.hset(job.key, "description", description)
                 pipeline.expire(job.key, self.get_heartbeat_ttl(job))
                 pipeline.execute()
 
     def stay_shown(self) -> None:
-        """Renew what RQ shows of this worker while it computes."""
+        """Renew what RQ shows of this worker while it computes. Raises StopRequested if the worker is to stop."""
+        if self._stop_requested:
+            raise StopRequested
         if self._shown is None or monotonic() - self._last_shown < _SHOWN_SECONDS:
             return
         self._last_shown, (job, execution) = monotonic(), self._shown
@@ -181,22 +184,14 @@ class TileWorker(Worker):
     def subscribe(self) -> None:
         """Do nothing: workers get no commands, so they need no connection for commands."""
 
-    def unsubscribe(self) -> None:
-        """Do nothing."""
-
     def run_maintenance_tasks(self) -> None:
         """Do nothing: the supervisor cleans up.
 
         RQ's own cleanup would call the failure callbacks of any entry in its registries.
         """
 
-    @property
-    def should_run_maintenance_tasks(self) -> bool:
-        """Whether RQ's own cleanup is due; never."""
-        return False
-
     def request_stop(self, signum: int, frame: Any) -> None:
-        """Stop: at once if the worker waits, else with the next heartbeat. `teardown` gives back the claims."""
+        """Stop: at once if the worker waits, else with its next sign of life. `teardown` gives back the claims."""
         try:
             super().request_stop(signum, frame)  # type: ignore[no-untyped-call]
         finally:

@@ -16,10 +16,10 @@ import secrets
 
 from redis import Redis
 from rq import Queue
+from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from grazemap_worker.queue import rq_keys
-from grazemap_worker.store.keys import queue_name
+from grazemap_worker.store.keys import PREFIX
 from grazemap_worker.store.records import WaitingJob
 
 # The function that a worker calls for a wake-up. The name in an entry is compared as a text; RQ never imports it.
@@ -32,7 +32,7 @@ SMALL_SUFFIX = ":small"
 
 def queue(redis: Redis, fingerprint: str, *, small: bool) -> Queue:
     """Return the queue that workers with this fingerprint listen to."""
-    return named_queue(redis, queue_name(fingerprint) + (SMALL_SUFFIX if small else ""))
+    return named_queue(redis, PREFIX + fingerprint + (SMALL_SUFFIX if small else ""))
 
 
 def named_queue(redis: Redis, name: str) -> Queue:
@@ -43,27 +43,22 @@ def named_queue(redis: Redis, name: str) -> Queue:
 def wake_worker(redis: Redis, fingerprint: str, job: WaitingJob, *, small: bool) -> None:
     """Send a wake-up for a job to the workers with this fingerprint, unless enough wake-ups wait in the queue."""
     target = queue(redis, fingerprint, small=small)
-    if redis.llen(rq_keys.waiting_key(target)) < MAX_WAITING:
+    if target.count < MAX_WAITING:
         wake_up = Queue.prepare_data(
             WAKE_UP_FUNCTION,
             args=tuple(job),
             job_id=f"{job.id}-{secrets.token_hex(4)}",
-            description=description(job),
+            description=" ".join(job),  # what RQ's tools show of an entry
             timeout=-1,
             result_ttl=0,
         )
         target.enqueue_many([wake_up])
 
 
-def description(job: WaitingJob) -> str:
-    """Return what RQ's tools show of an entry."""
-    return f"{job.process} {job.id}"
-
-
 def remove_taken(redis: Redis, target: Queue, entry: str | bytes) -> None:
     """Remove an entry from the list of those that workers have taken, and delete its fields."""
     pipeline = redis.pipeline(transaction=False)
-    pipeline.lrem(rq_keys.taken_key(target), 1, entry)  # type: ignore[arg-type]  # the bytes may not be text
+    pipeline.lrem(target.intermediate_queue_key, 1, entry)  # type: ignore[arg-type]  # the bytes may not be text
     if isinstance(entry, str) or entry.isascii():  # all ids of wake-ups are; another entry leaves the list only
-        pipeline.delete(rq_keys.entry_key(entry if isinstance(entry, str) else entry.decode()))
+        pipeline.delete(Job.key_for(entry if isinstance(entry, str) else entry.decode()))
     pipeline.execute()

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from grazemap.version import __version__
 from grazemap_worker.store.connection import connect, is_away, is_full, trouble
-from grazemap_worker.store.keys import ASSEMBLY, queue_name
-from grazemap_worker.store.problems import full_problem, refused_problem
+from grazemap_worker.store.keys import ASSEMBLY
+from grazemap_worker.store.problems import FULL_PROBLEM, refused_problem
 from grazemap_worker.store.records import (
     ANONYMOUS,
     EVENT_KINDS,
     BacklogFull,
     Claim,
-    Counts,
     Finished,
     QuotaExceeded,
     Requester,
@@ -38,9 +37,9 @@ __all__ = [
     "ANONYMOUS",
     "ASSEMBLY",
     "EVENT_KINDS",
+    "FULL_PROBLEM",
     "BacklogFull",
     "Claim",
-    "Counts",
     "Finished",
     "QuotaExceeded",
     "Requester",
@@ -53,10 +52,8 @@ __all__ = [
     "WorkerQueue",
     "connect",
     "core_version",
-    "full_problem",
     "is_away",
     "is_full",
-    "queue_name",
     "refused_problem",
     "trouble",
 ]

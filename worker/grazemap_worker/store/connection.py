@@ -88,7 +88,7 @@ class Scripts:
     def __init__(self, redis: Redis) -> None:
         # redis-py types every answer as bytes | str; after `connect` it is bytes
         self.redis: Any = redis
-        self._scripts: dict[str, Any] = {}
+        self._script = cache(lambda name: redis.register_script(script_text(name)))
 
     def run(self, name: str, *data: bytes, **arguments: Any) -> Any:
         """Return the answer of a script. Arguments that are not None are sent as JSON, then `data` as bytes."""
@@ -108,11 +108,6 @@ class Scripts:
             script(args=arguments) if isinstance(answer, NoScriptError) else answer
             for answer, arguments in zip(pipeline.execute(raise_on_error=False), encoded, strict=True)
         ]
-
-    def _script(self, name: str) -> Any:
-        if name not in self._scripts:
-            self._scripts[name] = self.redis.register_script(script_text(name))
-        return self._scripts[name]
 
 
 def _encoded(data: Sequence[bytes], arguments: Mapping[str, Any]) -> list[str | bytes]:

@@ -44,7 +44,6 @@ Keys and scripts call a requester, who asked for a job, an "asker". A fingerprin
 
 LAYOUT = 4
 PREFIX = f"grazemap:{LAYOUT}:"
-QUEUE_PREFIX = PREFIX
 EVENTS_CHANNEL = f"{PREFIX}events"
 
 # The number of the step that assembles a map once its tiles are done.
@@ -85,8 +84,3 @@ FINGERPRINT_REMEMBERED = 60
 def job_key(job_id: str, part: str = "") -> str:
     """Return the key of a job's record, or of one of its parts (tiles, claims, failures, ...)."""
     return f"{PREFIX}job:{job_id}:{part}" if part else f"{PREFIX}job:{job_id}"
-
-
-def queue_name(fingerprint: str) -> str:
-    """Return the name of the queue that workers with this fingerprint listen to."""
-    return QUEUE_PREFIX + fingerprint

@@ -76,7 +76,7 @@ class Tiles:
         waiting : WaitingJob or None
             A job that has more tiles to claim.
         """
-        return self._claim_some(worker, lease_seconds, LANES[worker.small], {})
+        return self._claim_some(worker, lease_seconds, LANES[worker.small])
 
     def claim_beside(
         self, worker: WorkerInfo, lease_seconds: float, paused_job: str, min_wait_seconds: float
@@ -85,12 +85,11 @@ class Tiles:
 
         A long job is paused for a short job of any requester, a short job only for a short job of another requester.
         """
-        more = {"stopped": paused_job, "waited": min_wait_seconds}
-        claims, _ = self._claim_some(worker, lease_seconds, ["short"], more)
+        claims, _ = self._claim_some(worker, lease_seconds, ["short"], stopped=paused_job, waited=min_wait_seconds)
         return next(iter(claims), None)
 
     def _claim_some(
-        self, worker: WorkerInfo, lease_seconds: float, lanes: list[Lane], more: dict[str, Any]
+        self, worker: WorkerInfo, lease_seconds: float, lanes: list[Lane], **more: Any
     ) -> tuple[list[Claim], WaitingJob | None]:
         answer = self._scripts.run(
             "claim",
@@ -126,9 +125,9 @@ class Tiles:
 
     def _parsed_claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
         """Return the claim from the answer of a script. Forget a job whose record cannot be read, and return None."""
-        job_id, tile, _ = (field.decode() for field in fields[:3])  # the third: how often the tile lost its worker
+        job_id, tile = (field.decode() for field in fields[:2])
         try:
-            process, text, core_version, plan, estimate, lane, seconds_left = (value.decode() for value in fields[3:])
+            process, text, core_version, plan, estimate, lane, seconds_left = (value.decode() for value in fields[2:])
             canonical = json.loads(text)
             request, read = parse_request(process, canonical), plan_from_record(plan, estimate)
         except (ValueError, LookupError, TypeError, AttributeError):
@@ -177,15 +176,11 @@ class Tiles:
         arguments = {"id": job_id, "tile": tile, "holder": holder, "seconds": seconds}
         self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
 
-    def lost_claims(self) -> list[tuple[str, int, str]]:
-        """Return (id, tile, holder) of every claim whose holder's lease has run out."""
-        return self._list_claims("")
+    def claims_of(self, holder: str = "") -> list[tuple[str, int, str]]:
+        """Return (id, tile, holder) of every tile that a holder has claimed and not finished.
 
-    def claims_of(self, holder: str) -> list[tuple[str, int, str]]:
-        """Return (id, tile, holder) of every tile that a holder has claimed and not finished."""
-        return self._list_claims(holder)
-
-    def _list_claims(self, holder: str) -> list[tuple[str, int, str]]:
+        Without `holder`, they are those of all holders whose leases have run out.
+        """
         answer = self._scripts.run("claims", holder=holder)
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(job_id.decode(), int(tile), holder.decode()) for job_id, tile, holder in triples]

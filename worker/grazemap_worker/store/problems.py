@@ -57,16 +57,14 @@ def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
     return _problem("too-much-time", 500, detail)
 
 
-def outdated_problem() -> Problem:
-    """Return the problem of a job whose core version no worker has any more."""
-    return _problem("core-outdated", 409, "The workers were updated before the job was done: post its request again.")
-
-
 def _problem(name: str, status: int, detail: str, errors: Sequence[ProblemError] = ()) -> Problem:
     title = name.replace("-", " ").capitalize()
     return Problem(type=PROBLEM_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))
 
 
-def full_problem() -> Problem:
-    """Return the problem of a job whose tiles or result do not fit into the store."""
-    return _problem("storage-full", 507, "The store is too full for this result: dismiss other jobs, or try later.")
+OUTDATED_PROBLEM = _problem(
+    "core-outdated", 409, "The workers were updated before the job was done: post its request again."
+)
+"""The problem of a job whose core version no worker has any more."""
+FULL_PROBLEM = _problem("storage-full", 507, "The store is too full for this result: dismiss other jobs, or try later.")
+"""The problem of a job whose tiles or result do not fit into the store."""

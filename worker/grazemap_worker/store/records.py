@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, get_args
 from pydantic import BaseModel
 
 from grazemap.wire import ProcessRequest, Waiting, WorkerState
-from grazemap_worker.planning import Lane, Plan, Tile
+from grazemap_worker.planning import Lane, Plan
 from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.store.keys import ASSEMBLY
 
@@ -61,19 +61,9 @@ class Claim:
     """Processor time that the job may still take."""
 
     @property
-    def seconds(self) -> float:
-        """The expected processor time of the tile."""
-        return self.plan.tile_seconds
-
-    @property
     def assembly(self) -> bool:
         """Whether this is the step that joins the finished tiles."""
         return self.tile == ASSEMBLY
-
-    @property
-    def rectangle(self) -> Tile:
-        """The part of the grid that the tile covers."""
-        return self.plan.tile(self.tile)
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,11 +28,10 @@ class Workers:
         """
         description = {**asdict(worker), "kernels": sorted(worker.kernels)}
         del description["name"]
-        milliseconds = round(1000 * seconds)
         answer = self._scripts.run(
             "renew",
             holder=worker.name,
-            lease=milliseconds,
+            lease=round(1000 * seconds),
             description=description,
             remembered=FINGERPRINT_REMEMBERED,
             job=job_id,

@@ -78,14 +78,16 @@ class Kernels:
         for compiler in self._compilers.values():
             while compiler.components and self._is_settled(compiler.components[0]):
                 compiler.components.pop(0)
-            self._note_begin(compiler)
+        self._compile()
+        for compiler in self._compilers.values():
+            if (step := self._step_of(compiler)) is not None:
+                self._step_began.setdefault(step, time.monotonic())
         for name in [name for name in self._wanted if all(map(self._is_settled, warmup.components_of(name)))]:
             self._load(name)
         for compiler in self._compilers.values():
             if compiler.liveness.hangs(computing=True):
                 self._log.warning("compiling hangs, its process is killed", kernels=compiler.components[:1])
                 os.kill(compiler.process.pid, signal.SIGKILL)  # Popen.kill may reap it, and `ended` would miss it
-        self._compile()
         before, self._reported_ready = self._reported_ready, len(self.ready)
         return self._reported_ready > before
 
@@ -126,12 +128,6 @@ class Kernels:
         component = next(iter(compiler.components), None)
         return next((name for name in self._wanted if component in warmup.components_of(name)), None)
 
-    def _note_begin(self, compiler: _Compiler) -> None:
-        """Note that the step of the component which a process compiles now has begun, unless that is noted already."""
-        name = self._step_of(compiler)
-        if name is not None:
-            self._step_began.setdefault(name, time.monotonic())
-
     def _is_settled(self, component: str) -> bool:
         """Return whether a component is not to be compiled any more: it is in the cache, or its compilation has failed.
 
@@ -154,9 +150,7 @@ class Kernels:
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
-                compiler = _Compiler(process, Liveness(process.pid), list(components))
-                self._compilers[process.pid] = compiler
-                self._note_begin(compiler)
+                self._compilers[process.pid] = _Compiler(process, Liveness(process.pid), list(components))
 
     def _load(self, name: str) -> None:
         """Load a step, unless one of its components was given up: this process would compile the component."""

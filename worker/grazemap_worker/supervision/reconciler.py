@@ -36,7 +36,7 @@ class Reconciler:
         store, log = self._store, structlog.get_logger("grazemap_worker")
         if not store.workers.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return {kernels for _, kernels in store.tiles.waiting(self._fingerprint)}
-        for job_id, tile, holder in store.tiles.lost_claims():
+        for job_id, tile, holder in store.tiles.claims_of():
             verdict = store.tiles.record_failure(job_id, tile, "lost", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
         self._cursor, jobs = store.jobs.some_unfinished(self._cursor, JOBS_A_ROUND)

@@ -36,10 +36,8 @@ class SharedWorkerState(ctypes.Structure):
 
     @classmethod
     def shared(cls) -> SharedWorkerState:
-        """Return a new shared state."""
-        state = cls.from_buffer(mmap.mmap(-1, ctypes.sizeof(cls)))
-        state.reset()
-        return state
+        """Return a new shared state, all zero."""
+        return cls.from_buffer(mmap.mmap(-1, ctypes.sizeof(cls)))
 
     def reset(self) -> None:
         """Reset the state for another worker; signs of life of the previous worker no longer count."""

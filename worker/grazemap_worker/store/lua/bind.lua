@@ -7,7 +7,7 @@ local bound_now, outdated = {}, {}
 local function bind(id)
   local status, version, created, bound =
     unpack(redis.call('HMGET', key('job', id), 'status', 'core_version', 'created', 'fingerprint'))
-  if not (status and unfinished(status)) then
+  if not unfinished(status) then
     return
   end
   if version ~= args.core_version then

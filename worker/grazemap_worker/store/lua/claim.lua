@@ -2,28 +2,26 @@
 -- For the next tiles: lanes, kernels, most (number of tiles), seconds (estimate of these tiles together), most_bytes
 -- (of their requests). While a compute process is stopped also: stopped (the job of its tile) and waited (seconds for
 -- which other jobs must have waited). For a named tile: job, tile.
--- Returns {{process, id} of a job with more tiles to claim, or {}; {id, tile, number of attempts that lost their worker, process,
--- request, core version, plan, estimate, lane, seconds of processor time that the job may still take}, ...}.
+-- Returns {{process, id} of a job with more tiles to claim, or {}; {id, tile, process, request, core version, plan,
+-- estimate, lane, seconds of processor time that the job may still take}, ...}.
 local holder, fingerprint = args.holder, args.fingerprint
 local MAX_HELD = 100
 local flows, answer, spent, bytes = key('flows', fingerprint), { {} }, 0, 0
 
 local function take(id, tile)
-  local started = get(id, 'status') == 'running'
   redis.call('HSET', key('job', id, 'claims'), tile, holder .. '|' .. now())
   redis.call('SREM', key('job', id, 'again'), tile)
   redis.call('SADD', key('held', holder), id .. '|' .. tile)
   redis.call('SADD', key('holders'), holder)
   renew(holder, args.lease)
-  if not started then
+  if get(id, 'status') ~= 'running' then
     redis.call('HSET', key('job', id), 'started', now())
     set_status(id, 'running')
     progress_event(id)
   end
-  local lost = redis.call('HGET', key('job', id, 'failures'), tile .. ':lost') or '0'
   local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate', 'lane')
   fields[#fields + 1] = tostring(left_of(id))
-  answer[#answer + 1] = { id, tile, lost, unpack(fields) }
+  answer[#answer + 1] = { id, tile, unpack(fields) }
   bytes = bytes + string.len(fields[2] or '')
 end
 
@@ -111,8 +109,7 @@ end
 local function serve(flow)
   local jobs = key('flow', fingerprint, flow)
   local id = redis.call('ZRANGE', jobs, 0, 0)[1]
-  local status = get(id, 'status')
-  local tile = status and unfinished(status) and next_tile(id)
+  local tile = unfinished(get(id, 'status')) and next_tile(id)
   if not tile then
     withdraw(id)
     redis.call('ZREM', jobs, id)
@@ -144,7 +141,7 @@ end
 -- Claims a named tile of a job, unless it is finished or a live worker holds it.
 local function take_named(id, tile)
   local status, bound = unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint'))
-  if not (status and unfinished(status)) or (bound ~= '' and bound ~= fingerprint) then
+  if not unfinished(status) or (bound ~= '' and bound ~= fingerprint) then
     return
   end
   local done, total = number(id, 'done'), number(id, 'total')

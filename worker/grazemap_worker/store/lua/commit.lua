@@ -79,8 +79,7 @@ end
 
 local answers, position = {}, 0
 for i, item in ipairs(args.items) do
-  local status = get(item.id, 'status')
-  if not (status and unfinished(status)) or get(item.id, 'fingerprint') ~= args.fingerprint then
+  if not unfinished(get(item.id, 'status')) or get(item.id, 'fingerprint') ~= args.fingerprint then
     answers[i] = -1
   else
     local data = #args.items == 1 and ARGV[3] or string.sub(ARGV[3], position + 1, position + item.size)

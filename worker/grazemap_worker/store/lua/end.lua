@@ -2,8 +2,7 @@
 -- dismissal removes the subscription of the asker; the job goes on while other askers are subscribed to it.
 -- Returns 1 if this call ended the job, 2 if the job goes on for others, 0 if it was over or does not exist.
 local id = args.id
-local status = get(id, 'status')
-if not (status and unfinished(status)) then
+if not unfinished(get(id, 'status')) then
   return 0
 end
 if args.problem then

@@ -10,4 +10,3 @@ if args.give_back then
   redis.call('DEL', key('held', args.holder))
   redis.call('SREM', key('holders'), args.holder)
 end
-return 1

@@ -1,11 +1,10 @@
 -- Frees a tile that took longer than its lane allows, and moves its job to the next lane. The processor time is charged
 -- to the flow of its asker. After a small tile, the small tiles of this asker are claimed one by one for a while.
 -- Arguments: id, tile, holder, seconds (of processor time), alone (seconds for which they are claimed one by one).
--- Returns 1, or 0 if the holder no longer has the tile.
 local id, tile = args.id, tostring(args.tile)
 local status, lane, asker = unpack(redis.call('HMGET', key('job', id), 'status', 'lane', 'asker'))
-if not (status and unfinished(status)) or claimed_by(id, tile) ~= args.holder then
-  return 0
+if not unfinished(status) or claimed_by(id, tile) ~= args.holder then
+  return
 end
 redis.call('HDEL', key('job', id, 'claims'), tile)
 count('overran:' .. lane)
@@ -17,4 +16,3 @@ else
   move(id, 'long', true)
 end
 again(id, tile)
-return 1

@@ -8,8 +8,6 @@ local args = cjson.decode(ARGV[2])
 local EVENTS_KEPT = 3600
 -- The number of the step that assembles a map once its tiles are done.
 local ASSEMBLY = '-1'
--- Follows the lane in the name of a flow whose jobs have long tiles.
-local LONG_TILES = ':tiles'
 
 local function key(...)
   return prefix .. table.concat({ ... }, ':')
@@ -41,8 +39,8 @@ local function number(id, field)
   return tonumber(get(id, field) or 0) or 0
 end
 
-local function count(name, by)
-  redis.call('HINCRBY', key('counts'), name, by or 1)
+local function count(name)
+  redis.call('HINCRBY', key('counts'), name, 1)
 end
 
 -- Number of stored bytes of a kind: requests, tiles, results:small, results:large.
@@ -109,18 +107,11 @@ local function renew(holder, milliseconds)
   redis.call('SET', key('worker', holder), milliseconds, 'PX', milliseconds)
 end
 
--- The holder and the time of a claim are one value, "holder|seconds".
-local function split_claim(claim)
+-- The holder of a tile and the time of its claim, which are one value, "holder|seconds"; nil where there is no claim.
+local function claimed_by(id, tile)
+  local claim = redis.call('HGET', key('job', id, 'claims'), tile) or ''
   local holder, since = string.match(claim, '^(.*)|([^|]*)$')
   return holder, tonumber(since)
-end
-
-local function claimed_by(id, tile)
-  local claim = redis.call('HGET', key('job', id, 'claims'), tile)
-  if not claim then
-    return nil
-  end
-  return split_claim(claim)
 end
 
 -- Adds tiles of a job to the load of its fingerprint: the estimated milliseconds of all unfinished tiles.
@@ -168,7 +159,7 @@ end
 local function flow_of(id)
   local lane, long_tiles, kernels, priority, asker =
     unpack(redis.call('HMGET', key('job', id), 'lane', 'long_tiles', 'kernels', 'priority', 'asker'))
-  local place = (lane or '') .. (long_tiles == '1' and LONG_TILES or '')
+  local place = (lane or '') .. (long_tiles == '1' and ':tiles' or '')
   return table.concat({ place, kernels or '', priority or '', asker or '' }, '|')
 end
 
@@ -191,18 +182,12 @@ local function clock_of(fingerprint, flow)
   return fingerprint .. (string.match(flow, '^small|') and ':small' or '')
 end
 
--- The least score of a sorted set; 0 if it is empty.
-local function least(set)
-  local first = redis.call('ZRANGE', set, 0, 0, 'WITHSCORES')
-  return tonumber(first[2] or 0)
-end
-
 -- Records that an unfinished job with tiles to claim waits from now on, and puts it into its flow if it is bound to a
 -- fingerprint.
 local function offer(id)
   local status, fingerprint, present, lane =
     unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint', 'flow', 'lane'))
-  if not (status and unfinished(status)) or (present and present ~= '') then
+  if not unfinished(status) or (present and present ~= '') then
     return
   end
   if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
@@ -214,8 +199,10 @@ local function offer(id)
   end
   local flow = flow_of(id)
   local jobs = key('flow', fingerprint, flow)
+  local first = redis.call('ZRANGE', jobs, 0, 0, 'WITHSCORES')
+  local served = math.max(tonumber(first[2] or 0), number(id, 'served'))
   -- of jobs with equal virtual times, the one that was submitted first is served first
-  redis.call('ZADD', jobs, math.max(least(jobs), number(id, 'served')) + 1e-9 * number(id, 'seq'), id)
+  redis.call('ZADD', jobs, served + 1e-9 * number(id, 'seq'), id)
   local reached = redis.call('HGET', key('clocks'), clock_of(fingerprint, flow))
   redis.call('ZADD', key('flows', fingerprint), 'NX', reached or 0, flow)
   redis.call('HSET', key('job', id), 'flow', flow)
@@ -291,14 +278,6 @@ local function class_of(id)
   return get(id, 'lane') == 'small' and 'small' or 'large'
 end
 
--- Makes the result of a job the most recently used one. If Redis refuses writes, as on a full disk, the order stays.
-local function touch(id)
-  local clock = redis.pcall('INCR', key('clock'))
-  if type(clock) == 'number' then
-    redis.pcall('ZADD', key('results', class_of(id)), 'XX', clock, result_key(id))
-  end
-end
-
 -- Ends a job with a status. tile_ttl: seconds for which its finished tiles are kept; 0: they are dropped at once.
 local function finish(id, status, tile_ttl)
   withdraw(id)
@@ -351,16 +330,12 @@ local function forget(id)
     set_remaining(id, nil)
   end
   add_bytes('requests', -redis.call('HSTRLEN', key('job', id), 'request'))
-  for _, status in ipairs({ 'accepted', 'running', 'successful', 'failed', 'dismissed' }) do
-    redis.call('ZREM', key('status', status), id)
+  for _, list in ipairs({ 'jobs', 'over:small', 'over:large', 'status:accepted', 'status:running', 'status:successful',
+    'status:failed', 'status:dismissed' }) do
+    redis.call('ZREM', key(list), id)
   end
-  redis.call('ZREM', key('jobs'), id)
-  redis.call('ZREM', key('over', 'small'), id)
-  redis.call('ZREM', key('over', 'large'), id)
-  for _, part in ipairs({ 'claims', 'failures', 'again', 'askers', 'events' }) do
-    redis.call('DEL', key('job', id, part))
-  end
-  redis.call('DEL', key('job', id))
+  redis.call('DEL', key('job', id), key('job', id, 'claims'), key('job', id, 'failures'), key('job', id, 'again'),
+    key('job', id, 'askers'), key('job', id, 'events'))
 end
 
 -- The record of a job as names and values. A request that is longer than `longest` is left out.
@@ -398,11 +373,6 @@ local function live_workers()
   return live
 end
 
--- Whether a worker with this description takes the tiles of a lane.
-local function takes(worker, lane)
-  return worker.small == (lane == 'small')
-end
-
 -- Number of live workers that take the tiles of a job: workers for its lane that have its fingerprint or, if it is
 -- bound to none, its core version.
 local function workers_for(id)
@@ -411,7 +381,7 @@ local function workers_for(id)
   for _, worker in ipairs(live_workers()) do
     local described = cjson.decode(worker[2])
     local same = described.fingerprint == bound or (bound == '' and described.core_version == version)
-    if same and takes(described, lane) then
+    if same and described.small == (lane == 'small') then
       number = number + 1
     end
   end

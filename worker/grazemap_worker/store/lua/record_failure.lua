@@ -3,8 +3,7 @@
 -- problem (of a job that fails), kept (seconds for which its tiles are kept).
 -- Returns 1 if the tile may be tried again, 0 if the job is over.
 local id, tile = args.id, tostring(args.tile)
-local status = get(id, 'status')
-if not (status and unfinished(status)) then
+if not unfinished(get(id, 'status')) then
   return 0
 end
 if args.holder ~= '' and claimed_by(id, tile) ~= args.holder then

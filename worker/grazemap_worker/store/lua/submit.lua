@@ -33,7 +33,7 @@ local status = get(id, 'status')
 if status and args.group ~= '' then
   redis.pcall('HSET', key('job', id), 'groups', groups()) -- stays as it is if Redis refuses writes
 end
-if status and unfinished(status) then
+if unfinished(status) then
   join()
   return { 'there', seen(id) }
 end
@@ -53,7 +53,7 @@ local function candidates()
     if described.core_version == args.core_version then
       local name = described.fingerprint
       local candidate = by_name[name] or { name = name, workers = 0, ready = false }
-      candidate.workers = candidate.workers + (takes(described, args.lane) and 1 or 0)
+      candidate.workers = candidate.workers + (described.small == (args.lane == 'small') and 1 or 0)
       candidate.ready = candidate.ready or contains(described.kernels, args.kernels)
       by_name[name] = candidate
     end

@@ -1,7 +1,5 @@
--- Removes the tiles of finished jobs that have been kept long enough. Argument: most (jobs). Returns the number of
--- these jobs.
+-- Removes the tiles of finished jobs that have been kept long enough. Argument: most (jobs).
 local over = redis.call('ZRANGEBYSCORE', key('tiles', 'kept'), '-inf', now(), 'LIMIT', 0, args.most)
 for _, id in ipairs(over) do
   drop_tiles(id)
 end
-return #over
