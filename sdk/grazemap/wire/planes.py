@@ -404,7 +404,7 @@ class _VariedRequest(ProcessRequest):
     omega: Annotated[Positive | None, LeftOut] = None
     """Forcing frequency, where it does not vary."""
     clearance: Annotated[FixedClearance | None, LeftOut] = None
-    """Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}; null: absent."""
+    """Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null: none."""
 
     @model_validator(mode="after")
     def _clearance_is_simplest(self) -> Self:
