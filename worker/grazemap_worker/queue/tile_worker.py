@@ -21,6 +21,7 @@ from rq.exceptions import StopRequested
 from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
+from rq.worker import WorkerStatus
 
 from grazemap_worker.queue import rq_keys, wake_ups
 from grazemap_worker.queue.refusal import Entry, refusal
@@ -138,6 +139,7 @@ class TileWorker(Worker):
             with self.connection.pipeline(transaction=False) as pipeline:
                 pipeline.lrem(rq_keys.taken_key(self._target), 1, job.id)
                 pipeline.delete(job.key)
+                self.set_state(WorkerStatus.BUSY, pipeline)  # a request to stop interrupts no tile then
                 self.increment_successful_job_count(pipeline)
                 pipeline.execute()
         except RedisError as error:
