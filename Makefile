@@ -103,21 +103,22 @@ test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider v
 all-checks: $(TOOLS_STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
 
-# two processes: the kernels of lanes take as long as all others, with which they share few parts
+# two processes: the kernels of lanes take as long as all others, with which they share few parts; those of observables of
+# maps come last, as they need both
 kernels: kernels-of-lanes other-kernels
 
-kernels-of-lanes: COMPONENTS := lockstep-3 apart-3 map_observables
-other-kernels: COMPONENTS := curves trajectories classification orbits observables
+kernels-of-lanes: COMPONENTS := lockstep-3 apart-3
+other-kernels: COMPONENTS := curves trajectories classification orbits observables map_observables
 kernels-of-lanes other-kernels: $(RUN_STAMP)
 	$(call timed,compiling the $(subst -, ,$@) (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup \
 		$(COMPONENTS))
 
-# a file of tests at a time on each of two cores
+# ON_TWO_CORES: a file of tests at a time on each of two cores
 PYTEST := $(BIN)/python -m pytest
 ON_TWO_CORES := $(PYTEST) -n 2 --dist loadfile
 
 test-without-kernels: $(STAMP)
-	$(ON_TWO_CORES) $(WITHOUT_KERNELS)
+	$(PYTEST) $(WITHOUT_KERNELS)
 
 test-arithmetic: kernels $(STAMP)
 	nice -n 19 $(ON_TWO_CORES) $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)

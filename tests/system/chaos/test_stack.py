@@ -88,6 +88,7 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack, undi
     stack.request(f"/v1/jobs/{identity}", method="DELETE")
 
 
+@pytest.mark.thorough
 def test_a_stopped_service_and_supervisor_are_replaced(stack: RunningStack, undisturbed: bytes) -> None:
     """All workers are stopped with their supervisor, and the map is left to those that follow."""
     with contextlib.closing(connect(f"unix://{stack.redis_socket()}")) as redis:

@@ -291,8 +291,8 @@ def test_it_starts_on_an_inherited_socket_for_little_and_stops_in_order(redis_se
                 assert started.returncode in {0, -15}
             with subprocess.Popen([sys.executable, "-c", libraries]) as libraries_alone:
                 importing.append(spent(libraries_alone))
-    # what else runs makes both take longer
-    assert min(starting) < 2.0 * min(importing)
+    # what else runs makes both take longer, not always by the same factor
+    assert min(starting) < 3.0 * min(importing)
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import resource
+import shlex
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -57,7 +58,7 @@ def limited_file(folder: Path) -> Iterator[Narrow]:
     """A limit of the size of files, for any user: writes fail as on a full disk where its signal is ignored."""
     folder.mkdir()
     program = folder / "redis-server"
-    program.write_text(f"#!/bin/sh\ntrap '' XFSZ\nexec {find_redis_server()} \"$@\"\n")
+    program.write_text(f"#!/bin/sh\ntrap '' XFSZ\nexec {shlex.quote(str(find_redis_server()))} \"$@\"\n")
     program.chmod(0o700)
     with RedisServer(folder / "redis", program) as server:
         assert server.pid is not None

@@ -84,12 +84,17 @@ def redis_url(redis: Redis) -> str:
     return f"unix://{settings['path']}" if "path" in settings else f"redis://{settings['host']}:{settings['port']}"
 
 
-def test_rq_shows_the_job_whose_tiles_a_worker_computes(store: Store) -> None:
+def test_rq_shows_the_job_whose_tiles_a_worker_computes(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[str] = []
 
     def compute_tiles() -> None:
+        worker.stay_shown()
+        (theirs,) = Worker.all(store.redis, serializer=JSONSerializer)
+        assert theirs.get_current_job() is None  # in the first moment
+        monkeypatch.setattr(tile_worker, "_SHOWN_AFTER_SECONDS", 0)
         for waiting in (WAITING, WaitingJob("trajectories", "b2")):
             worker.show(waiting)
+            worker.stay_shown()
             (theirs,) = Worker.all(store.redis, serializer=JSONSerializer)
             current = theirs.get_current_job()
             assert current is not None
@@ -114,10 +119,12 @@ def test_what_a_killed_worker_was_shown_with_expires(store: Store, monkeypatch: 
 
     def compute_tiles() -> None:
         worker.stay_shown()
+        worker.stay_shown()
         raise Killed
 
     monkeypatch.setattr(TileWorker, "_end", lambda *_: None)
     monkeypatch.setattr(tile_worker, "_SHOWN_SECONDS", 0)
+    monkeypatch.setattr(tile_worker, "_SHOWN_AFTER_SECONDS", 0)
     wake_ups.wake_worker(store.redis, INFO.fingerprint, WAITING, small=False)
     worker = TileWorker(store, INFO, compute_tiles)
     worker.work(logging_level=None, burst=True)

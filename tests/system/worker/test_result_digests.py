@@ -126,7 +126,7 @@ import scipy.linalg
 from numba.core.registry import cpu_target
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 from grazemap_core.maps.kernels.first_pass import VECTOR
-libraries = {line.split()[-1] for line in open("/proc/self/maps") if "openblas" in line}
+libraries = {line.split(maxsplit=5)[5].strip() for line in open("/proc/self/maps") if "openblas" in line}
 def core(path):
     library = ctypes.CDLL(path)
     names = ("scipy_openblas_get_corename64_", "scipy_openblas_get_corename")

@@ -172,8 +172,8 @@ def submit_six(store: Store, request: UnfoldingMapsRequest = SIX) -> Job:
 def test_tiles_share_a_process_until_it_has_worked_for_a_while(
     worker: pytest.MonkeyPatch, store: Store, tmp_path: Path
 ) -> None:
-    worker.setattr(tasks, "TILE_SECONDS", 2.5 * BUSY_SECONDS)
-    maps = noting(tmp_path / "notes", lambda row: compute_for(BUSY_SECONDS))
+    worker.setattr(tasks, "TILE_SECONDS", 2.9 * 2 * BUSY_SECONDS)  # fewer than three tiles, commits included
+    maps = noting(tmp_path / "notes", lambda row: compute_for(2 * BUSY_SECONDS))
     worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     job = submit_six(store)
     compute_all(store)

@@ -19,7 +19,6 @@ from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.support.general_systems import with_orbit
 from tests.support.orbits import orbit_with
-from tests.support.thorough import every_fourth
 
 MASS = np.array([[0.84, 0.1323, 0.1237], [0.1323, 3.1989, 0.4166], [0.1237, 0.4166, 2.073]])
 DAMPING = np.array([[0.3485, 0.3693, 0.059], [-0.3271, 0.0281, 0.382], [-0.2735, -0.4549, 0.1959]])
@@ -50,7 +49,8 @@ def doublings():
     return sorted(point.omega for point in branch.special_points if point.type == "PD")
 
 
-@pytest.mark.parametrize("omega", every_fourth([0.8872727, 0.87, 0.89, 0.9]))
+@pytest.mark.thorough
+@pytest.mark.parametrize("omega", [0.8872727, 0.87, 0.89, 0.9])
 def test_a_doubled_branch_ends_at_the_doublings_of_its_parent_wherever_it_begins(omega):
     branch = orbit_branch(SYSTEM, orbit_at(omega, 2), 0.7, 1.2, "omega")
     ends = sorted(branch.special_points, key=lambda point: point.omega)

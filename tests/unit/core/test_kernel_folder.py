@@ -158,6 +158,7 @@ def test_a_damaged_entry_is_compiled_again_alone(tmp_path: Path) -> None:
     assert compiled(tmp_path) == ([], "")
 
 
+@pytest.mark.thorough
 def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(tmp_path: Path) -> None:
     with call(tmp_path) as process:
         while not entries(tmp_path, "copy_vector"):
@@ -200,6 +201,7 @@ def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Pa
     assert "NotADirectoryError" in said  # of the record of the step, after both calls
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not has_level_3(), reason="the processor is not of the level x86-64-v3")
 def test_kernels_that_were_compiled_ahead_are_loaded_where_they_fit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -49,6 +49,7 @@ def without_orbit() -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     return omega, clearance, planted(arrays, (1, 2), **motion)
 
 
+@pytest.mark.thorough
 def test_every_border_near_the_codimension_two_point_is_explained():
     arrays, found = near_the_point()
     many, few = (choose(arrays["impacts_right"], arrays["impacts_left"]) for choose in (np.maximum, np.minimum))
@@ -61,6 +62,7 @@ def test_every_border_near_the_codimension_two_point_is_explained():
     np.testing.assert_array_equal(found.curve >= 0, found.explanation == EXPLANATIONS.index("curve"))
 
 
+@pytest.mark.thorough
 def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
     """The search does not use them; it follows trajectories of the map."""
     compared = {"SN": 0, "PD": 0, "GR": 0}
@@ -79,6 +81,7 @@ def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
     assert min(compared.values()) > 0
 
 
+@pytest.mark.thorough
 def test_the_steady_motion_ends_on_the_grazing_curve():
     _, found = near_the_point()
     grazing = next(curve for curve in found.curves if curve.orbits is None)
@@ -89,6 +92,7 @@ def test_the_steady_motion_ends_on_the_grazing_curve():
     assert len(explained) > 20
 
 
+@pytest.mark.thorough
 def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
     """The one of the pair's other point is started where the one from rest has ended at the first."""
     arrays, found = near_the_point()
@@ -118,6 +122,7 @@ def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
     assert stayed >= 1.5 * len(chosen)  # of two each; a step may lead out of a narrow basin
 
 
+@pytest.mark.thorough
 def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
     arrays, _ = near_the_point()
     regions = Regions(MotionGrid.of(Plane.of(DEFAULT, OMEGA, CLEARANCE), arrays))

@@ -172,6 +172,7 @@ def orbit_of_unlike():
     return in_window(nearly_symmetric(1e-3), *WINDOW, 1, [1, -1])
 
 
+@pytest.mark.thorough
 def test_motions_of_several_impacts_between_unlike_stops_have_curves_over_one_clearance():
     """A motion that trajectories settle to; the orbits of its curves are special by their multipliers."""
     window = (0.265, 0.28), (1.45, 1.8)

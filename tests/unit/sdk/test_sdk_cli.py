@@ -2,6 +2,7 @@
 
 import io
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -354,6 +355,6 @@ def test_a_client_takes_address_and_key_from_the_environment(monkeypatch):
 
 
 def test_a_reader_that_has_enough_ends_a_command_without_an_error():
-    command = f"{sys.executable} -m grazemap.cli schema trajectories | head -1"
+    command = f"{shlex.quote(sys.executable)} -m grazemap.cli schema trajectories | head -1"
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("{\n", "")

@@ -2,8 +2,8 @@
 
 RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store, about once a second
 while it waits; while it computes, `tasks` renews the lease. A worker for small tiles computes the tiles itself, any
-other worker in a compute process. RQ's work-horse is not used. While the worker computes, its entry is an execution in
-RQ's registry, described by the job whose tiles it computes, for `rq info` and dashboards. What a killed worker leaves
+other worker in a compute process. RQ's work-horse is not used. While the worker computes for more than a moment, its entry
+is an execution in RQ's registry, described by the job whose tiles it computes, for `rq info` and dashboards. What a killed worker leaves
 of that expires.
 """
 
@@ -22,6 +22,7 @@ from rq.exceptions import StopRequested
 from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
+from rq.worker import WorkerStatus
 
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.queue.refusal import Entry, refusal
@@ -31,6 +32,8 @@ from grazemap_worker.store import Store, WaitingJob, WorkerInfo, is_full
 # RQ waits for work for WORKER_TTL - 15 seconds at a time. In between it renews its heartbeat, and the lease with it.
 WORKER_TTL = 16
 _BEAT_SECONDS = 1.0
+# A worker that has computed for so long is shown in RQ's tools: showing every small question would delay each of them.
+_SHOWN_AFTER_SECONDS = 0.2
 # While it computes, what RQ shows of it is renewed at these intervals; it expires after 60 seconds more.
 _SHOWN_SECONDS = 15
 
@@ -56,7 +59,8 @@ class TileWorker(Worker):
     log_result_lifespan = False
     _last_heartbeat = 0.0
     _last_shown = 0.0
-    _shown: tuple[Job, Execution] | None = None
+    _entry: Job | None = None
+    _execution: Execution | None = None
 
     def __init__(
         self,
@@ -130,48 +134,61 @@ class TileWorker(Worker):
             self._end(job)
 
     def _begin(self, job: Job) -> None:
-        """Take the entry out of the queue, and show it as executed."""
-        self.connection.lrem(self._target.intermediate_queue_key, 1, job.id)
+        """Take the entry out of the queue, and count it. `stay_shown` shows it as executed if that takes a while."""
+        self._entry, self._execution, self._last_shown = job, None, monotonic()
         try:
-            self._shown, self._last_shown = (job, self.prepare_execution(job)), monotonic()
             with self.connection.pipeline(transaction=False) as pipeline:
-                job.prepare_for_execution(self.name, pipeline)
-                pipeline.expire(job.key, self.get_heartbeat_ttl(job))
+                pipeline.lrem(self._target.intermediate_queue_key, 1, job.id)
+                pipeline.delete(job.key)
+                self.set_state(WorkerStatus.BUSY, pipeline)  # a request to stop interrupts no tile then
+                self.increment_successful_job_count(pipeline)
                 pipeline.execute()
         except RedisError as error:
             if not is_full(error):
                 raise
 
     def _end(self, job: Job) -> None:
-        """Remove the entry, and count it."""
-        _, execution = self._shown or (job, None)
-        self._shown = None
-        with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
-            pipeline.delete(job.key)
-            self.cleanup_execution(job, pipeline, execution)
-            self.increment_successful_job_count(pipeline)
-            pipeline.execute()
-
-    def show(self, waiting: WaitingJob) -> None:
-        """Show that this worker computes tiles of a job."""
-        description = " ".join(waiting)
-        if self._shown is not None and self._shown[0].description != description:
-            job, _ = self._shown
-            job.description = description
+        """Remove what was shown of the entry."""
+        execution = self._execution
+        self._entry = self._execution = None
+        if execution is not None:
             with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
-                pipeline.hset(job.key, "description", description)
-                pipeline.expire(job.key, self.get_heartbeat_ttl(job))
+                pipeline.delete(job.key)
+                self.cleanup_execution(job, pipeline, execution)
                 pipeline.execute()
 
+    def show(self, waiting: WaitingJob) -> None:
+        """Show that this worker computes tiles of a job, as soon as its entry is shown."""
+        job, description = self._entry, " ".join(waiting)
+        if job is not None and job.description != description:
+            job.description = description
+            if self._execution is not None:
+                with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
+                    pipeline.hset(job.key, "description", description)
+                    pipeline.expire(job.key, self.get_heartbeat_ttl(job))
+                    pipeline.execute()
+
     def stay_shown(self) -> None:
-        """Renew what RQ shows of this worker while it computes. Raises StopRequested if the worker is to stop."""
+        """Show this worker and its entry in RQ's tools while it computes; nothing in the first moment.
+
+        Raises StopRequested if the worker is to stop.
+        """
         if self._stop_requested:
             raise StopRequested
-        if self._shown is None or monotonic() - self._last_shown < _SHOWN_SECONDS:
+        job, execution = self._entry, self._execution
+        wait = _SHOWN_AFTER_SECONDS if execution is None else _SHOWN_SECONDS
+        if job is None or monotonic() - self._last_shown < wait:
             return
-        self._last_shown, (job, execution) = monotonic(), self._shown
+        self._last_shown = monotonic()
         ttl = self.get_heartbeat_ttl(job)
         with suppress(RedisError), self.connection.pipeline(transaction=False) as pipeline:
+            if execution is None:
+                job.save(pipeline=pipeline)
+                job.prepare_for_execution(self.name, pipeline)
+                pipeline.expire(job.key, ttl)
+                pipeline.execute()
+                self._execution = self.prepare_execution(job)
+                return
             super().heartbeat(ttl, pipeline)
             execution.heartbeat(job.started_job_registry, ttl, pipeline)
             pipeline.expire(job.key, ttl)
