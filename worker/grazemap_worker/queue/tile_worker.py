@@ -2,9 +2,9 @@
 
 RQ itself notices a killed worker after minutes. Therefore this worker renews a lease in the store, about once a second
 while it waits; while it computes, `tasks` renews the lease. A worker for small tiles computes the tiles itself, any
-other worker in a compute process. RQ's work-horse is not used. While the worker computes for more than a moment, its entry
-is an execution in RQ's registry, described by the job whose tiles it computes, for `rq info` and dashboards. What a killed worker leaves
-of that expires.
+other worker in a compute process. RQ's work-horse is not used. While the worker computes for more than a moment, its
+entry is an execution in RQ's registry, described by the job whose tiles it computes, for `rq info` and dashboards. What
+a killed worker leaves of that expires.
 """
 
 from __future__ import annotations
