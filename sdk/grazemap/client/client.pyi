@@ -578,10 +578,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
-            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
-            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
-            other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -661,10 +661,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
-            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
-            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
-            other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -746,10 +746,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
-            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
-            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
-            other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or (str, list or array) or mapping, optional
             The parameter of the map's columns and its values; the last frequency is at most 1e9 times the first. The
             parameter is one of omega, bias, forcing, damping, clearance, clearance_right, clearance_left, restitution,
@@ -874,10 +874,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary: a range, or an increasing
             list. rad/s in SI.
         clearance : (start, stop) or increasing list or array; float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
-            an absent stop. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI.
-            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
-            other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary: a range, or an increasing list. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         vary : str, optional
             The parameter that varies: the name of the axis. The parameter is one of omega, bias, forcing, damping,
             clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left, masses[i],
@@ -1090,10 +1090,10 @@ class Client:
             Forcing frequency, where it does not vary. Forcing frequencies, if they vary, along the horizontal axis.
             rad/s in SI.
         clearance : (start, stop); float or mapping, optional
-            Distance of the stops from q = 0 where it does not vary: one number, or {"right": .., "left": ..}, null for
-            an absent stop. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI.
-            ``{"right": (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the
-            other one. With axes the clearances are numbers, unless they vary.
+            Distance of the stops from q = 0 where it does not vary: one number or {"right": .., "left": ..}, null:
+            none. Clearances of both stops or of one, if they vary, along the vertical axis. m in SI. ``{"right":
+            (start, stop), "left": None}`` is of one stop; a number in place of None is the clearance of the other one.
+            With axes the clearances are numbers, unless they vary.
         horizontal : (str, start, stop) or mapping, optional
             The horizontal parameter of the window and its interval. The parameter is one of omega, bias, forcing,
             damping, clearance, clearance_right, clearance_left, restitution, restitution_right, restitution_left,
