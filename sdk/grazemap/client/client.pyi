@@ -591,8 +591,8 @@ class Client:
         points : int, optional
             Number of values from start to stop, both included.
         policy : {"rest", "sweep-up", "sweep-down"}
-            Where trajectories start: at rest; or at the final state of the next smaller value (sweep-up) or larger
-            value (sweep-down), the first one at rest.
+            Start of trajectories: rest, or where that at the next smaller (sweep-up) or larger (sweep-down) value
+            ended.
         transient_periods : int
             Forcing periods at each value that are computed first and not shown.
         periods : int

@@ -38,8 +38,7 @@ class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
     )
 
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
-    """Where trajectories start: at rest; or at the final state of the next smaller value (sweep-up) or larger value
-    (sweep-down), the first one at rest."""
+    """Start of trajectories: rest, or where that at the next smaller (sweep-up) or larger (sweep-down) value ended."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
     """Forcing periods at each value that are computed first and not shown."""
     periods: Count = 64

@@ -67,8 +67,7 @@ Varied = Annotated[str, AfterValidator(_known), Field(json_schema_extra={"patter
 
 class _Varying(Request):
     vary: Varied
-    """omega; clearance or restitution (_right, _left: of one stop); bias, forcing or damping, as a factor on the
-    oscillator's own; masses[i], stiffnesses[i] or dampings[i], with i from 1."""
+    """omega; clearance or restitution (_right, _left: one stop); a factor on bias, forcing, damping; masses[i] and so on."""
     values: Range | Interval | list[float]
 
     @property
