@@ -67,7 +67,7 @@ Varied = Annotated[str, AfterValidator(_known), Field(json_schema_extra={"patter
 
 class _Varying(Request):
     vary: Varied
-    """omega; clearance or restitution (_right, _left: one stop); a factor on bias, forcing, damping; masses[i] and so on."""
+    """omega; clearance or restitution (_right, _left: one stop); a factor on bias, forcing, damping; masses[i], etc."""
     values: Range | Interval | list[float]
 
     @property
