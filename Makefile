@@ -91,14 +91,16 @@ pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out
 serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
 	$(BIN)/grazemap up $(if $(wildcard out/data),--data out/data)
 
+# The instructions of x86-64-v3, as the recorded digests have them: one set of kernels serves these and all other tests.
 # threads of small products wait for one another where others compute too
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 test-processes test-without-kernels test-arithmetic)
+	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 $(if $(NATIVE),,NARROW=1) \
+		test-processes test-without-kernels test-arithmetic)
 	@$(BIN)/python -m tools.all_checks --age
 
-test-narrow:  #: `make test` with NARROW=1, which every target takes: no wider vectors than those of x86-64-v3
-	@$(MAKE) --no-print-directory test NARROW=1
+test-native:  #: `make test` with all instructions of this processor (ten minutes)
+	@$(MAKE) --no-print-directory test NATIVE=1
 
 all-checks: $(TOOLS_STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks

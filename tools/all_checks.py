@@ -23,7 +23,7 @@ TARGETS = (
     "lint",
     "types",
     "test",
-    "test-narrow",
+    "test-native",
     "test-newest",
     "first-start",
     "latency",
